@@ -1,28 +1,24 @@
-"""All designs a search has asked for, each different gear once, and how the search went."""
+"""All designs that a search has asked for, each different gear once, and the history of the search."""
 
 from __future__ import annotations
 
-from array import array
 from collections.abc import Mapping, Sequence
-from functools import lru_cache, partial
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.optimisation.front import hypervolume, non_dominated
-from gearbench.optimisation.problem import Evaluation, gear_key
+from gearbench.optimisation.problem import Evaluation, assignments
 from gearbench.optimisation.study import Design, OptimisationStudy
 
 #: The reference point of the hypervolume, over the worst objectives of the first feasible designs.
 MARGIN = 1.1
-#: Gears whose keys are kept.
-KEYS = 10_000
 
 
 class Archive:
     """Designs numbered from 0 in the order they were first asked for, their results, and the history of the search.
-
-    A design takes 8 bytes a number and about 200 more: a million of them 0.4 GB.
 
     Parameters
     ----------
@@ -31,6 +27,8 @@ class Archive:
 
     Attributes
     ----------
+    designs, results, first_generations
+        By number: the design as it was first asked for, its result, and the generation that asked for it, from 1.
     asked
         Numbers of the designs that each generation asked for, (member,).
     evaluated, feasible_found, hypervolumes
@@ -39,12 +37,15 @@ class Archive:
     front, front_objectives
         Numbers of the designs that no other dominates, and their objectives, (design, objective).
     responses
-        By the number of a design of the front its responses to all error samples, (response, sample), where designs
-        race; those of designs read from disk are unknown at first.
+        Responses of a design of the front to all error samples, (response, sample), by its number, where designs
+        race; unknown at first for designs read from disk.
     """
 
     def __init__(self, study: OptimisationStudy) -> None:
         self.study = study
+        self.designs: list[Design] = []
+        self.results: list[Evaluation] = []
+        self.first_generations: list[int] = []
         self.asked: list[NDArray] = []
         self.evaluated: list[int] = []
         self.feasible_found: list[int] = []
@@ -53,82 +54,51 @@ class Archive:
         self.front_objectives: NDArray = np.empty((0, len(study.objectives)))
         self.reference_point: NDArray = np.full(len(study.objectives), np.nan)
         self.responses: dict[int, NDArray] = {}
-        self._key = lru_cache(maxsize=KEYS)(partial(gear_key, study))
-        self._number: dict[bytes, int] = {}
-        self._codes, self._known, self._samples, self._first = array("d"), array("d"), array("q"), array("q")
-        self._reasons: list[str] = []
+        self._number: dict[Any, int] = {}
 
-    def __len__(self) -> int:
-        return len(self._reasons)
+    def _gear(self, design: Design) -> Any:
+        return assignments(self.study, design)
 
     def numbers(self, designs: Sequence[Design]) -> NDArray:
         """Numbers of known designs."""
-        return np.array([self._number[self._key(design)] for design in designs], dtype="int64")
+        return np.array([self._number[self._gear(design)] for design in designs], dtype="int64")
 
     def unknown(self, designs: Sequence[Design]) -> list[Design]:
         """Designs without a result, each different gear once."""
-        found: dict[bytes, Design] = {}
+        gears: dict[Any, Design] = {}
         for design in designs:
-            found.setdefault(self._key(design), design)
-        return [design for key, design in found.items() if key not in self._number]
+            gears.setdefault(self._gear(design), design)
+        return [design for gear, design in gears.items() if gear not in self._number]
 
     def add(self, designs: Sequence[Design], new: Mapping[Design, Evaluation]) -> list[Evaluation]:
         """Add a generation; ``new`` holds the results of the unknown designs. Returns the results of all of it."""
-        before, unknown, whole = len(self), self.unknown(designs), {}
+        first, unknown = len(self.designs), self.unknown(designs)
         for design in unknown:
-            result = new[design]
-            if result.feasible and result.samples == self.study.robustness.samples:
-                whole[len(self)] = result
-            self._number[self._key(design)] = len(self)
-            self._codes.extend(design)
-            self._known.extend((result.violation, *result.constraints, *result.statistics))
-            self._reasons.append(result.reason)
-            self._samples.append(result.samples)
-            self._first.append(len(self.asked) + 1)
+            self._number[self._gear(design)] = len(self.designs)
+            self.designs.append(design)
+            self.results.append(replace(new[design], values=None))
+        self.first_generations += [len(self.asked) + 1] * len(unknown)
         self.asked.append(self.numbers(designs))
-        self.evaluated.append(len(self) - before)
-        feasible = sum(new[design].feasible for design in unknown)
-        self.feasible_found.append(feasible + (self.feasible_found[-1] if self.feasible_found else 0))
-        self._update_front(whole)
-        return [self.result(number) for number in self.asked[-1]]
+        self.evaluated.append(len(unknown))
+        self.feasible_found.append(sum(result.feasible for result in self.results))
+        self._update_front({first + i: new[design] for i, design in enumerate(unknown)})
+        return [self.results[number] for number in self.asked[-1]]
 
-    def design(self, number: int) -> Design:
-        """The design of a number, as it was first asked for."""
-        count = len(self.study.variables)
-        codes = self._codes[number * count : (number + 1) * count]
-        return tuple(x if v.kind == "real" else int(x) for v, x in zip(self.study.variables, codes, strict=True))
-
-    def result(self, number: int) -> Evaluation:
-        """The result of a number, without responses."""
-        limits = 1 + len(self.study.constraints)
-        count = limits + len(self.study.statistics)
-        violation, *values = self._known[number * count : (number + 1) * count]
-        return Evaluation(
-            violation=violation,
-            reason=self._reasons[number],
-            constraints=tuple(values[: limits - 1]),
-            statistics=tuple(values[limits - 1 :]),
-            samples=self._samples[number],
-        )
-
-    @property
-    def first_generations(self) -> NDArray:
-        """The generation that asked for each design first, (design,)."""
-        return np.array(self._first, dtype="int64")
-
-    def _update_front(self, feasible: Mapping[int, Evaluation]) -> None:
-        """Take feasible designs into account."""
-        candidates = [*self.front, *feasible]
+    def _update_front(self, new: Mapping[int, Evaluation]) -> None:
+        """Take new designs into account: those that are feasible and were computed on all samples."""
+        samples = self.study.robustness.samples
+        new = {number: result for number, result in new.items() if result.feasible and result.samples == samples}
+        candidates = [*self.front, *new]
         if not candidates:
             self.hypervolumes.append(0.0)
             return
-        found = np.array([result.objectives(self.study) for result in feasible.values()])
-        F = np.concatenate([self.front_objectives, found.reshape(len(feasible), len(self.study.objectives))])
+        added = np.array([result.objectives(self.study) for result in new.values()])
+        F = np.concatenate([self.front_objectives, added.reshape(len(new), len(self.study.objectives))])
         if np.isnan(self.reference_point).any():
             self.reference_point = MARGIN * F.max(axis=0)
         keep = non_dominated(F)
         self.front = [i for i, kept in zip(candidates, keep, strict=True) if kept]
         self.front_objectives = F[keep]
         self.hypervolumes.append(hypervolume(F[keep] / self.reference_point))
-        new = {number: result.values for number, result in feasible.items() if result.values is not None}
-        self.responses = {i: values for i, values in (self.responses | new).items() if i in set(self.front)}
+        self.responses |= {number: result.values for number, result in new.items() if result.values is not None}
+        self.responses = {i: self.responses[i] for i in self.front if i in self.responses}

@@ -111,9 +111,8 @@ def front_dataset(archive: Archive, population: Sequence[Design], wall_time: flo
     """
     from gearbench.results.provenance import run_provenance
 
-    numbers, generations = range(len(archive)), len(archive.asked)
-    designs, results = map(archive.design, numbers), map(archive.result, numbers)
-    dataset = designs_dataset(archive.study, [*designs], [*results], archive.first_generations)
+    numbers, generations = range(len(archive.designs)), len(archive.asked)
+    dataset = designs_dataset(archive.study, archive.designs, archive.results, archive.first_generations)
     members = np.full((generations, archive.study.algorithm.population), -1, dtype="int64")
     for row, asked in zip(members, archive.asked, strict=True):
         row[: len(asked)] = asked

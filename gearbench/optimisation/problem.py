@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import math
 from collections.abc import Mapping, Sequence
@@ -289,12 +288,6 @@ def assignments(study: OptimisationStudy, design: Design) -> tuple[tuple[str, Va
             given = {path: value for path, value in given.items() if not path.startswith(f"{effect}.")}
             given[effect] = None
     return tuple(sorted(given.items()))
-
-
-def gear_key(study: OptimisationStudy, design: Design) -> bytes:
-    """Key of 16 bytes, equal for designs that are the same gear and for no others."""
-    same = tuple((path, float(v) if isinstance(v, int | float) else v) for path, v in assignments(study, design))
-    return hashlib.blake2b(repr(same).encode(), digest_size=16).digest()
 
 
 def values_of(study: OptimisationStudy, design: Design) -> tuple[Value, ...]:

@@ -160,12 +160,12 @@ class _Run:
         if not self._study.robustness.racing or not archive.front:
             return None
         chosen = [archive.front[i] for i in spread(archive.front_objectives[:, 0])]
-        missing = {archive.design(i): i for i in chosen if i not in archive.responses}
+        missing = {archive.designs[i]: i for i in chosen if i not in archive.responses}
         for design, result in evaluations(self._workers, self._study, list(missing)):
             assert result.values is not None
             archive.responses[missing[design]] = result.values
         values = [archive.responses[i] for i in chosen]
-        return Incumbents.of(self._study, values, [archive.result(i).statistics for i in chosen])
+        return Incumbents.of(self._study, values, [archive.results[i].statistics for i in chosen])
 
     def _report(self, part: float, new: int = 0, feasible: int = 0) -> None:
         """Report the finished generations, and of the current one the ``part`` done: ``new`` designs."""
@@ -178,7 +178,7 @@ class _Run:
                 fraction=min(1.0, (done + part) / generations),
                 restored=self._restored,
                 asked=self._asked,
-                evaluated=len(archive) + new,
+                evaluated=len(archive.designs) + new,
                 feasible=(archive.feasible_found or [0])[-1] + feasible,
                 hypervolume=(archive.hypervolumes or [0.0])[-1],
                 elapsed=time.perf_counter() - self._start,

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Hashable, Sequence
-from functools import lru_cache, partial
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gearbench.errors import GearbenchError
-from gearbench.optimisation.problem import Evaluation, gear_key
+from gearbench.optimisation.problem import Evaluation, assignments
 from gearbench.optimisation.study import Design, OptimisationStudy
 from gearbench.optimisation.variables import Variable
 
@@ -38,8 +38,6 @@ class Search:
 
     def __init__(self, study: OptimisationStudy) -> None:
         self._study = study
-        # of the population and of what is bred from it
-        self._key = lru_cache(maxsize=8 * study.algorithm.population)(partial(gear_key, study))
         try:
             self._algorithm = _algorithm(study, self._gear)
         except ImportError:
@@ -51,11 +49,10 @@ class Search:
         return tuple(float(X[v.name]) if v.kind == "real" else int(X[v.name]) for v in self._study.variables)
 
     def _gear(self, individual: Any) -> Hashable:
-        """Design of an individual, cached because offspring are compared with all others."""
-        found = individual.data.get("gear")
-        if found is None:
-            found = individual.data["gear"] = self._key(self._design(individual))
-        return found
+        """The gear of an individual, kept because offspring are compared with all others."""
+        if "gear" not in individual.data:
+            individual.data["gear"] = assignments(self._study, self._design(individual))
+        return individual.data["gear"]
 
     def ask(self) -> list[Design]:
         """Designs of the next generation; fewer than the population, or none, where the space is exhausted."""

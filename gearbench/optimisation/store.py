@@ -1,16 +1,16 @@
 """A folder that holds a search: the study, one file for each generation, and the front at the end.
 
-Every file is written whole or not at all. One run at a time: it holds a lock on a file that is never replaced, and
-which says who holds it. No state of the search is stored: it is run again from its seed, and the
-results of the generations on disk are told to it instead of being computed.
+Every file is written whole or not at all. One run at a time holds its lock. No state of the search is
+stored: it is run again from its seed, and told the results of the generations on disk instead of computing them.
 """
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from filelock import FileLock, Timeout
 
 from gearbench.errors import InputError
 from gearbench.files import is_part, make_folder, write_text
@@ -53,7 +53,7 @@ class Store:
             if STUDY not in names:
                 write_text(self.folder / STUDY, self._study.to_toml())
         except BaseException:
-            os.close(self._lock)
+            self._lock.release()
             raise
         for part in filter(is_part, names):
             (self.folder / part).unlink(missing_ok=True)
@@ -62,7 +62,7 @@ class Store:
         return self
 
     def __exit__(self, *_: object) -> None:
-        os.close(self._lock)
+        self._lock.release()
 
     def _check(self, names: Sequence[str], resume: bool) -> None:
         kept = [name for name in names if name != LOCK and not is_part(name)]
@@ -75,22 +75,16 @@ class Store:
             raise InputError("output", str(self.folder), f"holds no optimisation: there is no {STUDY}")
         raise InputError("output", str(self.folder), f"belongs to another study: see its {STUDY}")
 
-    def _take_lock(self) -> int:
-        """The lock, open: a second run into the folder is refused as long as this process lives."""
-        from datetime import datetime
-        from platform import node
-
-        handle = os.open(self.folder / LOCK, os.O_RDWR | os.O_CREAT, 0o666)
-        if _locked(handle) is False:
-            with os.fdopen(handle, encoding="utf-8", errors="replace") as file:
-                holder = " ".join(file.read(200).split())
-            reason = f"another run is writing into the folder: {holder or 'it has just begun'}"
-            raise InputError("output", str(self.folder), reason)
-        os.truncate(handle, 0)
-        # the first byte stays blank: it is the one that Windows locks, and then nobody else can read it
-        since = datetime.now().astimezone().isoformat(timespec="seconds")
-        os.write(handle, f" process {os.getpid()} on {node() or 'this machine'}, since {since}\n".encode())
-        return handle
+    def _take_lock(self) -> FileLock:
+        """The lock, held: a second run into the folder is refused as long as this process lives."""
+        lock = FileLock(self.folder / LOCK, timeout=0)
+        try:
+            lock.acquire()
+        except Timeout:
+            raise InputError("output", str(self.folder), "another run is writing into the folder") from None
+        except NotImplementedError:  # a file system without locks
+            pass
+        return lock
 
     def path(self, generation: int) -> Path:
         """File of a generation, counted from 1."""
@@ -134,16 +128,3 @@ class Store:
     def write_front(self, dataset: xr.Dataset) -> None:
         """Commit the finished search, after all generations; raises as ``write``."""
         save(dataset, self.folder / FRONT)
-
-
-def _locked(handle: int) -> bool | None:
-    """Lock an open file, until it is closed or its process ends.
-
-    False where somebody else holds it, None on a file system without locks.
-    """
-    from filelock import lock_descriptor
-
-    try:
-        return lock_descriptor(handle, blocking=False)
-    except OSError:
-        return None

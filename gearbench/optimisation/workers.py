@@ -1,34 +1,54 @@
-"""Designs evaluated side by side by the worker processes of an executor.
+"""Designs evaluated side by side: by processes of this machine, or by workers of dask.
 
 Most of an evaluation is not in compiled kernels but in Python, which works on one thread of a process at a time.
+Workers must run the same software as the process that asks: each task carries its versions and the hash of its code.
 """
 
 from __future__ import annotations
 
-import pickle
+import asyncio
+import hashlib
+import logging
+import os
+import platform
+import re
+import signal
+import sys
 import time
+from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, wait
-from functools import lru_cache, partial
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Future, ProcessPoolExecutor, wait
+from contextlib import ExitStack, contextmanager
+from functools import cache, partial
+from importlib.util import find_spec
+from multiprocessing import parent_process, resource_tracker
+from multiprocessing.context import SpawnContext, SpawnProcess
+from pathlib import Path
+from threading import Thread
+from types import ModuleType
 from typing import Any, TypeVar
 
-from gearbench.budget import shared
-from gearbench.errors import GearbenchError
-from gearbench.optimisation.executors import DaskPool, Pool, ProcessPool, identity, require_same
+from gearbench.budget import VARIABLE, memory_limit, shared
+from gearbench.effects.registry import installed
+from gearbench.errors import GearbenchError, InputError, shortened
 from gearbench.optimisation.problem import Evaluation, evaluate, macro_geometry
 from gearbench.optimisation.racing import Incumbents
 from gearbench.optimisation.study import Design, OptimisationStudy
+from gearbench.results.provenance import versions
 from gearbench.threads import default_threads, single_threaded_blas
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
+_LOG = logging.getLogger(__name__)
 #: Seconds of processor time that this process works alone before it starts workers, which need as long to start.
 AFTER = 1.5
-#: Tasks for each worker that are handed out ahead, and parts into which what is left is divided: the last tasks are
-#: small, so that workers end together.
+#: Tasks for each worker that are handed out ahead, and parts into which the rest is divided: the last tasks are small,
+#: so that workers end together.
 AHEAD, PARTS = 2, 2
+#: Seconds that a dask scheduler may take to answer, and to have a first worker.
+ANSWERS, WAIT = 6.0, 600.0
 
 
 class LostError(GearbenchError):
@@ -37,6 +57,29 @@ class LostError(GearbenchError):
     def __init__(self, item: Any) -> None:
         super().__init__("a worker process ended twice with the same design")
         self.item = item
+
+
+class Pool(ABC):
+    """Workers behind an executor of ``concurrent.futures``."""
+
+    #: Exceptions of a task whose worker ended, and of one that lost the connection to all workers.
+    lost: tuple[type[BaseException], ...]
+    disconnected: tuple[type[BaseException], ...]
+    #: Whether workers are there before they are asked for.
+    ready: bool
+
+    @property
+    @abstractmethod
+    def count(self) -> int:
+        """Number of evaluations side by side."""
+
+    @abstractmethod
+    def submit(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
+        """``function`` of ``arguments``, computed by a worker."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """End the workers started here, whatever they are doing."""
 
 
 class Workers:
@@ -72,7 +115,7 @@ class Workers:
         GearbenchError, InputError
             If the connection to the workers is lost, or one of them runs other code.
         """
-        waiting, whole = deque(items), False
+        waiting, done = deque(items), False
         try:
             with single_threaded_blas(), shared(self._pool.count):
                 while waiting and not self._ready():
@@ -81,54 +124,45 @@ class Workers:
                     self._spent += time.thread_time() - start
                     if self._warming is None and self._spent > self._after and self._pool.count > 1:
                         # each worker loads its kernels; the result is already known
-                        work = pickle.dumps(function)
-                        self._warming = [self._submit(work, [item]) for _ in range(self._pool.count)]
+                        self._warming = [self._submit(function, [item]) for _ in range(self._pool.count)]
                     yield item, result
             if waiting:
-                yield from self._side_by_side(self._pool.common(pickle.dumps(function)), waiting)
-            whole = True
+                yield from self._side_by_side(function, waiting)
+            done = True
         except self._pool.disconnected:
             reason = "the connection to the scheduler is lost: start it again, and continue with --resume"
             raise GearbenchError(reason) from None
         finally:
-            if not whole:
+            if not done:
                 self._pool.close()
 
     def _ready(self) -> bool:
         """Whether workers exist and have loaded their kernels."""
         return self._pool.ready or (self._warming is not None and all(future.done() for future in self._warming))
 
-    def _side_by_side(self, work: Any, waiting: deque[Item]) -> Iterator[tuple[Item, Any]]:
+    def _side_by_side(self, function: Callable[[Item], Any], waiting: deque[Item]) -> Iterator[tuple[Item, Any]]:
         running: dict[Future[Any], list[Item]] = {}
-        # items whose worker was lost: one at a time, so that the next loss is known to be theirs
-        suspects: deque[Item] = deque()
-        suspected: set[Item] = set()
-        while waiting or suspects or running:
-            if suspects and not running:
-                alone = [suspects.popleft()]
-                running[self._submit(work, alone)] = alone
-            while waiting and not suspected and len(running) < AHEAD * self._pool.count:
+        lost: list[Item] = []
+        while waiting or running:
+            while waiting and len(running) < AHEAD * self._pool.count:
                 share = [waiting.popleft() for _ in range(max(1, len(waiting) // (PARTS * self._pool.count)))]
-                running[self._submit(work, share)] = share
+                running[self._submit(function, share)] = share
             for future in wait(running, return_when=FIRST_COMPLETED).done:
-                share = running.pop(future, [])
+                share = running.pop(future)
                 try:
                     results = future.result()
-                except self._pool.lost as error:
-                    if len(share) == 1 and share[0] in suspected:
-                        raise LostError(share[0]) from None
-                    if isinstance(error, BrokenExecutor):  # all of its tasks are lost
-                        share += [item for other in running.values() for item in other]
-                        running.clear()
-                    suspects += share
-                    suspected |= {*share}
-                    break
-                yield from zip(share, results, strict=True)
-            if suspected and not suspects and not running:
-                suspected.clear()
+                except self._pool.lost:
+                    lost += share
+                else:
+                    yield from zip(share, results, strict=True)
+        for item in lost:  # one at a time, so that the next loss is known to be its fault
+            try:
+                yield item, self._submit(function, [item]).result()[0]
+            except self._pool.lost:
+                raise LostError(item) from None
 
-    def _submit(self, work: Any, share: list[Any]) -> Future[Any]:
-        return self._pool.submit(_apply, identity(), work, share)
+    def _submit(self, function: Callable[[Item], Any], share: list[Item]) -> Future[Any]:
+        return self._pool.submit(_apply, identity(), function, share)
 
 
 def open_workers(scheduler: str | None = None, threads: int | None = None, after: float = AFTER) -> Workers:
@@ -164,14 +198,213 @@ def evaluations(
 
 
 @single_threaded_blas()
-def _apply(asked_by: dict[str, str], work: bytes, items: Sequence[Any]) -> list[Any]:
-    """Results of some items, in a worker that runs what the process that asks runs."""
+def _apply(asked_by: dict[str, str], function: Callable[[Any], Any], items: Sequence[Any]) -> list[Any]:
+    """Results of some items, in a worker that runs the same software as the process that asks."""
     require_same(asked_by)
-    function = _function(work)
     return [function(item) for item in items]
 
 
-@lru_cache(maxsize=1)
-def _function(work: bytes) -> Callable[[Any], Any]:
-    """Common part of the tasks of a generation, unpacked once."""
-    return pickle.loads(work)
+# -- processes of this machine -----------------------------------------------------------------------------------------
+class ProcessPool(Pool):
+    """``count`` processes, started when they are first asked for; when one ends, all are replaced by new ones."""
+
+    lost, disconnected, ready = (BrokenExecutor,), (), False
+
+    def __init__(self, count: int) -> None:
+        self._count = count
+        self._memory = f"{memory_limit() / count:.0f}"
+        self._executor: ProcessPoolExecutor | None = None
+        self._context = _Context()
+
+    @property
+    def count(self) -> int:
+        """See ``Pool``."""
+        return self._count
+
+    def submit(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
+        """See ``Pool``."""
+        with _starting_processes():
+            for _ in range(2):
+                if self._executor is None:
+                    options = {"mp_context": self._context, "initializer": _begin, "initargs": (self._memory,)}
+                    self._executor = ProcessPoolExecutor(self._count, **options)
+                try:
+                    return self._executor.submit(function, *arguments)
+                except BrokenExecutor:
+                    self.close()
+        raise GearbenchError("worker processes end as they are started: with --threads 1 there are none")
+
+    def close(self) -> None:
+        """See ``Pool``."""
+        for process in self._context.started:
+            if process.pid is not None:
+                process.kill()
+        if self._executor is not None:
+            self._executor.shutdown(cancel_futures=True)
+        self._context.started.clear()
+        self._executor = None
+
+
+class _Context(SpawnContext):
+    """Start method that knows the processes it has started."""
+
+    def __init__(self) -> None:
+        self.started: list[SpawnProcess] = []
+
+    def Process(self, *arguments: Any, **options: Any) -> SpawnProcess:  # pyright: ignore[reportIncompatibleVariableOverride]
+        """A process that is to be started."""
+        self.started.append(SpawnProcess(*arguments, **options))
+        return self.started[-1]
+
+
+@contextmanager
+def _starting_processes() -> Iterator[None]:
+    """Processes started inside ignore Ctrl-C and do not run the starting script again; here, Ctrl-C waits."""
+    resource_tracker.ensure_running()  # its start would let Ctrl-C through
+    main = sys.modules["__main__"]
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    sys.modules["__main__"] = ModuleType("__main__")
+    try:
+        yield
+    finally:
+        sys.modules["__main__"] = main
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _begin(memory: str) -> None:
+    """Begin a worker: its share of the memory [bytes], and an end with the process that started it."""
+    os.environ[VARIABLE] = memory
+    parent = parent_process()
+    assert parent is not None
+
+    def end() -> None:
+        parent.join()
+        os._exit(0)
+
+    Thread(target=end, daemon=True).start()
+
+
+# -- dask --------------------------------------------------------------------------------------------------------------
+class DaskPool(Pool):
+    """Workers of a dask scheduler, which gives the tasks of lost workers to others.
+
+    Parameters
+    ----------
+    scheduler
+        "local:N", N worker processes on this machine, or the address of a scheduler.
+
+    Raises
+    ------
+    InputError
+        If it is neither, or dask.distributed is not installed.
+    GearbenchError
+        If no scheduler answers there, or no worker comes within ten minutes.
+    """
+
+    ready = True
+
+    def __init__(self, scheduler: str) -> None:
+        local = check_scheduler(scheduler)
+        from distributed import Client, KilledWorker, LocalCluster
+        from distributed.comm.core import CommClosedError
+
+        self.lost, self.disconnected = (KilledWorker,), (CommClosedError, CancelledError)
+        for name in ("distributed", "distributed.client"):  # faults are said in one line
+            logging.getLogger(name).setLevel(logging.CRITICAL + 1)
+        self._open = ExitStack()
+        address: Any = scheduler
+        try:
+            with _starting_processes():
+                if local is None:
+                    asyncio.run(asyncio.wait_for(_answer(scheduler), ANSWERS))
+                else:
+                    quiet: dict[str, Any] = {"dashboard_address": None, "silence_logs": logging.CRITICAL + 1}
+                    address: Any = self._open.enter_context(
+                        LocalCluster(n_workers=local, threads_per_worker=1, **quiet)
+                    )
+                self._client: Any = self._open.enter_context(Client(address, set_as_default=False, timeout=ANSWERS))
+            if not self._client.nthreads():
+                _LOG.warning("gearbench: the scheduler %s has no worker; waiting up to %.0f min", scheduler, WAIT / 60)
+            self._client.wait_for_workers(1, timeout=WAIT)
+        except (OSError, RuntimeError, TypeError, ValueError) as error:
+            self.close()
+            reason = shortened(error, 120) or "no answer in time"
+            raise GearbenchError(f"scheduler {scheduler}: no workers to be had ({reason})") from None
+        except BaseException:
+            self.close()
+            raise
+        self._executor = self._client.get_executor(pure=False)
+
+    @property
+    def count(self) -> int:
+        """See ``Pool``."""
+        return max(1, sum(self._client.nthreads().values()))
+
+    def submit(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
+        """See ``Pool``."""
+        return self._executor.submit(function, *arguments)
+
+    def close(self) -> None:
+        """See ``Pool``."""
+        self._open.close()
+
+
+async def _answer(address: str) -> None:
+    """Return when a dask scheduler answers at ``address``: a client would wait for ever for another program."""
+    from distributed import Security, rpc
+
+    async with rpc(address, connection_args=Security().get_connection_args("client")) as server:
+        await server.identity()
+
+
+def check_scheduler(text: str) -> int | None:
+    """Number of workers on this machine that ``text`` asks for; None where it is the address of a scheduler.
+
+    Raises
+    ------
+    InputError
+        If it is neither, or dask.distributed is not installed.
+    """
+    local = re.fullmatch(r"local:([1-9]\d{0,3})", text)
+    address = re.fullmatch(r"(tcp|tls)://[^\s/]+:\d+|(?!local:)[\w.-]+:\d+", text)
+    if local is None and address is None:
+        raise InputError("scheduler", text, "must be local:N, or an address such as tcp://host:8786")
+    if find_spec("distributed") is None:
+        raise InputError("scheduler", text, "needs dask.distributed: install the extra gearbench[optimise]")
+    return int(local[1]) if local is not None else None
+
+
+# -- the same code -----------------------------------------------------------------------------------------------------
+@cache
+def identity() -> dict[str, str]:
+    """Software of this process: versions of Python and packages, and the SHA-256 of the sources.
+
+    The sources are those of gearbench, of its finite elements, and of the effects that other packages bring.
+    """
+    package = Path(__file__).parents[1]
+    paths = [*package.rglob("*.py"), *(package.parent / "fem_reference").rglob("*.py")]
+    origins = (find_spec(entry.module) for entry in installed().values())
+    paths += [Path(spec.origin) for spec in origins if spec is not None and spec.origin is not None]
+    files = sorted(hashlib.sha256(path.read_bytes()).digest() for path in paths)
+    return {"versions": versions(), "sources": hashlib.sha256(b"".join(files)).hexdigest()}
+
+
+#: Computed as this process loads its code: the files may change while it runs.
+identity()
+
+
+def require_same(asked_by: dict[str, str]) -> None:
+    """Refuse to work for a process with other software.
+
+    Raises
+    ------
+    InputError
+        Naming the machine, and the versions where they differ.
+    """
+    ours = identity()
+    if asked_by == ours:
+        return
+    fault = "has other source files of gearbench"
+    if asked_by["versions"] != ours["versions"]:
+        fault = f"has {ours['versions']}, the search {asked_by['versions']}"
+    raise InputError("worker", f"on {platform.node()}", f"{fault}: install the same there, and restart it")

@@ -144,8 +144,7 @@ def test_the_archive_knows_a_gear_by_any_name():
     answer = evaluate(STUDY, without)
     assert archive.add([without, also_without], {without: answer}) == [answer, answer]
     assert archive.unknown([also_without]) == []
-    assert len(archive) == 1
-    assert archive.design(0) == without
+    assert archive.designs == [without]
     assert archive.evaluated == [1]
 
 
@@ -209,46 +208,11 @@ def test_a_folder_holds_one_run_at_a_time(tmp_path):
 
     with (
         Store(tmp_path, STUDY, resume=False),
-        pytest.raises(
-            InputError, match=rf"another run is writing into the folder: process {os.getpid()} on .*, since 2"
-        ),
+        pytest.raises(InputError, match="another run is writing into the folder"),
     ):
         optimise(STUDY, directory=tmp_path, resume=True)
     with Store(tmp_path, STUDY, resume=True):
         pass
-
-
-TWO = """
-import sys, time
-from gearbench import read_study
-from gearbench.errors import InputError
-from gearbench.optimisation.store import Store
-study, at = read_study(sys.argv[1]), float(sys.argv[2])
-for folder in sys.argv[3:]:
-    at += 0.3
-    time.sleep(max(at - time.time(), 0))
-    try:
-        with Store(folder, study, resume=False):
-            print("held", flush=True)
-            time.sleep(0.25)  # on a busy machine the other one may come late
-    except InputError as error:
-        print(error, flush=True)
-"""
-
-
-def test_of_two_runs_on_a_new_folder_one_is_refused_and_told_by_whom(study_file, tmp_path):
-    folders = [tmp_path / str(i) for i in range(6)]
-    command = [sys.executable, "-c", TWO, str(study_file), str(time.time() + 3.0), *map(str, folders)]
-    runs = [subprocess.Popen(command, stdout=subprocess.PIPE, text=True) for _ in range(2)]
-    lines = [process.communicate(timeout=60)[0].splitlines() for process in runs]
-    for folder, pair in zip(folders, zip(*lines, strict=True), strict=True):
-        assert sorted(line == "held" for line in pair) == [False, True], pair
-        loser = next(line for line in pair if line != "held")
-        winner = runs[pair.index("held")].pid
-        assert loser in (
-            f"output = {folder}: another run is writing into the folder: it has just begun",
-            loser if f"process {winner} on " in loser else "",
-        )
 
 
 def test_nothing_is_left_in_a_folder_that_is_refused(tmp_path):
