@@ -1,10 +1,10 @@
-"""Building blocks of HTML reports that open offline: head, tables, and pictures within the file."""
+"""Building blocks of HTML: reports that open offline, and tables that notebooks show."""
 
 from __future__ import annotations
 
 import base64
 import io
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from typing import TYPE_CHECKING
 
@@ -29,6 +29,21 @@ def table(names: Iterable[str], rows: Iterable[Sequence[str]]) -> str:
     top = "".join(f'<th scope="col">{cell}</th>' for cell in names)
     body = "".join("<tr>" + "".join(f"<td>{cell}</td>" for cell in row) + "</tr>" for row in rows)
     return f"<table><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table>"
+
+
+def notebook_table(title: str, heads: Sequence[str], rows: Mapping[str, Iterable[object]]) -> str:
+    """Table in the notebook's style: a caption, column heads, and the cells of each row; numbers with five digits."""
+    head = "".join(f"<th>{escape(name)}</th>" for name in ("", *heads)) if heads else ""
+    lines = [f"<table><caption>{escape(title)}</caption>", f"<thead><tr>{head}</tr></thead>" if head else "", "<tbody>"]
+    for name, cells in rows.items():
+        lines.append(f"<tr><th>{escape(name)}</th>{''.join(f'<td>{escape(_shown(cell))}</td>' for cell in cells)}</tr>")
+    return "".join((*lines, "</tbody></table>"))
+
+
+def _shown(value: object) -> str:
+    if value is None:
+        return "–"
+    return f"{value:.5g}" if isinstance(value, float) else str(value)
 
 
 def picture(figure: Figure, caption: str, dpi: int = 100) -> str:

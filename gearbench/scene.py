@@ -19,8 +19,8 @@ from gearbench.geometry.names import GEARS, PAIR
 from gearbench.geometry.pair import Pair
 from gearbench.geometry.train import Train
 from gearbench.geometry.train_tables import TrainTables
+from gearbench.html import notebook_table
 from gearbench.loads import Load, WeightedLoad, greatest_load
-from gearbench.notebook import scene_html
 from gearbench.schema import STRICT, changed, given
 
 if TYPE_CHECKING:
@@ -455,7 +455,12 @@ class Scene:
         return digest(self.to_toml())
 
     def _repr_html_(self) -> str:
-        return scene_html(self)
+        tables = self.to_mapping()
+        given = {**tables["effects"], "resolution": tables.get("resolution", {})}
+        rows = {"load": [f"{', '.join(f'{each.load.torque:g}' for each in self.each_load)} N·m on the pinion"]}
+        for name, table in given.items():
+            rows[name] = [", ".join(f"{key} = {value}" for key, value in table.items()) or "defaults"]
+        return self.pair._repr_html_() + notebook_table(self.name or "scene", (), rows)
 
 
 def check_scene(scene: object) -> None:

@@ -10,8 +10,8 @@ import pytest
 from matplotlib.axes import Axes
 
 from gearbench import plotting
+from gearbench.html import notebook_table
 from gearbench.library.garambois2017 import case, gear
-from gearbench.notebook import html_table
 from gearbench.results.netcdf import save
 from gearbench.robustness.run import robust
 from gearbench.scene_file import parse_scene
@@ -73,7 +73,7 @@ def test_names_are_escaped():
     text = parse_scene(tables)._repr_html_()
     assert "<script>" not in text
     assert "&lt;script&gt;" in text
-    table = html_table("a & b", ("<i>",), {"<b>": ("<u>",)})
+    table = notebook_table("a & b", ("<i>",), {"<b>": ("<u>",)})
     assert [mark for mark in ("<i>", "<b>", "<u>", "a & b") if mark in table] == []
 
 

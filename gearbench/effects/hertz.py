@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import lru_cache
 from typing import Any, ClassVar, Literal
 
 import numpy as np
@@ -13,10 +15,18 @@ from pydantic.dataclasses import dataclass
 
 from gearbench.effects.base import ComplianceEffect, Effects, LineLaw
 from gearbench.geometry.action import ContactLines
+from gearbench.geometry.pair import Pair
+from gearbench.geometry.separation import NODES, Separation
 from gearbench.schema import STRICT
 
 #: Polynomials of R in the compliance of solid teeth, unless a scene asks for a low order.
 FLANK_POLYNOMIALS = 5
+#: Length of intervals over the half-width of the strip of contact; parabolas on them are accurate to 1e-4 c.
+_STEP = 0.25
+#: The fewest and the most intervals on a base pitch.
+_FEWEST, _MOST = NODES / 4, 2 * NODES
+#: Points within an interval at which the law is evaluated; at its ends the law may jump.
+_AT = np.array([1e-9, 0.5, 1 - 1e-9])
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -51,8 +61,6 @@ class Hertz(ComplianceEffect):
         if lines.separation is None or self.law == "yang_sun":
             law = self.law_on(replace(lines, **first, panel=None))
         else:
-            from gearbench.effects.law_table import law_table
-
             law = law_table(self, lines.pair, lines.separation, lines.typical_load)(first["u"])
         return LineLaw(a=np.broadcast_to(law.a, lines.shape), h=np.broadcast_to(law.h, lines.shape))
 
@@ -120,3 +128,49 @@ def _kinks(lines: ContactLines, index: int, rho: NDArray, c: float) -> Iterator[
         low, high = (mean * kink_softening(vertex / width, behind / width) for width in widths)
         h = (low - high) / math.log(more)
         yield near, low + h * math.log(lines.typical_load), h
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
+class LawTable:
+    """Law between u at which another part of a flank touches, by parabolas.
+
+    Parameters
+    ----------
+    start, width
+        Of the intervals, (interval,) [mm].
+    coefficients
+        Of a and of h in powers of t = 0 … 1, (2, 3, interval) [mm²/N].
+    """
+
+    start: NDArray
+    width: NDArray
+    coefficients: NDArray
+
+    def __call__(self, u: NDArray) -> LineLaw:
+        """The law at u [mm]."""
+        i = np.clip(np.searchsorted(self.start, u, side="right") - 1, 0, len(self.start) - 1)
+        t = np.clip((u - self.start[i]) / self.width[i], 0.0, 1.0)
+        a, h = (c[0, i] + t * (c[1, i] + t * c[2, i]) for c in self.coefficients)
+        return LineLaw(a=a, h=h)
+
+
+@lru_cache(maxsize=32)
+def law_table(hertz: Hertz, pair: Pair, separation: Separation, typical_load: float) -> LawTable:
+    """Table of the law of ``hertz`` over all u at which the separation of the flanks is known."""
+    rho = float(pair.meshing.curvature_radius(np.array([pair.meshing.pitch_point]))[0])
+    pitch = pair.meshing.base_pitch
+    half_width = math.sqrt(4 * rho * typical_load / (math.pi * pair.contact_modulus))
+    step = float(np.clip(_STEP * half_width, pitch / _MOST, pitch / _FEWEST))
+    ends = separation.ends
+    parts = np.ceil(np.diff(ends) / step - 1e-9).astype(int)
+    edges = np.interp(np.arange(1 + int(parts.sum())), np.append(0, np.cumsum(parts)), ends)
+    width = np.diff(edges)
+    u = edges[:-1] + width * _AT[:, None]
+    at = ContactLines(
+        pair=pair, mesh_phase=np.zeros(u.size), index=np.zeros(1, dtype=int), u=u.reshape(-1, 1, 1),
+        y=np.zeros((u.size, 1, 1)), length=np.ones((u.size, 1, 1)), separation=separation, typical_load=typical_load,
+    )  # fmt: skip
+    law = hertz.law_on(at)
+    low, middle, high = np.stack([law.a, law.h]).reshape(2, 3, -1).swapaxes(0, 1)
+    coefficients = np.stack([low, 4 * middle - 3 * low - high, 2 * (low + high) - 4 * middle], axis=1)
+    return LawTable(start=edges[:-1], width=width, coefficients=coefficients)

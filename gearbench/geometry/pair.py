@@ -26,7 +26,7 @@ from gearbench.geometry.shifts import backlash, generating_shifts, given_shift
 from gearbench.geometry.support import Support
 from gearbench.geometry.temperature import Temperatures, strain
 from gearbench.geometry.thickness import Deviation, Thickness
-from gearbench.notebook import pair_html
+from gearbench.html import notebook_table
 from gearbench.schema import STRICT
 
 #: Centre distances [mm] and profile shifts [modules] are published to four decimals; less overlap is their rounding.
@@ -516,4 +516,25 @@ class Pair:
         return replace(found, temperature=hot)
 
     def _repr_html_(self) -> str:
-        return pair_html(self)
+        both, meshing = self.gears, self.meshing
+        gears = {
+            "teeth z": [gear.teeth for gear in both],
+            "profile shift x": self.profile_shifts,
+            "addendum, dedendum [m_n]": [f"{gear.addendum:g}, {gear.dedendum:g}" for gear in both],
+            "tip radius r_a [mm]": [gear.tip_radius for gear in both],
+            "pitch radius r [mm]": [gear.pitch_radius for gear in both],
+            "base radius r_b [mm]": [gear.base_radius for gear in both],
+            "root radius r_f [mm]": [gear.root_radius for gear in both],
+            "tip clearance [mm]": meshing.tip_clearances,
+        }
+        materials = dict.fromkeys(f"{each.youngs_modulus:g}, {each.poisson_ratio:g}" for each in self.materials)
+        together = {
+            "normal module m_n [mm]": [self.normal_module],
+            "pressure angle, helix angle [°]": [f"{self.pressure_angle:g}, {self.helix_angle:g}"],
+            "face width, centre distance [mm]": [f"{meshing.face_width:g}, {self.centre_distance:g}"],
+            "working pressure angle α_wt [°]": [math.degrees(meshing.alpha_wt)],
+            "contact ratios ε_α, ε_β": [f"{meshing.transverse_contact_ratio:.4g}, {meshing.overlap_ratio:.4g}"],
+            "backlash j_wt [mm]": [round(self.actual_backlash, 9)],
+            "E [GPa], ν": ["; ".join(materials)],
+        }
+        return notebook_table("gears", GEARS, gears) + notebook_table("pair", (), together)

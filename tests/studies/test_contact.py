@@ -9,7 +9,7 @@ import xarray as xr
 from fem_reference.contact.cycle import halfway, widened
 from fem_reference.contact.result import PhaseResult
 from gearbench.compliance.edge import edge_softening
-from gearbench.effects.law_table import law_table
+from gearbench.effects.hertz import law_table
 from gearbench.effects.off_line_contact import OffLineContact
 from gearbench.results.netcdf import open_result
 from studies.s08_contact import checks, figures
