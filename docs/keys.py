@@ -34,19 +34,23 @@ def key_tables(owner: type, shown: Shown | None = None, here: str = "above") -> 
     ]
     if not listed:
         return "\nThis table has no keys.\n"
-    text, below, before = "\n| key | meaning | default | allowed |\n|---|---|---|---|\n", {}, ""
+    text, below, first = "\n| key | meaning | default | allowed |\n|---|---|---|---|\n", {}, {}
     for (meaning, default, permitted, table), alike in groupby(listed, key=lambda row: row[1:]):
         names = ", ".join(f"`{row[0]}`" for row in alike)
-        text += f"| {names} | {'as above' if meaning == before else _markdown(meaning)} | {default} | {permitted} |\n"
+        shown_at = first.setdefault(meaning, names)
+        words = _markdown(meaning) if shown_at == names else f"as {shown_at}"
+        text += f"| {names} | {words} | {default} | {permitted} |\n"
         below |= {table: None} if table is not None else {}
-        before = meaning
+    rows = {row[:2] for row in listed}
     for table in below:
         text += f"\n{prose(table)} "
         if table in shown:
-            text += f"Its table: as {shown[table]}.\n"
+            text += f"Keys: as {shown[table]}.\n"
+        elif rows >= {(key.name, key.meaning) for key in keys(table).values()}:
+            text += f"Keys: {', '.join(f'`{name}`' for name in keys(table))}, as above.\n"
         else:
             shown[table] = here
-            text += f"Its table:\n{key_tables(table, shown, here)}"
+            text += f"Keys:\n{key_tables(table, shown, here)}"
     return text
 
 

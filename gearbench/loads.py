@@ -27,8 +27,7 @@ class Load:
     Parameters
     ----------
     torque
-        On the pinion [N·m], not 0. Positive: the pinion drives with its drive flanks. Negative: the coast flanks carry,
-        as where the wheel drives while both keep turning.
+        Torque on the pinion [N·m], not 0. Negative: the coast flanks carry the load.
     """
 
     torque: Annotated[float, AfterValidator(_loaded)]
@@ -46,9 +45,9 @@ class WeightedLoad:
     Parameters
     ----------
     torque
-        On the pinion [N·m], not 0, as that of ``[load]``.
+        Torque on the pinion [N·m], not 0.
     weight
-        Its share in means over the loads, relative to the weights of the others [–].
+        Relative weight in means over the loads [–].
     """
 
     torque: Annotated[float, AfterValidator(_loaded)]

@@ -42,17 +42,16 @@ class Operation:
     Parameters
     ----------
     speed
-        Of the pinion [1/min].
+        Speed of the pinion [1/min].
     friction_coefficient
-        μ of the mesh [–]; absent: by ISO/TR 14179-2 from the lubricant.
+        μ of the mesh [–]; by default from the lubricant (ISO/TR 14179-2).
     viscosity
         Dynamic viscosity of the oil at its temperature [mPa·s].
     roughness
         Mean arithmetic roughness R_a of both flanks [µm].
     lubricant_factor
-        X_L [–]: 1 is the mineral oil that the others are compared with. ISO/TR 13989 and 15144-1 have 0.8 for
-        polyalphaolefins, 0.7 for polyglycols (0.6 where they mix with water), 1.3 for phosphate esters and 1.5 for
-        traction fluids; better that of the oil.
+        X_L [–]: 1 for mineral oil. ISO/TR 13989 and 15144-1: 0.8 for polyalphaolefins, 0.7 for polyglycols (0.6 if they
+        mix with water), 1.3 for phosphate esters, 1.5 for traction fluids.
     thermal_contact_coefficient
         B_M = √(λ ρ c) of the flanks [N/(mm·s^½·K)]; 13.8 for steel.
     """
@@ -80,18 +79,16 @@ class Resolution:
     Parameters
     ----------
     positions
-        Number of uniformly spaced mesh phases. Absent: Gauss points between the transition phases, which converge
-        much faster, because the stiffness jumps where a pair enters or leaves.
+        Number of uniformly spaced mesh phases. By default Gauss points between the transitions, which converge much
+        faster.
     gauss_points
-        Gauss points on each panel between two transitions, where ``positions`` is absent; unless given 5 where the
-        transitions under load are found first, 8 for error samples.
+        Gauss points on each panel between two transitions; by default 5, or 8 for error samples.
     segments
         Segments of constant line load on each contact line.
     accuracy
-        Relative accuracy of mean, RMS and peak-to-peak values and harmonics 1 to 5 of both curves, over error samples
-        of means and RMS values, in place of the others: ``simulate`` and ``robust`` choose settings that meet it by
-        estimate. Line loads are not part of it. RMS and peak-to-peak are relative to themselves, but to no less than
-        1 % of the mean, harmonics to no less than 20 % of peak-to-peak.
+        Relative accuracy, instead of the other keys: ``simulate`` and ``robust`` choose settings whose estimated error
+        is this small. It covers means, RMS, peak-to-peak values and harmonics 1 to 5 of both curves, over error samples
+        means and RMS values.
     """
 
     positions: Annotated[int, Field(ge=1, le=100_000)] | None = None

@@ -52,7 +52,7 @@ def application(names: Sequence[str] = COMMANDS) -> typer.Typer:
         context_settings={"help_option_names": ["-h", "--help"]},
         rich_markup_mode=None,
         pretty_exceptions_enable=False,
-        help="Static transmission error and mesh stiffness of involute gear pairs, and how robust they are.",
+        help="Static transmission error and mesh stiffness of involute gears, and their scatter under errors.",
     )
     app.callback()(_options)
     for name in names:

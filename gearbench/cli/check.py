@@ -20,9 +20,9 @@ Files = Annotated[
 
 
 def check(files: Files, quiet: Quiet = False, verbose: Verbose = False, json: Json = False) -> None:
-    """Say of each FILE what it is, and whether it is whole: results by their digest, inputs by reading them.
+    """Tell what each FILE is and whether it is intact: results by their digest, inputs by reading them.
 
-    Exit code 2 if one is not whole, or none of gearbench's.
+    Exit code 2 if a file is damaged or unknown.
 
     Example: gearbench check front case1.nc gearbox.rexs
     """

@@ -19,7 +19,7 @@ FLANK = ("compliance_error", "compliance_error_bar", "unknowns")
 Folder = Annotated[
     Path | None, typer.Option("--output", "-o", metavar="DIR", help="Write cost.nc and plots into this folder.")
 ]
-Repeats = Annotated[int, typer.Option(min=1, help="Timed runs of each setting; medians count.")]
+Repeats = Annotated[int, typer.Option(min=1, help="Timed runs of each setting, for the median.")]
 
 
 def cost(
@@ -30,9 +30,9 @@ def cost(
     verbose: Verbose = False,
     json: Json = False,
 ) -> None:
-    """Cost of accuracy on SCENE: error and time of every level of every knob.
+    """Measure error against time for every setting of SCENE.
 
-    Where SCENE has finite elements, also of every finite element on several meshes, which takes some minutes.
+    For a scene with finite elements this includes all element types on several meshes and takes some minutes.
 
     Example: gearbench cost examples/sc.toml -o cost
     """

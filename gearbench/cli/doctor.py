@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def doctor(quiet: Quiet = False, verbose: Verbose = False, json: Json = False) -> None:
-    """Whether this machine meets the needs of each part of gearbench; exit code 1 where something is missing.
+    """Check whether this machine has what each part of gearbench needs; exit code 1 if something is missing.
 
     Example: gearbench doctor
     """

@@ -20,12 +20,12 @@ Results = Annotated[
     list[Path] | None,
     typer.Argument(
         metavar="[RESULT…]",
-        help="Folders or front.nc of optimisations; or scenes, REXS files, results of simulate or robust.",
+        help="Optimisation folders or front.nc; or scenes, REXS files, results of simulate or robust.",
         show_default=False,
     ),
 ]
-Port = Annotated[int, typer.Option(min=0, max=65535, help="Port on 127.0.0.1; 0: any that is free.")]
-Export = Annotated[Path | None, to_file("FILE.html", "Write one self-contained page instead.", "--export")]
+Port = Annotated[int, typer.Option(min=0, max=65535, help="Port on 127.0.0.1; 0: any free port.")]
+Export = Annotated[Path | None, to_file("FILE.html", "Write one self-contained page and exit.", "--export")]
 
 
 def explore(
@@ -37,9 +37,7 @@ def explore(
     verbose: Verbose = False,
     json: Json = False,
 ) -> None:
-    """Open a local page: a design bench for one scene, or fronts, filters and the picked gear of stored RESULTs.
-
-    The bench is for scene files, stages of REXS files, results of simulate or robust; an example by default.
+    """Open a local web page: a design bench for one scene, or the designs of stored studies.
 
     Example: gearbench explore scene.toml --port 5006
     """

@@ -38,7 +38,7 @@ def hunting(
     verbose: Verbose = False,
     json: Json = False,
 ) -> None:
-    """All mesh cycles of SCENE until the same teeth meet again: side bands of pitch errors, run-out, waves.
+    """Side bands of pitch errors, run-out and waviness of SCENE, over all mesh cycles until the same teeth meet again.
 
     Example: gearbench hunting SCENE -o hunting.nc --plots plots
     """

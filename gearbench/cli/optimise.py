@@ -20,10 +20,8 @@ Folder = Annotated[
     Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the generations and the front.")
 ]
 Resume = Annotated[bool, typer.Option("--resume", help="Continue the search in DIR.")]
-Scheduler = Annotated[str | None, typer.Option(metavar="ADDRESS|local:N", help="Evaluate on dask.distributed.")]
-Threads = Annotated[
-    int | None, typer.Option(min=1, help="Worker processes, one design at a time on each; all processors by default.")
-]
+Scheduler = Annotated[str | None, typer.Option(metavar="ADDRESS|local:N", help="Evaluate designs on dask.distributed.")]
+Threads = Annotated[int | None, typer.Option(min=1, help="Number of worker processes; by default all processors.")]
 #: Designs of the front that the summary shows.
 SHOWN = 12
 
@@ -39,7 +37,7 @@ def optimise(
     verbose: Verbose = False,
     json: Json = False,
 ) -> None:
-    """Optimise the gears of STUDY; every generation is kept in DIR, and --resume continues after any interruption.
+    """Search for better gears as STUDY says. Every generation is kept in DIR; --resume continues after an interruption.
 
     Example: gearbench optimise examples/optimise_pair.toml -o front
     """

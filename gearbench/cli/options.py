@@ -44,7 +44,7 @@ SceneFile = Annotated[Path, typer.Argument(metavar="SCENE", help="Scene file (TO
 Stored = Annotated[
     Path, typer.Argument(metavar="DIR|FRONT.nc", help="Folder or front of an optimisation.", show_default=False)
 ]
-Threads = Annotated[int | None, typer.Option(min=1, help="Threads; all processors by default.")]
+Threads = Annotated[int | None, typer.Option(min=1, help="Number of threads; by default all processors.")]
 Output = Annotated[
     Path | None,
     typer.Option("--output", "-o", metavar="OUT.nc", callback=_netcdf, help="Write the Dataset to this netCDF file."),
@@ -57,7 +57,7 @@ Verbose = Annotated[
 ]
 AccuracyText = Annotated[
     str | None,
-    typer.Option("--accuracy", metavar="A", help="Choose the cheapest settings of this accuracy, e.g. 1% or 0.01."),
+    typer.Option("--accuracy", metavar="A", help="Choose the cheapest settings for this accuracy, e.g. 1% or 0.01."),
 ]
 
 
@@ -81,7 +81,7 @@ Memory = Annotated[
     typer.Option(
         metavar="SIZE",
         callback=_limit_memory,
-        help="Memory that may be used, e.g. 4GB; 70 % of the machine's by default. What needs more is refused.",
+        help="Largest memory to use, e.g. 4GB; by default 70 % of the machine's.",
     ),
 ]
 

@@ -29,7 +29,7 @@ def plan(
     verbose: Verbose = False,
     json: Json = False,
 ) -> None:
-    """Parts that will run for SCENE, their sizes and the memory; for a study, what one evaluation takes.
+    """Show the computations of SCENE, their sizes and memory; for a study, those of one evaluation.
 
     Example: gearbench plan examples/case1.toml
     """

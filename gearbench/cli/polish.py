@@ -8,7 +8,7 @@ import typer
 
 from gearbench.cli.options import Json, Memory, Output, Quiet, Stored, Threads, Verbose, progress_lines, say
 
-Evaluations = Annotated[int, typer.Option(min=8, help="Evaluations of each design, at most.")]
+Evaluations = Annotated[int, typer.Option(min=8, help="Largest number of evaluations of each design.")]
 
 
 def polish(
@@ -23,7 +23,7 @@ def polish(
 ) -> None:
     """Improve every design of a front over its continuous variables, in all objectives at once.
 
-    Variables that decimals step through become real. The result is a front that select, verify and explore open.
+    Variables with decimal steps become real. select, verify and explore open the result like a front.
 
     Example: gearbench polish front -o polished.nc
     """

@@ -20,23 +20,23 @@ if TYPE_CHECKING:
 
 Speed = Annotated[
     str,
-    typer.Option("--speed", metavar="A:B[:N]", help="Speed of the pinion [1/min]: one, or N (200) from A to B."),
+    typer.Option("--speed", metavar="A:B[:N]", help="Speed of the pinion [1/min], or N speeds (200) from A to B."),
 ]
-Harmonics = Annotated[int, typer.Option(metavar="H", help="Orders of the mesh frequency.")]
+Harmonics = Annotated[int, typer.Option(metavar="H", help="Number of harmonics of the mesh frequency.")]
 Sound = Annotated[Path | None, to_file("OUT.wav", "Write a run-up of 10 s as sound.", "--sound")]
-SoundAt = Annotated[str | None, typer.Option(metavar="NAME", help="Bearing, or point of the housing, that is heard.")]
+SoundAt = Annotated[str | None, typer.Option(metavar="NAME", help="Bearing or point of the housing to listen at.")]
 FullScale = Annotated[
-    float | None, typer.Option(metavar="N", help="What the full scale of the sound is: alike for variants.", min=1e-9)
+    float | None, typer.Option(metavar="N", help="Full scale of the sound, to compare variants.", min=1e-9)
 ]
-Nonlinear = Annotated[bool, typer.Option("--nonlinear", help="With loss of contact, up and down in speed.")]
+Nonlinear = Annotated[
+    bool, typer.Option("--nonlinear", help="Integrate over time with loss of contact, for rising and falling speed.")
+]
 
 
 Revolution = Annotated[
-    bool, typer.Option("--revolution", help="Over whole revolutions: side bands of teeth that differ and of waves.")
+    bool, typer.Option("--revolution", help="Compute whole revolutions: side bands of pitch errors and waviness.")
 ]
-Samples = Annotated[
-    int | None, typer.Option(metavar="N", help="Scatter over N samples of the random manufacturing errors.")
-]
+Samples = Annotated[int | None, typer.Option(metavar="N", help="Number of samples of the manufacturing errors.")]
 Housing = Annotated[
     Path | None,
     typer.Option("--housing", metavar="H.nc", help="Transfer functions of a housing."),
@@ -67,7 +67,7 @@ def response(
     verbose: Verbose = False,
     json: Json = False,
 ) -> None:
-    """Dynamic transmission error, mesh and bearing forces of SCENE, which has [system], over speed.
+    """Dynamic transmission error, mesh and bearing forces of SCENE (with [system]) over speed.
 
     Example: gearbench response examples/shafts.toml --speed 500:6000 -o response.nc --plots plots
     """

@@ -21,22 +21,20 @@ RexsFile = Annotated[
     Path, typer.Argument(metavar="FILE", help="REXS file (.rexs, .rexsj, .rexsz).", show_default=False)
 ]
 StageName = Annotated[
-    str | None, typer.Option("--stage", metavar="N", help="Stage of a REXS file: its number in the list, or its id.")
+    str | None, typer.Option("--stage", metavar="N", help="Stage of a REXS file: number in the list, or id.")
 ]
 Torque = Annotated[
     float | None,
-    typer.Option(
-        metavar="T", help="Torque on the pinion, or the driving gear of a REXS stage [N·m], instead of the file's."
-    ),
+    typer.Option(metavar="T", help="Torque on the pinion or driving gear [N·m], instead of that in the file."),
 ]
-LoadCase = Annotated[int | None, typer.Option(metavar="N", help="Load case of a REXS file; the first by default.")]
+LoadCase = Annotated[int | None, typer.Option(metavar="N", help="Load case of a REXS file; by default the first.")]
 SceneOut = Annotated[
     tuple[str, Path] | None,
     typer.Option("--scene", metavar="N OUT.toml", help="Write stage N, on its shafts and bearings, as a scene file."),
 ]
 Written = Annotated[
     tuple[Path, Path] | None,
-    typer.Option("--write", metavar="RESULT.nc OUT.rexs", help="Copy FILE with the results of --stage N in it."),
+    typer.Option("--write", metavar="RESULT.nc OUT.rexs", help="Write a copy of FILE with the results of --stage N."),
 ]
 
 

@@ -28,13 +28,13 @@ from gearbench.cli.options import (
 if TYPE_CHECKING:
     import xarray as xr
 
-Samples = Annotated[int | None, typer.Option(min=2, help="Number of error samples; 1000 unless chosen by accuracy.")]
-Seed = Annotated[int, typer.Option(min=0, help="Seed of the samples.")]
-SamplerName = Annotated[Literal["sobol", "random", "latin_hypercube"], typer.Option(help="How samples are drawn.")]
-
-More = Annotated[
-    list[str] | None, typer.Option("--response", metavar="NAME", help="One more response; give it again for more.")
+Samples = Annotated[
+    int | None, typer.Option(min=2, help="Number of error samples; by default 1000, or as --accuracy needs.")
 ]
+Seed = Annotated[int, typer.Option(min=0, help="Seed of the samples.")]
+SamplerName = Annotated[Literal["sobol", "random", "latin_hypercube"], typer.Option(help="Sampling method.")]
+
+More = Annotated[list[str] | None, typer.Option("--response", metavar="NAME", help="Additional metric; repeatable.")]
 
 
 def robust(
@@ -52,7 +52,7 @@ def robust(
     verbose: Verbose = False,
     json: Json = False,
 ) -> None:
-    """Response of SCENE to random manufacturing errors: RMS values, their scatter, and which error matters.
+    """Scatter of SCENE under random manufacturing errors: RMS values, their statistics, and which error matters.
 
     Example: gearbench robust examples/gear55_robust.toml --samples 1000 -o robust.nc --plots plots
     """

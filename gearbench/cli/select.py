@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 Where = Annotated[
     list[str] | None,
-    typer.Option(metavar="CONDITION", help='Condition, e.g. "helix_angle<=15"; give it again for more.'),
+    typer.Option(metavar="CONDITION", help='Condition, e.g. "helix_angle<=15"; repeatable.'),
 ]
 Rank = Annotated[
     str | None, typer.Option(metavar="SUM", help='Weights, e.g. "mesh_stiffness_rms_mean + 2*axial_force".')
@@ -24,13 +24,13 @@ Avoid = Annotated[
     list[str] | None, typer.Option(metavar="LOW:HIGH", help="Mesh frequencies to avoid [Hz]; needs --speed.")
 ]
 Speed = Annotated[str | None, typer.Option(metavar="LOW:HIGH", help="Speeds of the pinion [rpm], for --avoid.")]
-Orders = Annotated[int, typer.Option(min=1, max=100, help="Mesh orders that count, for --avoid.")]
-Top = Annotated[int, typer.Option(min=1, help="How many designs to print.")]
-Csv = Annotated[Path | None, to_file("FILE", "Write all designs that are left as CSV.")]
+Orders = Annotated[int, typer.Option(min=1, max=100, help="Mesh orders for --avoid.")]
+Top = Annotated[int, typer.Option(min=1, help="Number of designs to print.")]
+Csv = Annotated[Path | None, to_file("FILE", "Write all remaining designs as CSV.")]
 Markdown = Annotated[Path | None, to_file("FILE", "Write the printed designs as Markdown.")]
 Export = Annotated[
     tuple[int, Path] | None,
-    typer.Option(metavar="N SCENE.toml", help="Write design N, one of those left, as a scene."),
+    typer.Option(metavar="N SCENE.toml", help="Write design N as a scene."),
 ]
 
 
@@ -50,9 +50,9 @@ def select(
     verbose: Verbose = False,
     json: Json = False,
 ) -> None:
-    """Choose among the designs of an optimisation: filter, rank, list, and export one as a scene.
+    """Filter, rank and list the designs of an optimisation, and export one as a scene.
 
-    Conditions may name every variable, objective and limit of the study, on_front, mass, gear_ratio, axial_force [N],
+    Conditions may name variables, objectives and limits of the study, on_front, mass, gear_ratio, axial_force [N],
     modifications (kinds of micro-geometry), pinion_teeth, wheel_teeth, pinion_addendum, wheel_addendum.
 
     Example: gearbench select front --where "modifications==0" --where "pinion_addendum==1" --worst-case

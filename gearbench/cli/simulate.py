@@ -30,13 +30,14 @@ if TYPE_CHECKING:
 
 Also = Annotated[
     list[str] | None,
-    typer.Option("--also", metavar="NAME", help="One more output, e.g. flank_pressure; give it again for more."),
+    typer.Option("--also", metavar="NAME", help="Additional output, e.g. flank_pressure; repeatable."),
 ]
 Report = Annotated[
-    Path | None, to_file("FILE.html", "Write drawing, data, curves, maps and warnings on one page.", "--report")
+    Path | None, to_file("FILE.html", "Write a report with drawing, data, curves, maps and warnings.", "--report")
 ]
 Scale = Annotated[
-    float | None, typer.Option("--scale", metavar="MPA", min=1e-3, help="End of the colours of the load maps [MPa].")
+    float | None,
+    typer.Option("--scale", metavar="MPA", min=1e-3, help="Upper end of the colour scale of load maps [MPa]."),
 ]
 
 #: Outputs of the summary beside the usual ones; the root stress of gears that racks have cut.

@@ -32,14 +32,14 @@ if TYPE_CHECKING:
 Torques = Annotated[
     str | None,
     typer.Option(
-        "--torque", metavar="RANGE", help="Torques on the pinion [N·m]: FIRST:LAST:STEP, which passes over 0, or A,B,C."
+        "--torque", metavar="RANGE", help="Torques on the pinion [N·m]: FIRST:LAST:STEP (without 0), or A,B,C."
     ),
 ]
 Sets = Annotated[
     list[str] | None,
-    typer.Option("--set", metavar="KEY=RANGE", help="Another key of the scene; give it again for more."),
+    typer.Option("--set", metavar="KEY=RANGE", help="Another key of the scene; repeatable."),
 ]
-Samples = Annotated[int, typer.Option(min=0, help="Error samples at every point; 0: the scene as it is.")]
+Samples = Annotated[int, typer.Option(min=0, help="Error samples at every point; 0: the scene itself.")]
 Seed = Annotated[int, typer.Option(min=0, help="Seed of the samples.")]
 
 
@@ -57,13 +57,13 @@ def sweep(
     verbose: Verbose = False,
     json: Json = False,
 ) -> None:
-    """SCENE over ranges of its keys, the torque above all: transmission error, stiffness, orders at every point.
+    """Transmission error, stiffness and mesh orders of SCENE over ranges of the torque and other keys.
 
     Example: gearbench sweep examples/case2.toml --torque 20:300:20 -o case2_loads.nc --plots plots
 
     Two keys: gearbench sweep SCENE --torque 50,100 --set effects.crowning.amount=0:8:2 -o grid.nc
 
-    OUT.nc is written now and then: a sweep that is killed or fails leaves the points done until then.
+    Completed points are saved to OUT.nc from time to time.
     """
     from gearbench.errors import naming
     from gearbench.results.netcdf import save

@@ -20,8 +20,7 @@ Accuracy = Annotated[
     str | None,
     typer.Option(
         metavar="A",
-        help="Relative error of the reference's compliance, e.g. 1% or 0.01; a fifth of the differences it judges by "
-        "default.",
+        help="Relative error of the reference's compliance, e.g. 1% or 0.01; by default a fifth of the differences.",
         show_default=False,
     ),
 ]
@@ -30,11 +29,10 @@ Contact = Annotated[
     bool,
     typer.Option(
         "--contact",
-        help="Compare with contact finite elements instead, which assume no line and no law of contact: minutes a "
-        "scene. Writes contact.nc and contact.png.",
+        help="Compare with contact finite elements instead (minutes a scene); writes contact.nc and contact.png.",
     ),
 ]
-Phases = Annotated[int, typer.Option(min=4, max=200, help="With --contact: phases of the mesh cycle.")]
+Phases = Annotated[int, typer.Option(min=4, max=200, help="Phases of the mesh cycle with --contact.")]
 
 
 def validate(

@@ -25,11 +25,9 @@ from gearbench.cli.options import (
 if TYPE_CHECKING:
     import xarray as xr
 
-Designs = Annotated[
-    list[int] | None, typer.Option("--design", metavar="N", help="Only this design; give it again for more.")
-]
+Designs = Annotated[list[int] | None, typer.Option("--design", metavar="N", help="Only this design; repeatable.")]
 Accuracy = Annotated[
-    float, typer.Option(min=1e-4, max=0.1, help="Relative error of the compliance that the meshes are refined to.")
+    float, typer.Option(min=1e-4, max=0.1, help="Relative error of the compliance of the finite elements.")
 ]
 Markdown = Annotated[Path | None, to_file("FILE", "Write all designs as a Markdown table.")]
 
@@ -47,10 +45,9 @@ def verify(
     verbose: Verbose = False,
     json: Json = False,
 ) -> None:
-    """Evaluate the front of an optimisation again with finite elements: shift of each design, and whether ranks hold.
+    """Evaluate the front of an optimisation again with finite elements: shifts of designs, and rank correlation.
 
-    Gaps, errors and samples stay the same; only the compliance of the teeth is replaced. One FE model for each
-    macro-geometry, a few seconds each, kept on disk.
+    Each macro-geometry needs one finite element model, a few seconds each, kept on disk.
 
     Example: gearbench verify front -o verified.nc --plots plots
     """

@@ -25,9 +25,9 @@ class OneCrowning:
     amount
         C_β, material missing at either end of the face [µm].
     amount_at_0
-        C_β0, material missing at y = 0 if different from that at y = b [µm].
+        C_β0, material missing at y = 0, if different from y = b [µm].
     highest
-        Position y_0 of the highest point [mm]; the middle of the face where absent.
+        Position y_0 of the highest point [mm]; by default the middle of the face.
     """
 
     amount: Amount
@@ -56,21 +56,20 @@ class OneCrowning:
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Crowning(OverFace):
-    """Crowning e = C_β (2y/b − 1)²: of the pair, both gears together, over the common face, or a table for each gear.
+    """Crowning e = C_β (2y/b − 1)²: of the pair over the common face, or a table for each gear.
 
-    An unsymmetrical one is of two half parabolas that meet without kink at the highest point y_0:
-    e = C_β0 (1 − y/y_0)² before it, C_β ((y − y_0)/(b − y_0))² after it.
+    Unsymmetrical crowning: e = C_β0 (1 − y/y_0)² before the highest point y_0, C_β ((y − y_0)/(b − y_0))² after it.
 
     Parameters
     ----------
     amount
         C_β, material missing at either end of the face [µm].
     amount_at_0
-        C_β0, material missing at y = 0 where it is another amount than at y = b [µm].
+        C_β0, material missing at y = 0, if different from y = b [µm].
     highest
-        Position y_0 of the highest point [mm]; the middle of the face where absent.
+        Position y_0 of the highest point [mm]; by default the middle of the face.
     pinion, wheel
-        Crowning of each gear over its own face, in place of the keys above.
+        Crowning of each gear over its face, instead of the keys above.
     """
 
     amount: Amount | None = None
@@ -83,7 +82,7 @@ class Crowning(OverFace):
     name: ClassVar[str] = "crowning"
     summary: ClassVar[str] = "gap: parabola over the face width"
     source: ClassVar[str] = "ISO 21771-1 C_β; Garambois et al. 2017"
-    use: ClassVar[str] = "Where the load must stay away from the ends of the face."
+    use: ClassVar[str] = "To keep the load away from the ends of the face."
     example: ClassVar[dict[str, Any]] = {"amount": 4.0}
 
     def __post_init__(self) -> None:

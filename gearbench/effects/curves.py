@@ -30,9 +30,9 @@ class FlankCurve:
     polynomial
         Coefficients c_1, c_2, … of c_1 t + c_2 t² + … [µm], t from 0 to 1; at most 12.
     at
-        Positions of the points [mm], two or more, increasing; held beyond the first and the last.
+        Increasing positions of at least two points [mm]; constant beyond them.
     deviation
-        Deviation at each of them [µm].
+        Deviation at each point [µm].
     """
 
     polynomial: Annotated[Deviations, Field(max_length=12)] | None = None

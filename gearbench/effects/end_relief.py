@@ -24,9 +24,9 @@ class OneEnd:
     amount
         Material missing at the end of the face [µm].
     length
-        Along the face width [mm]; 0 means no relief.
+        Length along the face width [mm]; 0: no relief.
     shape
-        "linear", "parabolic" or "circular".
+        Shape of the relief.
     """
 
     amount: Amount
@@ -36,18 +36,18 @@ class OneEnd:
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class OneFace:
-    """End relief of one gear, over its own face: the same at both ends, or a table for either end.
+    """End relief of one gear over its face: the same at both ends, or a table for each end.
 
     Parameters
     ----------
     amount
         Material missing at either end of the face [µm].
     length
-        Length of each relief along the face width [mm]; 0 means no relief.
+        Length along the face width [mm]; 0: no relief.
     shape
-        "linear", "parabolic" or "circular".
+        Shape of the relief.
     at_0, at_b
-        Relief of the end at y = 0, at y = b, in place of the keys above.
+        Relief of the end at y = 0, at y = b, instead of the keys above.
     """
 
     amount: Amount | None = None
@@ -89,22 +89,22 @@ class OneFace:
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class EndRelief(OverFace):
-    """End relief: of the pair, both gears together, over the common face, or a table for each gear.
+    """End relief: of the pair over the common face, or a table for each gear.
 
-    The same at both ends, or a table for either end.
+    The same at both ends, or a table for each end.
 
     Parameters
     ----------
     amount
         Material missing at either end of the face [µm].
     length
-        Length of each relief along the face width [mm]; 0 means no relief.
+        Length along the face width [mm]; 0: no relief.
     shape
-        "linear", "parabolic" or "circular".
+        Shape of the relief.
     at_0, at_b
-        Relief of the end at y = 0, at y = b, in place of the keys above.
+        Relief of the end at y = 0, at y = b, instead of the keys above.
     pinion, wheel
-        End relief of each gear over its own face, in place of all keys above.
+        End relief of each gear over its face, instead of all keys above.
     """
 
     amount: Amount | None = None
@@ -119,7 +119,7 @@ class EndRelief(OverFace):
     name: ClassVar[str] = "end_relief"
     summary: ClassVar[str] = "gap: relief of the ends of the face"
     source: ClassVar[str] = "ISO 21771-1 C_βI, C_βII"
-    use: ClassVar[str] = "Where only the ends of the face are to be relieved."
+    use: ClassVar[str] = "To relieve only the ends of the face."
     example: ClassVar[dict[str, Any]] = {"amount": 5.0, "length": 2.0}
 
     def __post_init__(self) -> None:

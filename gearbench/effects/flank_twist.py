@@ -16,9 +16,8 @@ from gearbench.schema import STRICT
 class FlankTwist(AmountOfGears):
     """Flank twist S_α of each gear: e = S_α (y/b − ½) (t − ½).
 
-    t counts from 0 to 1 over the roll length of the active profile. The profile slope at y is S_α (y/b − ½); S_α is
-    its value at y = b less that at y = 0. At mid-face and at the middle of the profile nothing is missing. Positive:
-    material missing at the tip at y = b and at the root at y = 0, in excess at the two other corners.
+    t runs from 0 to 1 over the roll length of the active profile. S_α is the profile slope at y = b minus that at y =
+    0. Positive: material missing at the tip at y = b and at the root at y = 0, excess at the two other corners.
 
     Parameters
     ----------
@@ -27,9 +26,9 @@ class FlankTwist(AmountOfGears):
     """
 
     name: ClassVar[str] = "flank_twist"
-    summary: ClassVar[str] = "gap: profile slope of each gear that changes linearly over the face width"
+    summary: ClassVar[str] = "gap: profile slope that changes linearly over the face width"
     source: ClassVar[str] = "ISO 21771-1 S_α"
-    use: ClassVar[str] = "The twist that generating grinding leaves on a crowned helical flank, or a wanted bias."
+    use: ClassVar[str] = "The twist that generating grinding leaves on a crowned helical flank, or a deliberate one."
     example: ClassVar[dict[str, Any]] = {"pinion": 6.0}
 
     def factors(self, pair: Pair, index: int) -> tuple[Ramp, ...]:

@@ -18,33 +18,30 @@ from gearbench.schema import STRICT
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class GearBody(ToothCompliance):
-    """Elastic gear bodies, held at their bores, below the teeth. Needs ``bore_diameter`` of both gears.
+    """Elastic gear bodies below the teeth, held at their bores. Both gears need ``bore_diameter``.
 
-    They are as wide as the face, or a rim on a web (``rim_thickness`` and ``web_thickness`` of the gear). That of an
-    internal gear is held all around at its ``outer_diameter``, or on the springs of its ``support``.
-
-    Beside a tooth of finite elements the body is of finite elements too, and has no keys of its own.
+    A body is as wide as the face, or a rim on a web (``rim_thickness``, ``web_thickness``). An internal gear is held at
+    its ``outer_diameter`` or by the springs of its ``support``. With finite elements the body is meshed too, and this
+    table has no keys.
 
     Parameters
     ----------
     model
-        "ring": the body as an elastic ring, joined to solid teeth along their roots; their order is that of the solid
-        tooth, or its default beside a plate. "sainsot_velex": closed form of Sainsot, Velex, Duverger (2004) for the
-        load spread evenly over the face width; refused outside the range it was fitted on.
+        "ring": elastic ring joined to solid teeth along their roots. "sainsot_velex": closed form of Sainsot, Velex,
+        Duverger (2004) for an even load; refused outside the range of its fit.
     coupled
-        Ring only. Whether a loaded tooth moves its neighbours too; if not, the body adds to the deflection of the tooth
-        that is loaded only. The closed form never couples.
+        Ring only. Whether a loaded tooth also moves its neighbours.
     """
 
     model: Literal["ring", "sainsot_velex"] = "ring"
     coupled: bool = True
 
     name: ClassVar[str] = "gear_body"
-    summary: ClassVar[str] = "compliance: the gear body, through which all its teeth move each other"
+    summary: ClassVar[str] = "compliance: gear bodies, which couple the teeth"
     source: ClassVar[str] = "elastic ring with solid teeth, Fourier and Ritz; Sainsot, Velex & Duverger 2004"
-    use: ClassVar[str] = "Where deflections are to be those of real gears: a good part of them lies below the teeth."
+    use: ClassVar[str] = "For real gears: about half of the deflection lies below the teeth."
     example: ClassVar[dict[str, Any]] = {"model": "ring"}
-    requires: ClassVar[dict[str, str]] = {"hertz": "the body alone does not determine the distribution of the load"}
+    requires: ClassVar[dict[str, str]] = {"hertz": "the load distribution needs a contact law"}
 
     def __post_init__(self) -> None:
         refuse_foreign_keys(self, {"coupled": ("ring",)})

@@ -16,7 +16,7 @@ from gearbench.schema import STRICT
 class HelixCurve(CurvesOfGears):
     """Deviation of the helix of each gear over the face, the same all along the profile.
 
-    A polynomial runs over the gear's own face width, t = y/b; points stand at positions y on it.
+    A polynomial runs over the face width of the gear, t = y/b; points are at positions y.
 
     Parameters
     ----------
@@ -27,7 +27,7 @@ class HelixCurve(CurvesOfGears):
     name: ClassVar[str] = "helix_curve"
     summary: ClassVar[str] = "gap: any curve over the face width of each gear"
     source: ClassVar[str] = "ISO 21771-1, helix modification; ISO 1328-1, helix trace"
-    use: ClassVar[str] = "Where the helix is given as a polynomial or as a trace."
+    use: ClassVar[str] = "A helix given as a polynomial or as a trace."
     example: ClassVar[dict[str, Any]] = {"pinion": {"at": [0.0, 6.0, 18.0, 24.0], "deviation": [5.0, 0.0, 0.0, 3.0]}}
 
     def extent(self, pair: Pair, index: int) -> Ramp:

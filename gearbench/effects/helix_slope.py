@@ -13,7 +13,7 @@ from gearbench.schema import STRICT
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class HelixSlope(AmountOfGears):
-    """Helix slope f_Hβ of each gear: zero at y = 0, full amount at y = b. Positive: material missing at y = b.
+    """Helix slope f_Hβ of each gear: zero at y = 0, full amount at y = b.
 
     Parameters
     ----------
@@ -22,9 +22,9 @@ class HelixSlope(AmountOfGears):
     """
 
     name: ClassVar[str] = "helix_slope"
-    summary: ClassVar[str] = "gap: linear over the face width, each gear"
+    summary: ClassVar[str] = "gap: linear over the face width of each gear"
     source: ClassVar[str] = "ISO 1328-1 f_Hβ"
-    use: ClassVar[str] = "A known deviation of the helix, or a deliberate correction."
+    use: ClassVar[str] = "A known or deliberate deviation of the helix."
     example: ClassVar[dict[str, Any]] = {"pinion": 5.0}
 
     def factors(self, pair: Pair, index: int) -> tuple[Ramp, ...]:

@@ -33,16 +33,17 @@ _AT = np.array([1e-9, 0.5, 1 - 1e-9])
 class Hertz(ComplianceEffect):
     """Contact compliance, as a law of the line load q.
 
-    "yang_sun": constant per unit length, g = 4(1−ν²)/(πE) · q (C2 of docs/theory.md).
-    "weber_banaschek": g = 4(1−ν²)/(πE) · q · [ln(2√(t₁t₂)/a_H) − ν/(2(1−ν))], a_H² = 8qρ(1−ν²)/(πE), with ρ the
-    relative radius of curvature in the normal plane and t_i the depth from the flank, along the line of action, to
-    the centre line of the tooth; load dependent, solved to convergence (C3).
-    Gears of two materials add a half of each.
+    "yang_sun": linear, g = 4(1−ν²)/(πE) · q (C2 of docs/theory.md).
+
+    "weber_banaschek": load dependent, g = 4(1−ν²)/(πE) · q · [ln(2√(t₁t₂)/a_H) − ν/(2(1−ν))], a_H² = 8qρ(1−ν²)/(πE)
+    (C3), with the relative radius of curvature ρ and the depths t_i of the centre lines of the teeth below the flanks.
+
+    For two materials, each contributes half.
 
     Parameters
     ----------
     law
-        "weber_banaschek" or "yang_sun".
+        Contact law.
     """
 
     law: Literal["weber_banaschek", "yang_sun"] = "weber_banaschek"
@@ -50,7 +51,7 @@ class Hertz(ComplianceEffect):
     name: ClassVar[str] = "hertz"
     summary: ClassVar[str] = "compliance: local compression of the flanks under the line load"
     source: ClassVar[str] = "Yang & Sun 1985; Weber & Banaschek 1953"
-    use: ClassVar[str] = "Always: without it the distribution of the load is not determined."
+    use: ClassVar[str] = "Always: it determines the distribution of the load."
     example: ClassVar[dict[str, Any]] = {"law": "weber_banaschek"}
 
     def compliance(self, lines: ContactLines, beside: Effects) -> LineLaw:

@@ -39,24 +39,24 @@ Tolerance = Literal[
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class ErrorKind:
-    """One kind of error: how large and how distributed.
+    """One kind of error: its amplitude and distribution.
 
     Parameters
     ----------
     distribution
-        Over the amplitude f: "uniform" and "normal" are one-sided, on [0, f]; see ``gearbench.effects.distributions``.
+        Distribution over the amplitude f; see ``gearbench.effects.distributions``.
     amplitude
-        f [µm]; absent: the tolerance of the ISO class.
+        f [µm]; by default the tolerance of the ISO class.
     tolerance
-        Which tolerance of the class is the amplitude; absent: the one of the same name.
+        Tolerance of the class that is the amplitude; by default the one of the same name.
     gear
-        On which gears: "both" (each its own, independent error), "pinion" or "wheel". Means nothing for the axes.
+        Gears that have the error, independent of each other. Ignored for the axes.
     drawn
-        "gear": the same on all teeth of a gear. "tooth": each tooth its own. Axes are the same for all.
+        "gear": the same on all teeth. "tooth": independent for every tooth. Ignored for the axes.
     sign
-        −1 turns the shape round: material in excess where it was missing (a hollow instead of a barrel).
+        −1: excess material instead of missing material (a hollow instead of a barrel).
     cost
-        What one class finer of this tolerance costs beside the others; ``robust`` says which to tighten first.
+        Relative cost of making this tolerance one class finer; ``robust`` says which to tighten first.
     """
 
     distribution: Distribution = "uniform"
@@ -106,39 +106,38 @@ _OTHERS = (*_REVOLVING, "varied", "centre_distance", "tooth_thickness")
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class ManufacturingErrors(GapEffect):
-    """Random errors of profile, helix and axes. An error is drawn if and only if its table is there.
+    """Random errors of profile, helix and axes, drawn if their table is there.
 
-    ``robust`` draws them; ``simulate`` computes the gear with every error at its mean. Errors of different gears and
-    kinds are independent. In a train with parallel paths, or a planetary set, those of profiles and helices are drawn,
-    once for each flank: sun and ring bring the same errors to all planets, a planet has a flank at the sun and another
-    at the ring. Teeth that are drawn one by one are others in each mesh. "pinion" is there the driver of each mesh.
+    ``robust`` draws them; ``simulate`` takes every error at its mean. Errors of different gears and kinds are
+    independent. In planetary sets and parallel paths only profile and helix errors are drawn, once for each flank: sun
+    and ring bring the same errors to all planets, and a planet has one flank at the sun and another at the ring.
+    "pinion" there means the driver of each mesh.
 
     Parameters
     ----------
     preset
-        A published convention, instead of everything below.
+        A published convention, instead of all other keys.
     iso_class, edition, rounded
-        Where amplitudes come from unless given: class and edition of ISO 1328-1, unrounded by default. Parallelism of
-        the axes by ISO/TR 10064-3 over the face width, from the larger helix tolerance of the two gears.
+        Class and edition of ISO 1328-1 for amplitudes that are not given. Parallelism of the axes follows ISO/TR
+        10064-3.
     pinion_iso_class, wheel_iso_class
-        Class of one gear, in place of ``iso_class``.
+        Class of one gear, instead of ``iso_class``.
     along
-        Whether profile errors are linear and parabolic in "roll" length or in the "radius".
+        Coordinate of profile errors: "roll" length or "radius".
     profile_range
-        Extent of the profile: the "active" profile, the "involute" from form circle to tip, or the "tooth" from
-        root circle to tip.
+        Extent of profile errors: the "active" profile, the "involute" from form circle to tip, or the whole "tooth".
     profile_slope, profile_form, helix_slope, helix_form
         f_Hα, f_fα, f_Hβ, f_fβ of each gear.
     inclination, deviation
         f_Σδ, f_Σβ of the axes.
     run_out, wobble
-        F_r of each gear, and its phase: a wave of order 1 (F7), even or tilting over the face.
+        F_r of each gear at a random phase: a wave of order 1 (F7), even or tilting over the face.
     varied
-        Numbers of other effects that scatter, one table for each.
+        Other numbers of the scene that vary, one table for each.
     centre_distance
-        Of the pair: samples are solved on pairs of 16 centre distances, each as probable.
+        Samples are solved on pairs of 16 equally probable centre distances.
     tooth_thickness
-        Of each gear: with the centre distance it makes the backlash of each sample.
+        Tooth thickness of each gear, for the backlash of each sample.
     """
 
     preset: Literal["garambois2017"] | None = None
@@ -165,7 +164,7 @@ class ManufacturingErrors(GapEffect):
     name: ClassVar[str] = "manufacturing_errors"
     summary: ClassVar[str] = "gap: random errors of profile, helix and axes"
     source: ClassVar[str] = "ISO 1328-1, ISO/TR 10064-3; Garambois et al. 2017"
-    use: ClassVar[str] = "For `gearbench robust`: errors within a tolerance class instead of known ones."
+    use: ClassVar[str] = "For `gearbench robust`: errors within a tolerance class."
     example: ClassVar[dict[str, Any]] = {"preset": "garambois2017"}
 
     def __post_init__(self) -> None:

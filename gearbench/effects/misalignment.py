@@ -15,12 +15,10 @@ from gearbench.schema import STRICT
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Misalignment(GapEffect):
-    """Axes that are not parallel, as gaps in the plane of action: linear over the face width, zero at y = 0.
+    """Axes that are not parallel: a gap that is linear over the face width, zero at y = 0, positive towards y = b.
 
-    The line of action makes the angle α_wt with the normal of the axial plane and the mesh force pushes the axes apart,
-    so that axes that part by f_Σδ over the face width open f_Σδ sin α_wt, and an offset f_Σβ across the axial plane,
-    the wheel receding, f_Σβ cos α_wt, both in the transverse plane; normal to the flank that is × cos β_b. Positive:
-    opening towards y = b.
+    The gap normal to the flank is (f_Σδ sin α_wt + f_Σβ cos α_wt) cos β_b: f_Σδ moves the axes apart in their plane,
+    f_Σβ moves the wheel away across it.
 
     Parameters
     ----------
@@ -37,7 +35,7 @@ class Misalignment(GapEffect):
     name: ClassVar[str] = "misalignment"
     summary: ClassVar[str] = "gap: linear over the face width, from axes that are not parallel"
     source: ClassVar[str] = "ISO/TR 10064-3 f_Σδ, f_Σβ"
-    use: ClassVar[str] = "Where the axes are known not to be parallel: bent shafts, tilted bearings."
+    use: ClassVar[str] = "Axes known not to be parallel: bent shafts, tilted bearings."
     example: ClassVar[dict[str, Any]] = {"inclination": 4.0, "deviation": 6.0}
 
     def gap(self, lines: ContactLines) -> NDArray:

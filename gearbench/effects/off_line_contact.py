@@ -22,17 +22,16 @@ _APART = 0.1
 class OffLineContact(GapEffect):
     """Exact kinematic separation of the flanks, tips included, for all pairs that may touch under load.
 
-    Without it contact is taken to lie on the line of action, and a pair to leave at the end of the path of contact.
-    Relief and other modifications of the profiles are part of the separation; whatever changes along the face is
-    added at the point that touches. Near the edge of a tip, and where a relief begins,
-    the contact law is softer (E4, E5 of docs/theory.md).
+    Without it contact lies on the line of action and ends with the path of contact. Profile modifications are part of
+    the separation; shapes that vary over the face are added. At tip edges and at the start of reliefs the contact law
+    is softer (E4, E5 of docs/theory.md).
     """
 
     of_flank: ClassVar[bool] = False
     name: ClassVar[str] = "off_line_contact"
-    summary: ClassVar[str] = "gap: exact separation of the flanks, before and after the path of contact too"
+    summary: ClassVar[str] = "gap: exact separation of the flanks, also before and after the path of contact"
     source: ClassVar[str] = "kinematics of involute and edge; elastic wedge"
-    use: ClassVar[str] = "Always, unless results are compared with models that keep contact on the line of action."
+    use: ClassVar[str] = "Always, except to compare with models that keep contact on the line of action."
     example: ClassVar[dict[str, Any]] = {}
     requires: ClassVar[dict[str, str]] = {"hertz": "pairs that begin to touch need a contact law"}
 

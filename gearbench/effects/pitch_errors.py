@@ -1,4 +1,4 @@
-"""Pitch errors: teeth that stand before or behind their nominal positions, each by its own amount."""
+"""Pitch errors: teeth before or behind their nominal positions."""
 
 from __future__ import annotations
 
@@ -25,18 +25,17 @@ Tooth = Annotated[int, Field(ge=0)]
 class PitchErrors(GapEffect):
     """Index deviations of the teeth, over one mesh cycle of the revolution.
 
-    Teeth are numbered from 0 in the order in which they come into mesh. The mesh cycle is the one that begins as
-    ``pinion_tooth`` and ``wheel_tooth`` reach the start of the path of contact at y = 0; the pairs ahead of them have
-    the numbers before theirs. A revolution is as many cycles, each with the next numbers. A single cycle is then not
-    periodic: its ends differ by the step to the next one, and its mesh orders are not those of a revolution.
+    Teeth are numbered from 0 in the order in which they come into mesh. The mesh cycle begins when ``pinion_tooth`` and
+    ``wheel_tooth`` reach the start of the path of contact at y = 0. A single cycle is not periodic; ``gearbench
+    hunting`` computes all cycles.
 
     Parameters
     ----------
     pinion, wheel
-        Deviation of each loaded flank from its nominal position [µm], an arc of the pitch circle in the transverse
-        plane, one for each tooth; positive: material missing. Sums of the single pitch deviations f_pi, of ISO 1328-1.
+        Deviation of each loaded flank from its nominal position [µm], one for each tooth, an arc of the pitch circle in
+        the transverse plane; positive: material missing. Sums of the single pitch deviations f_pi of ISO 1328-1.
     pinion_tooth, wheel_tooth
-        Numbers of the teeth that the mesh cycle begins with.
+        Teeth with which the mesh cycle begins.
     """
 
     pinion: Deviations | None = None
@@ -45,9 +44,9 @@ class PitchErrors(GapEffect):
     wheel_tooth: Tooth = 0
 
     name: ClassVar[str] = "pitch_errors"
-    summary: ClassVar[str] = "gap: each tooth by its own amount, for one mesh cycle of a revolution"
+    summary: ClassVar[str] = "gap: one amount for each tooth, over one mesh cycle"
     source: ClassVar[str] = "ISO 1328-1 index deviation F_pi"
-    use: ClassVar[str] = "Where teeth differ from one another: pitch deviations, run-out."
+    use: ClassVar[str] = "Teeth that differ from one another: pitch deviations, run-out."
     example: ClassVar[dict[str, Any]] = {"pinion": [0.0, 2.0, -1.0, 1.0, 0.0]}
 
     def check(self, pair: Pair, beside: Effects) -> None:

@@ -15,8 +15,6 @@ from gearbench.schema import STRICT
 class ProfileCrowning(AmountOfGears):
     """Profile crowning C_α of each gear: e = C_α (2t − 1)², t from 0 to 1 over the roll length of its active profile.
 
-    Nothing is missing in the middle of the active profile, the whole amount at both its ends. Positive: convex.
-
     Parameters
     ----------
     pinion, wheel
@@ -26,7 +24,7 @@ class ProfileCrowning(AmountOfGears):
     name: ClassVar[str] = "profile_crowning"
     summary: ClassVar[str] = "gap: parabola along the profile of each gear"
     source: ClassVar[str] = "ISO 21771-1 C_α"
-    use: ClassVar[str] = "Where tip and root are to be relieved without a kink."
+    use: ClassVar[str] = "To relieve tip and root without a kink."
     example: ClassVar[dict[str, Any]] = {"pinion": 4.0, "wheel": 4.0}
 
     def factors(self, pair: Pair, index: int) -> tuple[Ramp, ...]:

@@ -19,8 +19,8 @@ from gearbench.schema import STRICT
 class ProfileCurve(CurvesOfGears):
     """Deviation of the profile of each gear along its roll length, the same all over the face.
 
-    A polynomial runs over the active profile: t = 0 at its start (root side), t = 1 at its end (tip side). Points stand
-    at roll lengths √(R² − r_b²).
+    A polynomial runs over the active profile, from t = 0 (root side) to t = 1 (tip side). Points are at roll lengths
+    √(R² − r_b²).
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ class ProfileCurve(CurvesOfGears):
     name: ClassVar[str] = "profile_curve"
     summary: ClassVar[str] = "gap: any curve along the profile of each gear"
     source: ClassVar[str] = "ISO 21771-1, profile modification; ISO 1328-1, profile trace"
-    use: ClassVar[str] = "Where the profile is given as a polynomial or as a trace."
+    use: ClassVar[str] = "A profile given as a polynomial or as a trace."
     example: ClassVar[dict[str, Any]] = {"pinion": {"polynomial": [0.0, 2.0, 6.0]}}
 
     def check(self, pair: Pair, beside: Effects) -> None:

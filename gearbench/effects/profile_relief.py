@@ -36,7 +36,7 @@ _STARTS = ("length", "start_diameter", "start_roll_length", "start_roll_angle")
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Relief:
-    """Relief of one gear, by its amount and by the begin of the relief in one of four ways.
+    """Relief of one gear: its amount, and one of four keys that say where it starts.
 
     Parameters
     ----------
@@ -45,16 +45,16 @@ class Relief:
     length
         Height from the relieved end [mm].
     start_diameter
-        Diameter where it begins [mm].
+        Diameter of the start [mm].
     start_roll_length
-        Roll length √(R² − r_b²) where it begins [mm].
+        Roll length √(R² − r_b²) of the start [mm].
     start_roll_angle
-        Roll angle √(R² − r_b²)/r_b where it begins [°].
+        Roll angle √(R² − r_b²)/r_b of the start [°].
     shape
-        "linear", "parabolic" or "circular": an arc that leaves the flank without kink.
+        Shape of the relief; "circular" is an arc tangent to the flank.
     along
-        Coordinate in which it has that shape: the "radius" or the "roll" length. By default that of its begin: the
-        radius of a height or a diameter, the roll length of a roll length or angle.
+        Coordinate of the shape: "radius" or "roll" length. By default the radius for a length or a diameter, the roll
+        length for a roll length or angle.
     """
 
     amount: Amount

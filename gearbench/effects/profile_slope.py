@@ -13,10 +13,9 @@ from gearbench.schema import STRICT
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class ProfileSlope(AmountOfGears):
-    """Profile slope f_Hα of each gear: zero at the start of its active profile, full amount at its end (tip side).
+    """Profile slope f_Hα of each gear: zero at the start of its active profile, full amount at the tip side.
 
-    Linear along the path of contact, i.e. in roll length, as a profile is measured. Positive: material missing at
-    the tip.
+    Linear in roll length.
 
     Parameters
     ----------
@@ -27,7 +26,7 @@ class ProfileSlope(AmountOfGears):
     name: ClassVar[str] = "profile_slope"
     summary: ClassVar[str] = "gap: linear along the profile of each gear"
     source: ClassVar[str] = "ISO 1328-1 f_Hα"
-    use: ClassVar[str] = "A known deviation of the pressure angle, or a deliberate one."
+    use: ClassVar[str] = "A known or deliberate deviation of the pressure angle."
     example: ClassVar[dict[str, Any]] = {"pinion": 2.0, "wheel": -3.0}
 
     def factors(self, pair: Pair, index: int) -> tuple[Ramp, ...]:

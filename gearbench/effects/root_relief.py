@@ -13,28 +13,28 @@ from gearbench.schema import STRICT
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class RootRelief(ProfileRelief):
-    """Root relief: full at the start of the active profile (r_SAP), gone at r_SAP + length.
+    """Root relief: full at the start of the active profile (r_SAP), zero at r_SAP + length.
 
-    By ``amount`` and ``length``, the same of both gears or of one, or by a table for each gear as on its drawing.
+    Either ``amount`` and ``length`` for both gears or one of them, or a table for each gear.
 
     Parameters
     ----------
     amount
         Material missing at the start of the active profile [µm].
     length
-        Radial length from there [mm]; 0 means no relief.
+        Radial length from there [mm]; 0: no relief.
     shape
-        "linear", "parabolic" or "circular".
+        Shape of the relief.
     gear
-        "both" (each the same), "pinion" or "wheel".
+        Gears that have the relief.
     pinion, wheel
-        Relief of each gear, in place of the keys above.
+        Relief of each gear, instead of the keys above.
     """
 
     name: ClassVar[str] = "root_relief"
     summary: ClassVar[str] = "gap: relief of the root side of the active profile"
     source: ClassVar[str] = "ISO 21771-1 C_αf"
-    use: ClassVar[str] = "Instead of, or with, relief of the mate's tip."
+    use: ClassVar[str] = "Instead of the tip relief of the mate, or with it."
     example: ClassVar[dict[str, Any]] = {"amount": 3.0, "length": 0.3}
     side: ClassVar[int] = -1
     reach: ClassVar[str] = "the active profile"

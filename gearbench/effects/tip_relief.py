@@ -15,26 +15,26 @@ from gearbench.schema import STRICT
 class TipRelief(ProfileRelief):
     """Tip relief: e = amount · (R − (r_a − length))/length above the start radius r_a − length, or its square.
 
-    By ``amount`` and ``length``, the same of both gears or of one, or by a table for each gear as on its drawing.
+    Either ``amount`` and ``length`` for both gears or one of them, or a table for each gear.
 
     Parameters
     ----------
     amount
         Material missing at the tip [µm].
     length
-        Radial length from there [mm]; 0 means no relief.
+        Radial length from the tip [mm]; 0: no relief.
     shape
-        "linear", "parabolic" or "circular".
+        Shape of the relief.
     gear
-        "both" (each the same), "pinion" or "wheel".
+        Gears that have the relief.
     pinion, wheel
-        Relief of each gear, in place of the keys above.
+        Relief of each gear, instead of the keys above.
     """
 
     name: ClassVar[str] = "tip_relief"
     summary: ClassVar[str] = "gap: relief of the tip"
     source: ClassVar[str] = "ISO 21771-1 C_αa; Garambois et al. 2017"
-    use: ClassVar[str] = "Where teeth enter contact too early under load."
+    use: ClassVar[str] = "If teeth enter contact too early under load."
     example: ClassVar[dict[str, Any]] = {"amount": 6.0, "length": 0.5}
     side: ClassVar[int] = 1
     reach: ClassVar[str] = "the tooth height"

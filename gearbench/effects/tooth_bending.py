@@ -32,31 +32,28 @@ _DIRECTIONS = {"plate": ("height", "face width"), "solid": ("thickness", "height
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class ToothBending(Tooth):
-    """Tooth as a plate or as a solid, by the Ritz method, or by finite elements; clamped at its root.
+    """Tooth clamped at its root: plate or solid by the Ritz method, or finite elements.
 
-    The effect gear_body adds the body below the root. Plate and solid stay clamped models beside it; finite elements
-    then cover the whole gear with all its teeth, down to the bore.
+    Add gear_body for the body below the root. With finite elements it covers the whole gear down to the bore.
 
     Parameters
     ----------
     model
-        "plate": Reissner–Mindlin plate of variable thickness, the paper's model. "solid": three-dimensional elasticity
-        on the exact section with the generated fillet; its compliance is that of the flank less the compression that
-        the contact law contains. "finite_elements": the same by finite elements, computed once for a macro-geometry
-        and kept on disk.
+        "plate": the paper's Reissner–Mindlin plate of variable thickness. "solid": three-dimensional elasticity on the
+        exact section with its fillet. "finite_elements": the same by finite elements, computed once for a
+        macro-geometry and kept on disk.
     basis
-        Plate only. "paper": 9 unknowns, each field x(a + by + cx). The default where no ``order`` is given.
+        Plate only. "paper": 9 unknowns, each field x(a + by + cx). The default without ``order``.
     order
-        Numbers of functions: plate (height, face width), instead of ``basis``; solid (thickness, height, face width),
-        by default 6 (7 where the fillet reaches high, 8 above 27° of helix), 9 and about one for each module of face
-        width. From 9 along the height on they are two families that meet at the form circle.
+        Numbers of functions. Plate: (height, face width), instead of ``basis``. Solid: (thickness, height, face width);
+        by default 6 to 8, 9, and about one for each module of face width.
     fillet
-        Plate only. Thickness with the generated root fillet, or without it (involute; constant below the base circle).
+        Plate only. Thickness with the generated root fillet; otherwise the involute, constant below the base circle.
     load
-        Plate only. "full": the normal force acts across the plate as it is, as in the paper. "component": only its
-        component normal to the mid-plane of the tooth bends the plate, and only that of the deflection counts.
+        Plate only. "full": the whole normal force bends the plate, as in the paper. "component": only its component
+        normal to the mid-plane does.
     accuracy
-        Finite elements only. Relative error of the compliance that their degree is raised to.
+        Finite elements only. Relative error of the compliance.
     """
 
     model: Literal["plate", "solid", "finite_elements"] = "plate"
@@ -69,16 +66,13 @@ class ToothBending(Tooth):
     name: ClassVar[str] = "tooth_bending"
     summary: ClassVar[str] = "compliance: bending and shear of both teeth, clamped at the root"
     source: ClassVar[str] = (
-        "Garambois et al. 2017; Reissner–Mindlin plate or three-dimensional solid, Ritz; finite elements: "
-        "quadrilaterals of high degree × polynomials over the face width, one sector condensed"
+        "Garambois et al. 2017; plate or solid by the Ritz method; finite elements of high degree, one sector condensed"
     )
     use: ClassVar[str] = (
-        "Always: plate to compare with the paper, solid for results to trust, finite elements as the reference of both."
+        "Always: the solid for results to trust, the plate to compare with the paper, finite elements as the reference."
     )
     example: ClassVar[dict[str, Any]] = {"model": "solid"}
-    requires: ClassVar[dict[str, str]] = {
-        "hertz": "a few Ritz amplitudes alone do not determine the distribution of the load"
-    }
+    requires: ClassVar[dict[str, str]] = {"hertz": "the load distribution needs a contact law"}
 
     def __post_init__(self) -> None:
         plate, meshed = ("plate",), ("finite_elements",)

@@ -33,20 +33,19 @@ _MOST_KINKS = 12
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Topography(GapEffect):
-    """Measured deviations of one or both gears, the same on all teeth, bilinear between the points of the grid.
+    """Measured deviations of one or both gears, the same on all teeth.
 
-    The files are CSV or netCDF as ``gearbench.effects.flank_grid`` describes; y = 0…b as everywhere. Beyond the grid
-    its edge continues. Sign: positive = material missing, unless ``positive`` says otherwise.
+    Files are CSV or netCDF grids (see ``gearbench.effects.flank_grid``), bilinear between the points and constant
+    beyond them.
 
     Parameters
     ----------
     pinion, wheel
         File of each gear, relative to the scene file.
     positive
-        Meaning of a positive deviation: material "missing", or "excess", as most measuring machines plot it.
+        Material that a positive deviation means: "missing", or "excess", as most measuring machines plot it.
     pinion_sha256, wheel_sha256
-        SHA-256 of the files; noted when they are read, so that the scene's hash depends on their contents, and checked
-        where given.
+        SHA-256 of the files; noted when they are read, checked if given.
     """
 
     pinion: File | None = None
@@ -58,7 +57,7 @@ class Topography(GapEffect):
     name: ClassVar[str] = "topography"
     summary: ClassVar[str] = "gap: measured deviations of the flanks, from files"
     source: ClassVar[str] = "ISO 1328-1, ISO/TR 10064-1 (measured flanks)"
-    use: ClassVar[str] = "Where the flanks have been measured."
+    use: ClassVar[str] = "For measured flanks."
     example: ClassVar[dict[str, Any]] = {"pinion": "flank.csv"}
 
     def __post_init__(self) -> None:

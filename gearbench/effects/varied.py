@@ -31,17 +31,17 @@ STRAIGHT = 1e-9
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class VariedKey:
-    """A number of another gap effect that scatters about its value in the scene.
+    """A number of another gap effect that varies about its value in the scene.
 
     Parameters
     ----------
     key
-        The number, below ``effects``: "tip_relief.pinion.amount"; items of lists count from 0, as in
-        "profile_curve.pinion.polynomial.1".
+        The number, below ``effects``, such as "tip_relief.pinion.amount" or "profile_curve.pinion.polynomial.1" (list
+        items count from 0).
     amplitude
         f, in the unit of the key.
     distribution
-        Over ±f, see ``gearbench.effects.distributions``.
+        Distribution over ±f.
     """
 
     key: Annotated[str, Field(min_length=3, max_length=200)]
@@ -97,16 +97,16 @@ class VariedKey:
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class RunOut:
-    """Run-out or wobble: how large and how distributed; the phase of the revolution is any.
+    """Run-out or wobble: its amplitude and distribution, at a random phase.
 
     Parameters
     ----------
     amplitude
         F_r, twice the amplitude of the wave along the line of action [µm].
     distribution
-        Over F_r, see ``gearbench.effects.distributions``.
+        Distribution over F_r.
     gear
-        On which gears: "both" (each its own), "pinion" or "wheel".
+        Gears that have the error, independent of each other.
     """
 
     amplitude: Annotated[float, Field(gt=0.0, le=1000.0)]
@@ -116,14 +116,14 @@ class RunOut:
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Scatter:
-    """A size that scatters between its deviations, or by an amplitude of its own about their middle.
+    """A size that varies between its deviations, or by an amplitude about their middle.
 
     Parameters
     ----------
     amplitude
-        f [µm]; absent: half of the range between the deviations.
+        f [µm]; by default half of the range between the deviations.
     distribution
-        Over ±f, see ``gearbench.effects.distributions``.
+        Distribution over ±f.
     """
 
     amplitude: Annotated[float, Field(gt=0.0, le=5000.0)] | None = None

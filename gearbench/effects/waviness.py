@@ -28,11 +28,11 @@ class Wave:
         Waves per revolution of the gear: 1 is run-out or wobble, a multiple of the number of teeth a mesh order, any
         other a ghost order.
     amplitude
-        a, transverse along the line of action [µm]: of run-out the eccentricity, half of the radial run-out F_r.
+        a, transverse along the line of action [µm]; for run-out the eccentricity, half of the radial run-out F_r.
     phase
-        φ, where the mesh cycle begins [°].
+        φ at the beginning of mesh cycle 0 [°].
     over_face
-        "even", or "tilting": −a at y = 0 and a at y = b, as wobble.
+        "even", or "tilting" (wobble): −a at y = 0 and a at y = b.
     """
 
     order: Annotated[int, Field(ge=1, le=100_000)]
@@ -46,11 +46,10 @@ Waves = Annotated[tuple[Wave, ...], Field(max_length=100)]
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Waviness(GapEffect):
-    """Waves on the flanks, e = a cos β_b sin(2π q t/z + φ) (F7), t counting mesh periods over all revolutions.
+    """Waves on the flanks, e = a cos β_b sin(2π q t/z + φ) (F7), with t in mesh periods over all revolutions.
 
-    Points that touch at the same time have the same deviation: the wave stems from a rolling motion, such as that of
-    an eccentric gear, or of a hob or grinding worm with an uneven table drive. ``simulate``
-    has the mesh cycle 0 ≤ t < 1; ``hunting_cycle`` all of them.
+    Points that touch at the same time have the same deviation, as from an eccentric gear, or from a hob or grinding
+    worm with an uneven table drive. ``simulate`` computes the mesh cycle 0 ≤ t < 1, ``hunting_cycle`` all of them.
 
     Parameters
     ----------
@@ -64,7 +63,7 @@ class Waviness(GapEffect):
     name: ClassVar[str] = "waviness"
     summary: ClassVar[str] = "gap: waves over a revolution of either gear"
     source: ClassVar[str] = "ISO 1328-2 F_r; ISO/TR 10064-5 (filtered helix and profile waviness)"
-    use: ClassVar[str] = "Run-out, wobble, ghost orders: what is heard beside the mesh orders."
+    use: ClassVar[str] = "Run-out, wobble and ghost orders, heard beside the mesh orders."
     example: ClassVar[dict[str, Any]] = {"pinion": [{"order": 1, "amplitude": 8.0}]}
 
     def __post_init__(self) -> None:

@@ -38,14 +38,14 @@ FEWER, STANDARD_TEETH = 20, (15, 60)
 
 @checked(frozen=True, kw_only=True, config=STRICT)
 class Cutter:
-    """Pinion-type cutter of an internal gear; its addendum and tip rounding are ``dedendum`` and ``fillet_radius``.
+    """Pinion-type cutter of an internal gear; ``dedendum`` and ``fillet_radius`` are its addendum and tip rounding.
 
     Parameters
     ----------
     teeth
         z_0.
     profile_shift
-        x_0 [normal modules]: positive of a new cutter, falling as it is ground.
+        x_0 [normal modules]: positive for a new cutter, smaller after regrinding.
     """
 
     teeth: Annotated[int, Field(ge=5, le=1000)]

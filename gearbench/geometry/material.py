@@ -21,9 +21,9 @@ class Material:
     poisson_ratio
         Poisson's ratio ν [–].
     density
-        Mass per volume [g/cm³], of steel by default.
+        Density [g/cm³].
     thermal_expansion
-        Linear thermal expansion [10⁻⁶/K], where temperatures are given.
+        Linear thermal expansion [10⁻⁶/K].
     """
 
     youngs_modulus: Annotated[float, Field(ge=0.01, le=5000.0)] = 210.0

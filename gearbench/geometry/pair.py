@@ -53,52 +53,49 @@ _INTERNAL = ("outer_diameter", "support", "cutter")
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Member:
-    """The free choices of one gear of a pair.
+    """Data of one gear of a pair.
 
     Parameters
     ----------
     teeth
-        Number of teeth z; negative of an internal gear (ISO 21771), whose diameters may be given with either sign.
+        Number of teeth z; negative for an internal gear (ISO 21771), whose diameters may have either sign.
     addendum, dedendum
-        h_a* and h_f* [normal modules]. Of an internal gear h_f* is the addendum of its cutter, above the cutter's
-        shifted reference line.
+        h_a* and h_f* [normal modules]. For an internal gear h_f* is the addendum of its cutter above the shifted
+        reference line.
     tip_diameter, root_diameter
-        d_a in place of the addendum, d_f in place of the dedendum, as on a drawing [mm].
+        d_a instead of the addendum, d_f instead of the dedendum [mm].
     profile_shift
-        x [normal modules]; derived from the centre distance where absent. Those of both gears may make the teeth
-        overlap by 10⁻⁴ (1 mm + m_n), as shifts and a distance rounded to four decimals do.
+        x [normal modules]; by default from the centre distance. Given shifts may overlap by 10⁻⁴ (1 mm + m_n), the
+        rounding of printed values.
     fillet_radius
-        Tip rounding ρ_f* of the generating rack, or of the cutter of an internal gear in its transverse section
-        [normal modules]; 0.38, of a cutter 0.2, or, where less fits, the full rounding.
+        Tip rounding ρ_f* of the generating rack, or of the cutter in its transverse section [normal modules]; by
+        default 0.38 (cutter 0.2), or the full rounding if that is less.
     cutter
-        Pinion-type cutter of an internal gear; one with 20 teeth fewer, from 15 to 60, where it is absent.
+        Pinion-type cutter of an internal gear; by default 20 teeth fewer, within 15 to 60.
     bore_diameter, outer_diameter
-        Bore of the body of an external gear, outside of an internal one, where it is held [mm]; only models of the
-        body ask for it.
+        Where the body is held: the bore of an external gear, the outside of an internal gear [mm].
     support
-        Springs that the outside of an internal gear is held by; held firmly where they are absent.
+        Springs at the outside of an internal gear; by default it is held rigidly.
     rim_thickness, web_thickness, web_offset, hub_diameter
-        Body of a rim below the root circle, a web b_s wide along the axis, its middle ``web_offset`` towards y = b from
-        that of the face, and a hub, without which the web reaches down to the bore [mm]; rim and hub are as wide as the
-        face. Without rim and web the body is solid down to the bore.
+        Rim below the root circle, web of this axial width, its middle ``web_offset`` from the middle of the face
+        towards y = b, and hub [mm]. Without hub the web reaches the bore; without rim and web the body is solid.
     tip_rounding, tip_chamfer
-        Radius of the rounding, or height of the chamfer (at 45° to the flank), of the tip edge [mm]; a sharp edge
-        where both are absent (G17).
+        Radius of the rounding, or height of the 45° chamfer, of the tip edge [mm] (G17); by default a sharp edge.
     face_width
-        Own face width b_i, where it is another than that of the pair [mm].
+        Face width b_i, if different from that of the pair [mm].
     axial_offset
-        Middle of its face from that of the pair's, towards y = b [mm].
+        Offset of the middle of its face from that of the pair, towards y = b [mm].
     thickness
-        Tooth thickness: a size measured, deviations, or both. The profile shift follows from the size where it is
-        absent; where both are given, the tip circle is that of the profile shift, flanks and root that of the size.
+        Tooth thickness. The profile shift follows from a measured size; if both are given, the tip circle follows from
+        the profile shift, flanks and root from the size.
     protuberance, grinding_stock
-        pr_P0 of the tool and q that is ground off each flank after it [mm]: the fillet is as deep in the flank as
-        pr_P0 is larger than q (G12). Dedendum and fillet radius are then those of the tool, at the finished root.
+        pr_P0 of the tool, and stock q ground off each flank [mm] (G12). Dedendum and fillet radius are then those of
+        the tool.
     material
-        Of this gear, where it is another than that of the pair.
+        Material, if different from that of the pair.
     blank
-        Name of what the gear is cut from and by, see ``gearbench.geometry.blank``: "rack", "pinion_cutter" of an
-        internal gear, or that of another package.
+        How the gear is cut (see ``gearbench.geometry.blank``): "rack", "pinion_cutter" for an internal gear, or a type
+        of another package.
     """
 
     teeth: Annotated[int, Field(ge=-2000, le=2000), BeforeValidator(_teeth)]
@@ -174,22 +171,21 @@ class Pair:
     Parameters
     ----------
     normal_module, face_width, centre_distance
-        m_n, face width b of both gears unless one has its own, and working centre distance a′ [mm]. Teeth touch where
-        both gears have them. The centre distance of an internal pair may be given with either sign; here it is
-        negative.
+        m_n, face width b of both gears, and working centre distance a′ [mm], with either sign for an internal pair.
+        Teeth touch on the common face.
     centre_distance_upper, centre_distance_lower
-        Deviations of the centre distance [µm]; the pair is computed in their middle.
+        Deviations of the centre distance [µm]; the pair is computed at their middle.
     pressure_angle, helix_angle
         α_n and β [°].
     backlash
-        Circumferential backlash j_wt at the working pitch circles, transverse [mm], by which teeth are thinned whose
-        profile shifts are derived; derived itself where both are given. Its default is 0.
+        Circumferential backlash j_wt, transverse at the working pitch circles [mm], 0 by default. It thins teeth whose
+        profile shifts are derived; if both shifts are given, it follows from them.
     pinion, wheel
-        The two gears. Profile shifts that are not given share equally the sum that the centre distance asks for.
+        The two gears. Profile shifts that are not given share the sum from the centre distance equally.
     material
-        Of both gears, unless one has its own.
+        Material of both gears.
     temperature
-        Temperatures in operation; 20 °C where absent.
+        Temperatures in operation; 20 °C by default.
 
     Raises
     ------

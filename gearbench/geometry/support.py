@@ -12,13 +12,12 @@ from gearbench.schema import STRICT
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Support:
-    """Springs all around the outside of a ring: a press fit, a spline, a thin housing. They do not depend on the angle.
+    """Springs all around the outside of a ring: a press fit, a spline, a thin housing.
 
     Parameters
     ----------
     radial, tangential
-        Stiffness per length of the circumference [N/mm²], across it and along it; also along the axis as along the
-        circumference. Radially a ring may be free, 0.
+        Stiffness per length of the circumference [N/mm²]; ``tangential`` also acts axially. ``radial`` may be 0.
     """
 
     radial: Annotated[float, Field(ge=0.0, le=1e9)]

@@ -17,17 +17,16 @@ Temperature = Annotated[float, Field(ge=-100.0, le=500.0)]
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Temperatures:
-    """Temperatures in operation; sizes hold at 20 °C (ISO 1).
+    """Temperatures in operation (G16); sizes hold at 20 °C (ISO 1).
 
-    The housing carries the centre distance, each gear its base pitch; how far lengths grow is told by
-    ``material.thermal_expansion`` of each gear (G16).
+    The expansion of the gears is ``material.thermal_expansion``.
 
     Parameters
     ----------
     pinion, wheel, housing
         Temperatures [°C].
     housing_expansion
-        Linear thermal expansion of the housing [10⁻⁶/K]: 11.5 of steel, 10.5 of cast iron, 23 of aluminium.
+        Linear thermal expansion of the housing [10⁻⁶/K]: steel 11.5, cast iron 10.5, aluminium 23.
     """
 
     pinion: Temperature = REFERENCE

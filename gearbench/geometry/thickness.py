@@ -22,24 +22,21 @@ _MICROMETRE = 1e-3  # mm
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Thickness:
-    """Tooth thickness of a gear: a size measured, its deviations, or both.
-
-    The gear is computed in the middle of the two deviations.
+    """Tooth thickness of a gear: a measured size, its deviations, or both. The middle of the deviations is computed.
 
     Parameters
     ----------
     span
-        W_k, base tangent length over ``span_teeth`` teeth [mm].
+        W_k, base tangent length over k = ``span_teeth`` teeth [mm].
     span_teeth
         k.
     over_balls, over_pins
-        M_dK or M_dR, dimension over two balls or two pins of ``measuring_diameter``, between them of an internal gear
-        [mm]. They differ where a helical gear has an odd number of teeth.
+        M_dK or M_dR over two balls or pins of ``measuring_diameter``, between them for an internal gear [mm]. They
+        differ for helical gears with an odd number of teeth.
     measuring_diameter
-        D_M, diameter of the balls or pins [mm].
+        D_M [mm].
     upper, lower
-        Upper and lower deviation of the size above, or of the normal tooth thickness at the pitch cylinder (A_sne,
-        A_sni) where none is given [µm]; negative: a thinner tooth.
+        Deviations of the size above, or of the normal tooth thickness (A_sne, A_sni) [µm]; negative: a thinner tooth.
     """
 
     span: Size | None = None

@@ -27,9 +27,9 @@ class LoadDeflection:
     Parameters
     ----------
     deflection
-        Ascending [µm].
+        Deflections, ascending [µm].
     load
-        Ascending [N].
+        Loads, ascending [N].
     """
 
     deflection: Loads
@@ -54,28 +54,28 @@ class LoadDeflection:
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Bearing:
-    """A bearing between shaft and ground, or a body: one of stiffness values, a matrix, curves, or a rolling bearing.
+    """A bearing on the ground or a body: stiffness values, a matrix, curves, or a rolling bearing.
 
     Parameters
     ----------
     position
-        On the shaft, from its start [mm].
+        Position on the shaft [mm].
     name
-        Name in results; the shaft's and a number where absent.
+        Name in results; by default shaft and number.
     radial_stiffness, axial_stiffness
-        [N/µm].
+        Stiffness [N/µm].
     tilting_stiffness
-        About both transverse axes [N·m/mrad].
+        Stiffness about both transverse axes [N·m/mrad].
     matrix
         Symmetric 5 × 5 stiffness against (x, y, axial, tilt about x, tilt about y) [N/mm, N, N·mm].
     radial_curve, axial_curve
-        Load over deflection; an axial stiffness may stand beside a radial curve.
+        Load over deflection.
     rolling
         Dimensions of a rolling bearing.
     damping
         Radial and axial viscous damping [N·s/m].
     on
-        Node of a body that its outer ring sits on; the ground where absent.
+        Node of a body that carries the outer ring; by default the ground.
     """
 
     position: Annotated[float, Field(ge=0.0, le=50000.0)]

@@ -34,7 +34,7 @@ class BodyNode:
     body
         Name of the body.
     node
-        Of it; of a punch file the number of the grid point.
+        Name of the node; in a punch file the number of the grid point.
     """
 
     body: Text
@@ -43,16 +43,16 @@ class BodyNode:
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Joint:
-    """Joint at which a node of a body and the section of a shaft move as one, rotations included if the node has them.
+    """Joint that makes a node of a body move with a section of a shaft, rotations included if the node has them.
 
     Parameters
     ----------
     node
-        Of the body.
+        Node of the body.
     shaft
         Name of the shaft.
     position
-        On the shaft [mm].
+        Position on the shaft [mm].
     """
 
     node: Text
@@ -62,28 +62,26 @@ class Joint:
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Body:
-    """A body that another program has condensed to nodes: bearings sit on them (``on``), shafts join them.
-
-    Statics and dynamics see it; its own ties to the ground are in its stiffness.
+    """A body condensed to nodes by another program: it carries bearings (``on``) or joins shafts.
 
     Parameters
     ----------
     name
-        How bearings and messages call it.
+        Name in bearings and messages.
     file
-        Its matrices or modes, netCDF or Nastran's punched DMIG, relative to the scene file.
+        Matrices or modes (netCDF, or Nastran's punched DMIG), relative to the scene file.
     stiffness, mass
-        In place of ``file``: Matrix Market files. Without mass it yields, but has no inertia.
+        Matrix Market files instead of ``file``. Without mass the body is massless.
     nodes
-        Names of the nodes of these: six rows each (x, y, z, rx, ry, rz) in this order, then those of no node.
+        Names of their nodes, six rows each (x, y, z, rx, ry, rz) in this order, followed by rows of no node.
     units
-        Of file and matrices: "mm" is mm, t, N, s; "m" is m, kg, N, s.
+        Units of the files: "mm" is mm, t, N, s; "m" is m, kg, N, s.
     x, z
-        Directions of this scene's axes in the coordinates of the body; the same axes where absent.
+        Directions of this scene's axes in the coordinates of the body.
     joints
-        Where shafts are joined to it.
+        Joints with shafts.
     file_sha256, stiffness_sha256, mass_sha256
-        SHA-256 of the files; noted when they are read, checked where given.
+        SHA-256 of the files; noted when they are read, checked if given.
     """
 
     name: Text

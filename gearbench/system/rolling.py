@@ -33,31 +33,30 @@ YOUNGS_MODULUS, POISSON_RATIO = 207e3, 0.3
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Rolling:
-    """A rolling bearing by its dimensions; inner dimensions that are not given are estimated from the catalogue's.
+    """A rolling bearing; missing inner dimensions are estimated from the catalogue.
 
     Parameters
     ----------
     kind
-        "deep_groove_ball", "angular_contact_ball", "cylindrical_roller" or "tapered_roller".
+        Kind of bearing.
     bore, outside, width
         d, D and B of the catalogue [mm].
     static_capacity
-        C_0r of the catalogue [kN]: number of balls, where that is not given.
+        C_0r of the catalogue [kN], for the number of balls.
     elements, element_diameter, pitch_diameter, roller_length
         Z, D_w, D_pw and effective length L_we [mm].
     contact_angle
-        α_0 [°]; 0 where it carries no axial load by it.
+        α_0 [°].
     carries
-        Axial direction of the shaft's push that a bearing with contact angle carries: "forward" is towards greater
-        positions on the shaft.
+        Axial direction of the push that a bearing with contact angle carries: "forward" is towards greater positions.
     clearance
-        Radial clearance s [µm] as mounted; negative is preload.
+        Radial clearance s as mounted [µm]; negative: preload.
     preload
-        Axial displacement of the outer ring against what it carries [µm].
+        Axial displacement of the outer ring against the load that it carries [µm].
     inner_conformity, outer_conformity
         Groove radii over the ball diameter.
     floating
-        Whether its outer ring slides in the housing, so that it carries no axial load.
+        Whether the outer ring slides in the housing and carries no axial load.
     """
 
     kind: Literal["deep_groove_ball", "angular_contact_ball", "cylindrical_roller", "tapered_roller"]

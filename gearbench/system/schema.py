@@ -25,14 +25,14 @@ Hand = Literal["right", "left"]
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class ShaftSection:
-    """A piece of a shaft, from the end of the piece before it.
+    """A piece of a shaft, following the piece before it.
 
     Parameters
     ----------
     length, diameter
-        [mm].
+        Length and outer diameter [mm].
     end_diameter
-        Where it tapers [mm]; as ``diameter`` where absent.
+        Diameter at its end, if tapered [mm].
     bore
         Inner diameter [mm].
     """
@@ -55,19 +55,19 @@ class Seat:
     Parameters
     ----------
     gear
-        "pinion" (it drives) or "wheel"; of a scene of gears and meshes the name of the gear, and nothing else.
+        "pinion" (drives) or "wheel"; in a scene of gears and meshes the name of the gear.
     mesh
-        Name of a further mesh; this scene's own pair where absent.
+        Name of a further mesh; by default the pair of this scene.
     name
-        Of the gear, where it takes part in several meshes.
+        Name of the gear, if it takes part in several meshes.
     position
         Middle of the face, from the start of the shaft [mm].
     diameter
-        Of the shaft where it carries this gear [mm], e.g. about the root circle of a pinion cut into its shaft; that of
-        the sections where absent.
+        Shaft diameter at the gear [mm], such as the root circle of a pinion cut into its shaft; by default that of the
+        sections.
     mass, inertia, transverse_inertia
-        Of the gear body without shaft [kg, kg·m² about the axis and about a diameter]; of a steel disc from the shaft
-        to the reference circle where absent.
+        Mass and inertias (axial, about a diameter) of the gear body without shaft [kg, kg·m²]; by default a steel disc
+        up to the reference circle.
     """
 
     gear: Literal["pinion", "wheel"]
@@ -82,16 +82,16 @@ class Seat:
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Coupling:
-    """Coupling at which torque enters or leaves a shaft: motor or load.
+    """Coupling to a motor or load, at which torque enters or leaves a shaft.
 
     Parameters
     ----------
     position
-        On the shaft [mm].
+        Position on the shaft [mm].
     inertia
-        Of motor or load [kg·m²]; nothing turns with the shaft where absent.
+        Inertia of motor or load [kg·m²].
     torsional_stiffness
-        Between shaft and inertia [N·m/rad]; rigid where absent.
+        Stiffness between shaft and inertia [N·m/rad]; rigid by default.
     """
 
     position: Position
@@ -101,16 +101,16 @@ class Coupling:
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class ShaftLoad:
-    """A constant load on a shaft, of a belt, say, or a weight.
+    """A constant load on a shaft, such as a belt or a weight.
 
     Parameters
     ----------
     position
-        On the shaft [mm].
+        Position on the shaft [mm].
     force
         (x, y, axial) [N]: x from pinion to wheel of this scene's pair, axial towards greater positions.
     moment
-        About the same axes [N·m]; none about the axis of the shaft.
+        Moment about the same axes [N·m]; the last is 0.
     """
 
     position: Position
@@ -129,11 +129,11 @@ class Disc:
     Parameters
     ----------
     position
-        On the shaft [mm].
+        Position on the shaft [mm].
     mass
-        [kg].
+        Mass [kg].
     inertia, transverse_inertia
-        About the axis and about a diameter [kg·m²].
+        Inertia about the axis and about a diameter [kg·m²].
     """
 
     position: Position
@@ -144,23 +144,23 @@ class Disc:
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Shaft:
-    """A shaft; positions count from its start, in the direction of increasing axial coordinate, alike on all shafts.
+    """A shaft; positions count from its start, in the same axial direction on all shafts.
 
     Parameters
     ----------
     name
-        How results and messages call it.
+        Name in results and messages.
     sections
-        Pieces, from its start.
+        Pieces, from the start.
     axis
-        (x, y) of its axis in the transverse plane [mm], seen along increasing positions, x to the right, y down; from
-        the centre distances where absent: each mesh along x.
+        (x, y) of the axis in the transverse plane [mm], x to the right, y down, seen along increasing positions; by
+        default each mesh lies along x.
     gears, bearings, loads, discs
-        What it carries, and what carries it.
+        Parts on the shaft.
     coupling
-        Where torque enters or leaves; at the start of the shaft where a single gear needs one and none is given.
+        Where torque enters or leaves; by default at the start, if a single gear needs it.
     material, density
-        Steel, 7.85 g/cm³, where absent.
+        Steel, 7.85 g/cm³, by default.
     """
 
     name: str
@@ -200,19 +200,19 @@ class Shaft:
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class FurtherMesh:
-    """A further mesh on the same shafts, computed from a scene of its own.
+    """A further mesh on the same shafts, computed from another scene.
 
     Parameters
     ----------
     name
-        How seats and results call it.
+        Name in results, and for ``mesh`` of a gear.
     scene
-        Its scene file, without ``[system]``; its torque is replaced by that which the shafts carry to it.
+        Scene file, without ``[system]``; the shafts determine its torque.
     hand
-        Of its pinion's helix.
+        Hand of the helix of its pinion.
     phase
-        Mesh phase when that of this scene's pair is zero [mesh periods]. Where absent: from tooth numbers and positions
-        of the axes if both share their pinion or their wheel, else 0.
+        Mesh phase when that of this scene's pair is zero [mesh periods]; by default from the teeth of a shared gear,
+        else 0.
     """
 
     name: Annotated[str, Field(min_length=1)]
@@ -223,12 +223,12 @@ class FurtherMesh:
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Wheel:
-    """A gear as a rigid wheel that only turns, where no shafts are given.
+    """A gear as a rigid wheel that only turns, for systems without shafts.
 
     Parameters
     ----------
     inertia
-        With what turns with it [kg·m²]; of a steel disc up to the reference circle where absent.
+        Inertia with everything that turns with it [kg·m²]; by default a steel disc up to the reference circle.
     """
 
     inertia: Annotated[float, Field(gt=0.0)] | None = None
@@ -241,19 +241,19 @@ class System:
     Parameters
     ----------
     damping_ratio
-        Of every mode of the system with its mean mesh stiffness.
+        Damping ratio of every mode.
     rotation
-        Of this scene's pinion, seen along increasing positions on the shafts.
+        Rotation of the pinion, seen along increasing positions.
     hand
-        Of this scene's pinion's helix.
+        Hand of the helix of the pinion.
     shafts
-        All of them, each gear on one.
+        All shafts; each gear is on one.
     meshes
         Further meshes on the same shafts.
     bodies
-        Housing and other parts by their matrices, that bearings sit on or shafts join.
+        Housing and other parts given by matrices, which carry bearings or join shafts.
     pinion, wheel
-        Inertias where no shafts are given.
+        Inertias of a system without shafts.
     """
 
     damping_ratio: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.05

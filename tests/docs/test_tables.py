@@ -39,7 +39,7 @@ def test_keys_have_meaning_default_and_what_is_allowed():
     assert "| `amount` | Material missing at the tip [µm]. | – | -1000 to 1000 |" in table
     assert "| `amount` | Material missing at the relieved end [µm]. | required | -1000 to 1000 |" in table
     shapes = '`"linear"`, `"parabolic"`, `"circular"`'
-    assert f'| `shape` | "linear", "parabolic" or "circular". | `"linear"` | {shapes} |' in table
+    assert f'| `shape` | Shape of the relief. | `"linear"` | {shapes} |' in table
 
 
 def test_tables_below_a_table_are_shown_once():
