@@ -129,8 +129,9 @@ that adds compliance are required.
 `[gears.NAME]` and `[[meshes]]` describe a train of any number of gears. Every mesh is simulated under its torque, and
 Datasets have the dimensions `mesh` and `gear`. Parallel paths with one mesh frequency are solved together and give
 `load_sharing` of each mesh, `mesh_load_factor`, and the `train_transmission_error` over the phase of the first mesh;
-they refuse `pitch_errors` and `waviness`. `simulate` and `sweep` take several meshes, and so does a gearbox with
-`[system]`, whose gears are named by `gear = "idler"`, each on one shaft.
+`hunting` gives all their mesh cycles, where tooth 0 of a gear, and the phase of its waves, is that with which its first
+mesh begins. `simulate` and `sweep` take several meshes, and so does a gearbox with `[system]`, whose gears are named by
+`gear = "idler"`, each on one shaft.
 
 ```toml
 [gears.motor]

@@ -57,7 +57,7 @@ from .geometry.train import Mesh as Mesh
 from .geometry.train import Train as Train
 from .geometry.train_tables import TrainGear as TrainGear
 from .geometry.train_tables import TrainMesh as TrainMesh
-from .hunting import hunting_cycle as hunting_cycle
+from .hunting.run import hunting_cycle as hunting_cycle
 from .loads import Load as Load
 from .loads import WeightedLoad as WeightedLoad
 from .optimisation.conditions import Condition as Condition

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from gearbench.dynamics.figures import draw_response
 from gearbench.geometry.pair import Pair
-from gearbench.hunting import draw_side_bands, side_bands
+from gearbench.hunting.figures import draw_side_bands, side_bands
 from gearbench.plotting import (
     contributions,
     density,

@@ -293,7 +293,7 @@ def test_the_plan_counts_meshes_and_motions():
         ({"planet": {"teeth": 30, "face": 1.0}}, "planetary.planet.face", "unknown|allowed|must be"),
         ({"planet": {"teeth": 3}}, "planetary.planet.teeth", "at least 5"),
         ({"centre_distance": 60.0}, "planetary.centre_distance", "."),
-        ({"sun": {"teeth": 36, "pitch_errors": [9.0] + 35 * [0.0]}}, "effects.pitch_errors", "which tooth meets"),
+        ({"sun": {"teeth": 36, "pitch_errors": [9.0]}}, "planetary.sun.pitch_errors", "one for each of the 36 teeth"),
         ({"ring_support": -1.0}, "planetary.ring_support", "greater than 0"),
     ],
 )

@@ -43,7 +43,8 @@ def hunting(
     Example: gearbench hunting SCENE -o hunting.nc --plots plots
     """
     from gearbench.cli import summary
-    from gearbench.hunting import draw_side_bands, hunting_cycle
+    from gearbench.hunting.figures import draw_side_bands
+    from gearbench.hunting.run import hunting_cycle
     from gearbench.results.netcdf import save
     from gearbench.scene_file import read_scene
     from gearbench.threads import default_threads
@@ -54,26 +55,26 @@ def hunting(
     written = [save(dataset, output)] if output is not None else []
     written += [] if folder is None else [draw_side_bands(dataset, folder)]
     if json:
-        largest = [dict(zip(("mesh_order", "amplitude"), row[:2], strict=True)) for row in _largest(dataset)]
+        largest = [{"mesh_order": order, "amplitude": value} for order, value, _ in _largest(dataset)]
         summary.print_json(loaded, dataset, cycles=dataset.sizes["cycle"], largest=largest, files=written)
     elif not quiet:
         title = f"{summary.pair_line(loaded)}, {dataset.sizes['cycle']} mesh cycles"
         rows = [
-            (
-                f"order {order:.5g} of the mesh, {pinion:.5g} of the pinion, {wheel:.5g} of the wheel",
-                f"{value:.4g}",
-                "µm",
-            )
-            for order, value, pinion, wheel in _largest(dataset)
+            (f"order {order:.5g} of the mesh, {', '.join(own)}", f"{value:.4g}", "µm")
+            for order, value, own in _largest(dataset)
         ]
         summary.print_table(title, rows)
         for line in (*summary.warnings(dataset), *(f"wrote {path}" for path in written)):
             say(line)
 
 
-def _largest(dataset: xr.Dataset) -> list[tuple[float, float, float, float]]:
-    """Mesh order, amplitude of the transmission error, orders of pinion and wheel: the largest amplitudes, in order."""
-    one = dataset.sortby("transmission_error_order_amplitude", ascending=False).isel(mesh_order=slice(SHOWN))
-    one = one.sortby("mesh_order")
-    names = ("mesh_order", "transmission_error_order_amplitude", "pinion_order", "wheel_order")
-    return list(zip(*(one[name].values.tolist() for name in names), strict=True))
+def _largest(dataset: xr.Dataset) -> list[tuple[float, float, list[str]]]:
+    """Mesh order, amplitude of the transmission error, orders of the gears: the largest amplitudes, in order."""
+    import numpy as np
+
+    from gearbench.hunting.figures import curve_of, orders_of_gears
+
+    order, value = (dataset[name].values for name in ("mesh_order", f"{curve_of(dataset)}_order_amplitude"))
+    largest, gears = np.sort(np.argsort(-value, kind="stable")[:SHOWN]), orders_of_gears(dataset)
+    own = [[f"{each[i]:.5g} of {name}" for name, each in gears.items()] for i in largest]
+    return list(zip(order[largest].tolist(), value[largest].tolist(), own, strict=True))

@@ -18,7 +18,7 @@ from gearbench.dynamics.stability import is_proven, multipliers
 from gearbench.dynamics.steady import MOST as MOST_COMBINATIONS
 from gearbench.dynamics.steady import SETTLED, steady
 from gearbench.errors import InputError
-from gearbench.hunting import unlike
+from gearbench.hunting.cycles import unlike
 from gearbench.results.origin import keeping
 from gearbench.results.provenance import provenance
 from gearbench.results.responses import described

@@ -20,7 +20,7 @@ from gearbench.dynamics.loaded_mesh import PER_MICROMETRE, LoadedMesh
 from gearbench.dynamics.model import Group, Model
 from gearbench.effects.base import GapEffect
 from gearbench.errors import InputError
-from gearbench.hunting import (
+from gearbench.hunting.cycles import (
     check_cycles,
     order_coefficients,
     require_cycles_memory,
@@ -86,7 +86,7 @@ def revolution(mesh: LoadedMesh, effects: Sequence[GapEffect], harmonics: int) -
     """
     scene, lines = mesh.scene, mesh.lines
     teeth = tuple(gear.teeth for gear in scene.pair.gears)
-    modes, amounts = turning_gaps(effects, lines, check_cycles(scene.pair))
+    modes, amounts = turning_gaps(effects, lines, check_cycles(scene.pair.gears))
     cycles = next(P for P in (1, *sorted(teeth), len(amounts)) if _repeats(amounts, P))
     require_cycles_memory(scene, effects, len(lines.mesh_phase), cycles, harmonics)
     batch = prepare(assemble(scene, lines, mesh.effects), modes)

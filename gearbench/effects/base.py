@@ -230,3 +230,10 @@ class GapEffect(Effect):
     def turning(self, lines: ContactLines, cycles: NDArray) -> Turning | None:
         """The gap of the mesh cycles ``cycles`` (cycle,) where it is another in each; by default it is not."""
         return None
+
+    def later(self, pair: Pair, cycles: tuple[int, int]) -> GapEffect:
+        """The effect where pinion and wheel begin so many of their teeth later; by default all teeth are alike.
+
+        ``turning`` of it has the same modes.
+        """
+        return self

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
@@ -79,3 +80,9 @@ class PitchErrors(GapEffect):
         normal = MICROMETRE * math.cos(gear.alpha_t) * math.cos(gear.beta_b)
         modes = np.broadcast_to(normal * np.eye(pairs)[:, None], (*lines.shape, pairs))
         return Turning(modes=modes, amounts=amounts)
+
+    def later(self, pair: Pair, cycles: tuple[int, int]) -> PitchErrors:
+        """Other first teeth."""
+        own = zip((self.pinion_tooth, self.wheel_tooth), cycles, pair.gears, strict=True)
+        first, second = ((tooth + cycle) % abs(gear.teeth) for tooth, cycle, gear in own)
+        return replace(self, pinion_tooth=first, wheel_tooth=second)

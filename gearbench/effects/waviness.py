@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
@@ -15,6 +16,7 @@ from gearbench.effects.base import GapEffect, Turning
 from gearbench.effects.shape import MICROMETRE
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
+from gearbench.geometry.pair import Pair
 from gearbench.schema import STRICT
 
 
@@ -84,12 +86,20 @@ class Waviness(GapEffect):
         sign = -1 if lines.coast else 1  # the mirror image of the coast flanks turns in the opposite direction
         for index, wave in self._waves():
             rate = 2 * math.pi * wave.order / abs(lines.pair.gears[index].teeth)
-            x = (sign * rate * lines.mesh_phase + math.radians(wave.phase))[:, None, None]
+            x = (sign * rate * lines.mesh_phase)[:, None, None]
             face = np.ones(lines.shape)
             if wave.over_face == "tilting":
                 face = 2 * lines.own_face(index) / lines.pair.gears[index].face_width - 1
             modes += [np.sin(x) * face, np.cos(x) * face]
-            psi = sign * rate * cycles
+            psi = sign * rate * cycles + math.radians(wave.phase)
             amounts += [wave.amplitude * np.cos(psi), wave.amplitude * np.sin(psi)]
         scale = MICROMETRE * math.cos(lines.pair.meshing.beta_b)
         return Turning(modes=scale * np.stack(modes, axis=-1), amounts=np.stack(amounts, axis=-1))
+
+    def later(self, pair: Pair, cycles: tuple[int, int]) -> Waviness:
+        """Other phases."""
+        own = []
+        for waves, cycle, gear in zip((self.pinion, self.wheel), cycles, pair.gears, strict=True):
+            turn = 360.0 * cycle / abs(gear.teeth)
+            own.append(tuple(replace(wave, phase=(wave.phase + wave.order * turn) % 360.0) for wave in waves))
+        return Waviness(pinion=own[0], wheel=own[1])

@@ -219,7 +219,9 @@ def contact_lines(
     separation: Separation | None = None,
     span: tuple[float, float] | None = None,
 ) -> ContactLines:
-    """Contact lines of ``pair`` at the phases ``mesh_phase`` (position,), each with ``segments`` segments.
+    """Contact lines of ``pair`` at the phases ``mesh_phase`` (position,) in [0, 2), each with ``segments`` segments.
+
+    Phases from 1 on are those of the next mesh cycle, in which the same teeth have moved on.
 
     Parameters
     ----------
@@ -238,6 +240,8 @@ def contact_lines(
     tan_b = math.tan(meshing.beta_b)
     cuts = sorted({u for u in kinks if u_a < u < u_e}), sorted({y for y in face_kinks if 0 < y < b})
     index = pair_indices(pair, span)
+    if np.any(tau >= 1.0):
+        index = np.append(index[0] - 1, index)
     start = meshing.path_start + (tau[:, None] + index) * meshing.base_pitch  # u at y = 0
     edges = _panel_edges(pair, start, ends, *cuts)
     widest = _widest(pair, ends, *map(tuple, cuts))

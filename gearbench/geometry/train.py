@@ -278,6 +278,16 @@ class Train:
                     allowed = f"does not assemble: in {mesh.name} its teeth stand {off:+.3f} pitches beside the gaps"
                     raise InputError("gears", gear, allowed)
 
+    def begun(self, *, coast: bool = False) -> dict[str, tuple[int, int]]:
+        """Mesh → how many teeth later its driver and driven gear begin than in their first mesh, while that begins."""
+        phases, known, found = self.phases(coast=coast), {}, {}
+        for mesh in self.meshes:
+            lead = [self.leading(mesh.name, gear, phases[mesh.name], coast=coast) for gear in mesh.gears]
+            first = [known.setdefault(gear, own) for gear, own in zip(mesh.gears, lead, strict=True)]
+            sense = -1 if coast else 1  # seen in a mirror later teeth are ahead
+            found[mesh.name] = tuple(sense * round(one - own) for one, own in zip(first, lead, strict=True))
+        return found
+
     def leading(self, name: str, gear: str, phase: float, *, coast: bool = False) -> float:
         """Angle of the leading flank of a gear at a phase of one of its meshes, see ``Mesh.lead`` [pitches]."""
         mesh = self[name]

@@ -94,6 +94,11 @@ GROUPS: Mapping[str, Mapping[str, Quantity]] = MappingProxyType(
             "pinion_order": Quantity("1", "ν z_1", "order in multiples of the speed of the pinion"),
             "wheel_order": Quantity("1", "ν z_2", "order in multiples of the speed of the wheel"),
             "transmission_error_order_amplitude": Quantity("µm", "|δ_ν|", "amplitudes of the orders of δ"),
+            "member_order": Quantity("1", "ν z", "order in multiples of the speed of a member, seen from the carrier"),
+            "train_transmission_error_order_amplitude": Quantity("µm", "|Δ_ν|", "amplitudes of the orders of Δ"),
+            "load_sharing_order_amplitude": Quantity("1", "|L_ν|", "amplitudes of the orders of the load share"),
+            "passing_force": Quantity("N", "F_p", "force of the planets on the ring as they pass a sensor on it"),
+            "passing_force_order_amplitude": Quantity("N", "|F_pν|", "amplitudes of the orders of F_p"),
             "mesh_stiffness_order_amplitude": Quantity("N/µm", "|k_ν|", "amplitudes of the orders of k"),
         },
         "on the flank": {

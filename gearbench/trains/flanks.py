@@ -6,18 +6,20 @@ of the teeth that a mesh has in contact: each mesh its own.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.contact.batch import Batch, chunks, solve_one_chunk
+from gearbench.contact.equilibrium import MeshAt
 from gearbench.effects.distributions import DISTRIBUTIONS
 from gearbench.effects.expansion import Expansion
 from gearbench.effects.manufacturing_errors import ErrorMode
 from gearbench.errors import InputError
 from gearbench.geometry.names import GEARS
+from gearbench.results.solved import Solved
 from gearbench.robustness.montecarlo import prepare_batch, require_errors
 from gearbench.scene import Scene
 from gearbench.trains.solve import SolvedTrain
@@ -28,50 +30,56 @@ ELSEWHERE = ("inclination", "deviation", "run_out", "wobble", "varied", "centre_
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Flanks:
-    """Meshes of a train prepared for samples of the errors of their flanks.
+    """Meshes of a train prepared for many gaps of their flanks.
 
     Parameters
     ----------
-    errors
-        Random variables by their names.
-    columns
-        Which of them each mesh has, in the order of its own.
-    batches, expansions
-        Each mesh at the mean errors, and the gaps of its samples.
+    batches
+        Each mesh without these gaps.
     force, cos_b
         F_bt that the batches are for [N], and cos β_b, (mesh,).
     share
         Forces over these at which it is known what a batch misses, (level,).
     missed
-        Approach that it misses there at the mean errors, (mesh, position, level) [mm].
+        Approach that it misses there without the gaps, (mesh, position, level) [mm].
     """
 
-    errors: Mapping[str, ErrorMode]
-    columns: tuple[tuple[int, ...], ...]
     batches: tuple[Batch, ...]
-    expansions: tuple[Expansion, ...]
     force: NDArray
     cos_b: NDArray
     share: NDArray
     missed: NDArray
 
-    def draw(self, unit: NDArray) -> NDArray:
-        """Errors of points of the unit cube, (sample, error) [µm]."""
-        laws = [(mode.amplitude, DISTRIBUTIONS[mode.distribution]) for mode in self.errors.values()]
-        drawn = [f * law.quantile(unit[:, i]) for i, (f, law) in enumerate(laws)]
-        return np.stack(drawn, axis=-1)
+    @classmethod
+    def of(
+        cls, solved: SolvedTrain, share: NDArray, approach: NDArray, prepare: Callable[[Solved, MeshAt], Batch]
+    ) -> Flanks:
+        """Of batches that ``prepare`` makes, once of meshes that are alike.
 
-    def answer(self, errors: NDArray, force: NDArray) -> tuple[NDArray, NDArray]:
+        The meshes have the ``approach`` (mesh, position, level) [mm] under ``share`` (level,) of the force of each.
+        """
+        found, known = [], {}
+        for mesh, contact, own in zip(solved.meshes.values(), solved.contacts, approach, strict=True):
+            if id(contact) not in known:
+                batch = prepare(mesh, contact)
+                load = np.tile(share, (len(own), 1))
+                cells, _ = _answer(batch, np.zeros((len(share), batch.modes.shape[1])), load)
+                known[id(contact)] = batch, own - cells / contact.cos_b
+            found.append(known[id(contact)])
+        batches, missed = zip(*found, strict=True)
+        force, cos_b = (np.array([getattr(mesh, name) for mesh in solved.contacts]) for name in ("nominal", "cos_b"))
+        return cls(batches=batches, force=force, cos_b=cos_b, share=share, missed=np.array(missed))
+
+    def answer(self, amounts: Sequence[NDArray], force: NDArray) -> tuple[NDArray, NDArray]:
         """Approach [mm] and ∂F_bt/∂δ [N/mm] of a chunk of samples under F_bt (sample, position, mesh) [N].
 
-        Smaller forces than the least of ``share`` are answered as that one.
+        ``amounts`` (sample, mode) of the gaps of each mesh. Smaller forces than the least of ``share`` are answered as
+        that one.
         """
-        answers = []
-        for m, (batch, expansion) in enumerate(zip(self.batches, self.expansions, strict=True)):
+        answers, level = [], np.log(self.share)
+        for m, batch in enumerate(self.batches):
             load = np.maximum(force[..., m].T / self.force[m], self.share[0])
-            amounts = expansion.amounts(errors[:, list(self.columns[m])])
-            approach, k = _answer(batch, amounts, load)
-            level = np.log(self.share)
+            approach, k = _answer(batch, amounts[m], load)
             more = [np.interp(np.log(own), level, at) for own, at in zip(load, self.missed[m], strict=True)]
             cos_b = self.cos_b[m]
             answers.append(((approach / cos_b + more).T, k.T * cos_b**2))
@@ -87,43 +95,63 @@ def _answer(batch: Batch, amounts: NDArray, load: NDArray) -> tuple[NDArray, NDA
     return solution.approach[:, :count], solution.stiffness[:, :count]
 
 
-def flanks_of(solved: SolvedTrain, share: NDArray, approach: NDArray) -> Flanks:
-    """Flanks of a train whose meshes at the mean errors have the ``approach`` (mesh, position, level) [mm].
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FlankErrors:
+    """Random errors of the flanks of a train.
 
-    That is under ``share`` (level,) of the force of each mesh.
-
-    Raises
-    ------
-    InputError
-        If errors are asked for that do not lie on a flank.
+    Parameters
+    ----------
+    errors
+        Random variables by their names.
+    columns, expansions
+        Which of them each mesh has, in the order of its own, and their gaps.
+    flanks
+        The meshes at the mean errors.
     """
-    drive = {mesh.scene.gear_names[0] for mesh in solved.meshes.values()}
-    both = drive & {mesh.scene.gear_names[1] for mesh in solved.meshes.values()}
-    errors: dict[str, ErrorMode] = {}
-    columns, found = [], []
-    known: dict[int, tuple[Batch, Expansion, NDArray]] = {}
-    for (name, mesh), contact, own in zip(solved.meshes.items(), solved.contacts, approach, strict=True):
-        named = _named(mesh.scene, name, both)
-        errors |= named
-        columns.append(tuple(named))
-        if id(contact) not in known:
-            batch, expansion = prepare_batch(mesh.scene, mesh.lines, contact.problem)
-            load = np.tile(share, (len(own), 1))
-            cells, _ = _answer(batch, np.zeros((len(share), batch.modes.shape[1])), load)
-            known[id(contact)] = batch, expansion, own - cells / contact.cos_b
-        found.append(known[id(contact)])
-    batches, expansions, missed = zip(*found, strict=True)
-    order = {name: i for i, name in enumerate(errors)}
-    return Flanks(
-        errors=errors,
-        columns=tuple(tuple(order[name] for name in own) for own in columns),
-        batches=batches,
-        expansions=expansions,
-        force=np.array([contact.nominal for contact in solved.contacts]),
-        cos_b=np.array([contact.cos_b for contact in solved.contacts]),
-        share=share,
-        missed=np.array(missed),
-    )
+
+    errors: Mapping[str, ErrorMode]
+    columns: tuple[tuple[int, ...], ...]
+    expansions: tuple[Expansion, ...]
+    flanks: Flanks
+
+    @classmethod
+    def of(cls, solved: SolvedTrain, share: NDArray, approach: NDArray) -> FlankErrors:
+        """Errors of a train, see ``Flanks.of``.
+
+        Raises
+        ------
+        InputError
+            If errors are asked for that do not lie on a flank.
+        """
+        drive = {mesh.scene.gear_names[0] for mesh in solved.meshes.values()}
+        both = drive & {mesh.scene.gear_names[1] for mesh in solved.meshes.values()}
+        errors: dict[str, ErrorMode] = {}
+        named = [_named(mesh.scene, name, both) for name, mesh in solved.meshes.items()]
+        for own in named:
+            errors |= own
+        order, expansions = {name: i for i, name in enumerate(errors)}, {}
+
+        def prepare(mesh: Solved, contact: MeshAt) -> Batch:
+            batch, expansions[id(contact)] = prepare_batch(mesh.scene, mesh.lines, contact.problem)
+            return batch
+
+        return cls(
+            errors=errors,
+            columns=tuple(tuple(order[name] for name in own) for own in named),
+            flanks=Flanks.of(solved, share, approach, prepare),
+            expansions=tuple(expansions[id(contact)] for contact in solved.contacts),
+        )
+
+    def draw(self, unit: NDArray) -> NDArray:
+        """Errors of points of the unit cube, (sample, error) [µm]."""
+        laws = [(mode.amplitude, DISTRIBUTIONS[mode.distribution]) for mode in self.errors.values()]
+        drawn = [f * law.quantile(unit[:, i]) for i, (f, law) in enumerate(laws)]
+        return np.stack(drawn, axis=-1)
+
+    def answer(self, errors: NDArray, force: NDArray) -> tuple[NDArray, NDArray]:
+        """Approach and stiffness under the ``errors`` (sample, error), see ``Flanks.answer``."""
+        own = zip(self.expansions, self.columns, strict=True)
+        return self.flanks.answer([each.amounts(errors[:, list(columns)]) for each, columns in own], force)
 
 
 def _named(scene: Scene, mesh: str, both: set[str]) -> dict[str, ErrorMode]:

@@ -23,15 +23,30 @@ def revolution_columns(solved: SolvedTrain) -> tuple[Columns, Columns]:
     if short is None or short.keys.run_out is None:
         return {}, {}
     turns = np.arange(POINTS) / POINTS
-    sense, rates = solved.linkage.train.turn(solved.linkage.train.meshes[0].name), solved.linkage.rates
-    of_ring = abs(rates[solved.linkage.ends[1]])
-    modes, offset = short.modes(solved.linkage), np.zeros((POINTS, len(solved.even)))
-    for name, amount in short.eccentricities.items():
-        angle = 2 * np.pi * sense * rates.get(name, 0.0) / of_ring * turns
-        way = np.cos(angle)[:, None] * modes[f"{name} x"] + np.sin(angle)[:, None] * modes[f"{name} y"]
-        offset += amount * (way - modes[f"{name} x"])  # the set itself is at the beginning
+    ring = solved.linkage.train.meshes[-1].pair.wheel
+    offset = eccentric(solved, abs(ring.teeth) * turns)
     forces = curves(solved.contacts, float(short.keys.number))
     _, F = solved.statics(offset[:, None]).balanced(forces, solved.begun(POINTS), SETTLED)
     sharing: NDArray = (F / solved.even).max(axis=1).T
     coords: Columns = {"revolution": (("revolution",), turns)}
     return coords, {"load_sharing_over_revolution": (("mesh", "revolution"), sharing)}
+
+
+def eccentric(solved: SolvedTrain, time: NDArray) -> NDArray:
+    """Approach that run-outs add to each mesh since the ``time`` 0 [mesh periods], (…, mesh) [mm]."""
+    found = np.zeros((*time.shape, len(solved.even)))
+    short = None if solved.scene.train is None else solved.scene.train.planetary
+    if short is None:
+        return found
+    modes = short.modes(solved.linkage)
+    for name, amount in short.eccentricities.items():
+        angle = turned(solved, name, time)[..., None]
+        found += amount * ((np.cos(angle) - 1) * modes[f"{name} x"] + np.sin(angle) * modes[f"{name} y"])
+    return found
+
+
+def turned(solved: SolvedTrain, body: str, time: NDArray) -> NDArray:
+    """Angle by which a body has turned in the frame of the axes since the ``time`` 0 [mesh periods], (…) [rad]."""
+    train = solved.linkage.train
+    rate = solved.linkage.rates.get(body, 0.0) / train.meshes[0].pair.gears[0].teeth
+    return 2 * np.pi * train.turn(train.meshes[0].name) * rate * time

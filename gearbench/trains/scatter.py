@@ -34,7 +34,7 @@ from gearbench.robustness.statistics import summarise
 from gearbench.robustness.tightening import FINER
 from gearbench.scene import Scene
 from gearbench.threads import default_threads, single_threaded_blas
-from gearbench.trains.flanks import Flanks, check_flanks, flanks_of
+from gearbench.trains.flanks import FlankErrors, check_flanks
 from gearbench.trains.solve import SolvedTrain, solve_train
 
 if TYPE_CHECKING:
@@ -171,7 +171,7 @@ class SampledTrain:
     forces: Curves
     scatter: PlanetaryScatter | None
     names: dict[str, float]
-    flanks: Flanks | None
+    flanks: FlankErrors | None
 
     @property
     def error_names(self) -> tuple[str, ...]:
@@ -218,7 +218,7 @@ class SampledTrain:
         q, F = statics.balanced(self.forces, solved.begun(len(errors)), SETTLED)
         if self.flanks is not None:
             answer = partial(self.flanks.answer, errors[:, count:])
-            own = Forces(answer=answer, nominal=self.flanks.force, least=LEAST, settled=TOUCHED)
+            own = Forces(answer=answer, nominal=self.flanks.flanks.force, least=LEAST, settled=TOUCHED)
             F, q, _, _ = own.found(statics, F, q)
         return replace(solved.cycle, force=F, motion=q)
 
@@ -246,7 +246,7 @@ def sampled_train(scene: Scene) -> SampledTrain:
     solved = solve_train(scene)
     most = float(len(solved.meshes) if short is None else short.keys.number)
     forces = curves(solved.contacts, most)
-    flanks = flanks_of(solved, levels(most), forces.approach) if of_flanks else None
+    flanks = FlankErrors.of(solved, levels(most), forces.approach) if of_flanks else None
     return SampledTrain(solved=solved, forces=forces, scatter=scatter, names=names, flanks=flanks)
 
 

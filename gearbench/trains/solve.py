@@ -15,11 +15,12 @@ from gearbench.contact.look import scene_lines
 from gearbench.contact.panels import CLOSE, LONGEST, panel_ends
 from gearbench.contact.phases import gauss_phases, uniform_phases
 from gearbench.contact.transitions import CLOSER, GAUSS_POINTS, transitions
+from gearbench.effects.base import GapEffect
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.linkage import Linkage
 from gearbench.geometry.names import GEARS
-from gearbench.hunting import unlike
+from gearbench.hunting.cycles import unlike
 from gearbench.results.cycle import Phases
 from gearbench.results.solved import Solved
 from gearbench.results.train_cycle import TrainCycle
@@ -130,15 +131,26 @@ def check_train(scene: Scene) -> Linkage:
         raise InputError("planetary.positions", short.keys.positions, f"{error.allowed}; {short.fitting}") from None
     linkage = scene.train.linkage(train, coast=scene.load.coast)
     linkage.check()
-    for effect in (effect for own in {_plain(own) for own in scene.meshes.values()} for effect in unlike(own)):
-        allowed = "is for one mesh: which tooth meets which planet, or path, is not known here"
-        raise InputError(f"effects.{effect.name}", "given", allowed)
     return linkage
 
 
+def mesh_scenes(scene: Scene) -> dict[str, Scene]:
+    """Scene of each mesh by its name, with the teeth that its gears have there while the first mesh begins."""
+    found, begun = {}, scene.geometry.begun(coast=scene.load.coast)
+    for name, own in scene.meshes.items():
+        flanks = {}
+        for key in ("effects", "coast"):
+            effects = getattr(own, key)
+            flanks[key] = tuple(e.later(own.pair, begun[name]) if isinstance(e, GapEffect) else e for e in effects)
+        found[name] = own if flanks == {key: getattr(own, key) for key in flanks} else changed(own, **flanks)
+    return found
+
+
 @single_threaded_blas()
-def solve_train(scene: Scene) -> SolvedTrain:
+def solve_train(scene: Scene, *, alike: bool = False) -> SolvedTrain:
     """Contact of all meshes of a ``coupled`` scene, at phases that suit all of them.
+
+    ``alike``: as if all teeth of a gear were.
 
     Raises
     ------
@@ -148,13 +160,13 @@ def solve_train(scene: Scene) -> SolvedTrain:
     linkage = check_train(scene)
     assert scene.train is not None
     coast = scene.load.coast
-    train, scenes = scene.geometry, scene.meshes
+    train, scenes = scene.geometry, dict(scene.meshes) if alike else mesh_scenes(scene)
     shift = train.phases(coast=coast)
-    phases = _phases(scenes, shift)
+    phases = _phases({name: _still(own) for name, own in scenes.items()} if alike else scenes, shift)
     even = np.array([own.F_bt for own in scenes.values()])
     f = linkage.force(scene.load.torque)
     statics = Statics(rows=linkage.rows, stiffness=linkage.stiffness, force=f, offset=scene.train.offset(linkage))
-    at, found = _balanced(scenes, shift, phases, statics)
+    at, found = _balanced(scenes, shift, phases, statics, alike)
     for _ in range(ROUNDS):
         heavy = found.force.max(axis=0) / [mesh.nominal for _, mesh in at.values()]
         # off the line of action the load decides how far contact lines reach
@@ -163,7 +175,7 @@ def solve_train(scene: Scene) -> SolvedTrain:
             break
         share = np.where(heavy > HEAVIER, heavy, 1.0)
         scenes = {name: _under(own, by) for (name, own), by in zip(scenes.items(), share, strict=True)}
-        at, found = _balanced(scenes, shift, phases, statics)
+        at, found = _balanced(scenes, shift, phases, statics, alike)
     meshes = {
         name: Solved(
             scene=scenes[name], lines=lines, weight=phases.weight, problem=mesh.problem, solution=own, at=phases
@@ -175,7 +187,7 @@ def solve_train(scene: Scene) -> SolvedTrain:
 
 
 def _balanced(
-    scenes: Mapping[str, Scene], shift: Mapping[str, float], phases: Phases, statics: Statics
+    scenes: Mapping[str, Scene], shift: Mapping[str, float], phases: Phases, statics: Statics, alike: bool
 ) -> tuple[dict[str, tuple[ContactLines, MeshAt]], Balance]:
     """Contact of each mesh by its name, and the balance of all of them."""
     known: dict[tuple[Scene, float], tuple[ContactLines, MeshAt]] = {}
@@ -183,7 +195,7 @@ def _balanced(
     for name, scene in scenes.items():
         key = _plain(scene), shift[name]
         if key not in known:
-            known[key] = _mesh(key[0], (phases.phase + shift[name]) % 1.0)
+            known[key] = _mesh(key[0], phases.phase + shift[name], alike)
         at[name] = known[key]
     return at, balance([mesh for _, mesh in at.values()], statics)
 
@@ -217,8 +229,16 @@ def _phases(scenes: Mapping[str, Scene], shift: Mapping[str, float]) -> Phases:
     return Phases(phase=phase, weight=weight, size=size)
 
 
-def _mesh(scene: Scene, phase: NDArray) -> tuple[ContactLines, MeshAt]:
-    """Contact of a mesh by itself at its own phases."""
-    lines = scene_lines(scene, phase)
+def _mesh(scene: Scene, phase: NDArray, alike: bool) -> tuple[ContactLines, MeshAt]:
+    """Contact of a mesh by itself at its own phases, which are from 1 on where other teeth than before have come."""
+    lines = scene_lines(scene, phase if unlike(scene) else phase % 1.0)
     cos_b = float(np.cos(scene.pair.meshing.beta_b))
-    return lines, MeshAt(problem=assemble(scene, lines), nominal=scene.F_bt, cos_b=cos_b)
+    problem = assemble(_still(scene) if alike else scene, lines)
+    return lines, MeshAt(problem=problem, nominal=scene.F_bt, cos_b=cos_b)
+
+
+def _still(scene: Scene) -> Scene:
+    """The scene as if all teeth of a gear were alike."""
+    turning = unlike(scene)
+    flanks = {key: tuple(e for e in getattr(scene, key) if e not in turning) for key in ("effects", "coast")}
+    return changed(scene, **flanks) if turning else scene

@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 from gearbench import hunting_cycle, read_scene
-from tests.test_hunting import PITCH, scene
+from tests.hunting.test_hunting import PITCH, scene
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ from gearbench.dynamics.loaded_mesh import loaded_mesh
 from gearbench.dynamics.modes import modes
 from gearbench.dynamics.revolution import Revolution, revolution, revolution_response, side_bands
 from gearbench.errors import InputError
-from gearbench.hunting import unlike
+from gearbench.hunting.cycles import unlike
 from gearbench.results.cycle import Phases, fourier_rows
 from gearbench.scene_file import parse_scene
 from tests.support.systems import series, shafts, wheels

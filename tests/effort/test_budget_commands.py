@@ -24,7 +24,8 @@ from gearbench.effects.waviness import Wave, Waviness
 from gearbench.effort.apart import apart
 from gearbench.effort.clock import most_megabytes
 from gearbench.errors import InputError
-from gearbench.hunting import hunting_cycle, hunting_memory
+from gearbench.hunting.cycles import hunting_memory
+from gearbench.hunting.run import hunting_cycle
 from gearbench.optimisation import refinement
 from gearbench.optimisation import verify as verifying
 from gearbench.optimisation.refinement import polish

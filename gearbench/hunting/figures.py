@@ -1,0 +1,80 @@
+"""Figures of hunting cycles: amplitudes over orders, with the side bands of the mesh orders."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.geometry.names import GEARS
+from gearbench.plotting import BLUE, GREEN, GREY, ORANGE, PURPLE, heading, legend_below, new_figure, write_figure
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+
+#: Decades that a figure shows below the largest amplitude.
+DECADES = 4
+#: Amplitude over the mean below which nothing is shown.
+ROUNDING = 1e-9
+
+
+def curve_of(dataset: xr.Dataset) -> str:
+    """Name of the transmission error of a hunting cycle: of its pair, or of its train."""
+    return "transmission_error" if "transmission_error" in dataset else "train_transmission_error"
+
+
+def orders_of_gears(dataset: xr.Dataset) -> dict[str, NDArray]:
+    """Mesh orders as orders of each shaft by its name, those that turn alike once."""
+    if "member_order" not in dataset.coords:
+        return {f"the {name}": dataset[f"{name}_order"].values for name in GEARS}
+    found: dict[str, NDArray] = {}
+    for name, order in zip(dataset["member"].values.tolist(), dataset["member_order"].values, strict=True):
+        if not any(np.allclose(order, known) for known in found.values()):
+            found[name] = order
+    return found
+
+
+def side_bands(dataset: xr.Dataset, axes: Axes, name: str | None = None) -> Axes:
+    """Amplitudes of a curve over mesh orders: those of the mesh, of one shaft, and of none; of the transmission error.
+
+    ``name``: of another curve, e.g. "passing_force".
+    """
+    name = name or curve_of(dataset)
+    order, values = dataset["mesh_order"].values, dataset[f"{name}_order_amplitude"]
+    amplitude = values.values
+    # what hardly varies is rounding
+    floor = max(10.0**-DECADES * np.nanmax(amplitude), ROUNDING * float(np.abs(dataset[name]).mean()))
+    gears = orders_of_gears(dataset)
+    colours = dict(zip(gears, (ORANGE, GREEN, PURPLE, *(f"C{n}" for n in range(4, 10))), strict=False))
+    left = np.ones(len(order), dtype=bool)
+    for label, own, colour in (
+        ("mesh orders", order, BLUE),
+        *((f"orders of {gear}", own, colours.get(gear, GREY)) for gear, own in gears.items()),
+        ("of no single gear" if len(gears) > 2 else "both gears", None, GREY),
+    ):
+        mine = left if own is None else left & np.isclose(own, np.round(own), rtol=0, atol=1e-6)
+        left, shown = left & ~mine, mine & (amplitude > floor)
+        if shown.any():
+            axes.vlines(order[shown], floor, amplitude[shown], color=colour, lw=2.0 if own is order else 1.0)
+            axes.plot([], [], color=colour, label=label)
+    label = f"amplitude of {dataset[name].attrs['symbol'].removesuffix('_p')} [{dataset[name].attrs['units']}]"
+    axes.set(xlabel="mesh order", ylabel=label, yscale="log", xlim=(0, order[-1] * 1.02))
+    axes.set_ylim(floor, max(2 * np.nanmax(amplitude), 10 * floor))
+    return axes
+
+
+def draw_side_bands(dataset: xr.Dataset, folder: Path) -> Path:
+    """Write the figure of the side bands of a hunting cycle; of a planetary set also of what the ring feels."""
+    passing = "passing_force" in dataset
+    figure, rows = new_figure(1 + passing, 1, (9.0, 4.8 + 3.2 * passing))
+    first = side_bands(dataset, rows[0][0])
+    first.set_title(f"{heading(dataset)}: {dataset.sizes['cycle']} mesh cycles until the same teeth meet again")
+    if passing:
+        side_bands(dataset, rows[1][0], "passing_force").set_title(
+            "force of the planets as they pass a place of the ring"
+        )
+    legend_below(figure, first, 4)
+    return write_figure(figure, folder / "side_bands.png")

@@ -1,0 +1,132 @@
+"""The Dataset of a hunting cycle: of a pair, or of a train whose meshes are one contact problem."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gearbench.contact.assemble import assemble
+from gearbench.contact.batch import prepare
+from gearbench.contact.look import scene_lines
+from gearbench.contact.transitions import mesh_phases
+from gearbench.errors import InputError
+from gearbench.hunting.cycles import (
+    ORDERS,
+    check_cycles,
+    known_orders,
+    order_coefficients,
+    require_cycles_memory,
+    solve_cycles,
+    turning_gaps,
+    unlike,
+)
+from gearbench.results.cycle import MeshCycle, Phases
+from gearbench.results.origin import keeping
+from gearbench.results.points import Columns
+from gearbench.results.provenance import provenance
+from gearbench.results.responses import described
+from gearbench.scene import Scene, check_scene
+from gearbench.threads import single_threaded_blas
+from gearbench.trains.cycles import train_cycles
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+@single_threaded_blas()
+def hunting_cycle(scene: Scene, *, orders: float = ORDERS, threads: int = 1) -> xr.Dataset:
+    """Static transmission error over all mesh cycles of ``scene`` until the same teeth meet again, and its orders.
+
+    Parameters
+    ----------
+    scene
+        A scene with effects that differ from tooth to tooth: pitch_errors, waviness. In a planetary set members may
+        be eccentric instead, and planets pass a sensor on the ring whatever the errors.
+    orders
+        Highest mesh order of the spectrum.
+    threads
+        Threads of the solver.
+
+    Returns
+    -------
+    Dataset with ``transmission_error`` and ``mesh_stiffness`` (cycle, position), and the amplitudes of their orders
+    (mesh_order): all multiples of the frequency at which the same teeth meet, also as orders of either shaft. With
+    x(t) = c_0 + Σ Re(2 c_ν e^{2πiνt}) the amplitude is 2|c_ν|, t in mesh periods. Of parallel paths and planetary sets
+    instead with ``train_transmission_error``, ``load_sharing`` of each mesh and, of sets, ``passing_force``: what a
+    sensor on the ring feels, to which planets add as they pass it. Orders of members are seen from the carrier.
+
+    Raises
+    ------
+    InputError
+        If no effect differs from tooth to tooth, shafts bear the gears, there are more than 100 000 mesh cycles, or
+        none of the ``orders`` is known.
+    """
+    import xarray as xr
+
+    check_scene(scene)
+    start = time.perf_counter()
+    phases, coords, variables = (_of_train if scene.coupled else _of_pair)(scene, orders, threads)
+    coords = {name: (("position",), values) for name, values in phases.coordinates.items()} | coords
+    attrs = provenance(scene, wall_time=time.perf_counter() - start)
+    return keeping(xr.Dataset(described(variables), coords=described(coords), attrs=attrs), scene)
+
+
+def _of_pair(scene: Scene, orders: float, threads: int) -> tuple[Phases, Columns, Columns]:
+    cycle = _all_cycles(scene, orders, threads)
+    curves = {"transmission_error": cycle.transmission_error, "mesh_stiffness": cycle.mesh_stiffness}
+    variables: Columns = {name: (("cycle", "position"), values) for name, values in curves.items()}
+    coords, amplitudes = _spectra(cycle.phases, variables, orders)
+    order = coords["mesh_order"][1]
+    for name, gear in zip(("pinion_order", "wheel_order"), scene.pair.gears, strict=True):
+        coords[name] = ("mesh_order",), order * abs(gear.teeth)
+    return cycle.phases, coords, variables | amplitudes
+
+
+def _of_train(scene: Scene, orders: float, threads: int) -> tuple[Phases, Columns, Columns]:
+    found = train_cycles(scene, orders, threads)
+    solved, linkage = found.solved, found.solved.linkage
+    sharing = np.moveaxis(found.cycle.sharing, -1, 0)
+    variables: Columns = {"train_transmission_error": (("cycle", "position"), found.cycle.transmission_error)}
+    variables["load_sharing"] = ("mesh", "cycle", "position"), sharing
+    if (passing := found.passing) is not None:
+        variables["passing_force"] = ("cycle", "position"), passing
+    coords, amplitudes = _spectra(solved.phases, variables, orders)
+    first = linkage.train.meshes[0].pair.gears[0].teeth
+    rates = [abs(linkage.rates.get(name, 0.0)) / first for name in linkage.bodies]
+    turning = {name: 1 / rate for name, rate in zip(linkage.bodies, rates, strict=True) if rate}
+    coords |= {"mesh": (("mesh",), np.array(list(solved.meshes))), "member": (("member",), np.array(list(turning)))}
+    coords["member_order"] = ("member", "mesh_order"), np.outer(list(turning.values()), coords["mesh_order"][1])
+    factor: Columns = {"mesh_load_factor": ((), np.array(sharing.max()))}
+    return solved.phases, coords, variables | factor | amplitudes
+
+
+def _spectra(phases: Phases, curves: Columns, orders: float) -> tuple[Columns, Columns]:
+    """Coordinates of cycles and orders, and the amplitudes of the orders of each of the ``curves``."""
+    amplitudes: Columns = {}
+    count = next(iter(curves.values()))[1].shape[-2]
+    order = np.arange(1, known_orders(phases, count, orders) + 1) / count
+    for name, (dims, values) in curves.items():
+        stacked = values.reshape(-1, *values.shape[-2:])
+        each = [2 * np.abs(order_coefficients(phases, own, len(order))) for own in stacked]
+        own = np.reshape(each, (*values.shape[:-2], len(order)))
+        amplitudes[f"{name}_order_amplitude"] = (*dims[:-2], "mesh_order"), own
+    return {"cycle": (("cycle",), np.arange(count)), "mesh_order": (("mesh_order",), order)}, amplitudes
+
+
+def _all_cycles(scene: Scene, orders: float, threads: int) -> MeshCycle:
+    """δ and k of all mesh cycles, (cycle, position)."""
+    if scene.has_shafts:
+        raise InputError("system.shafts", "given", "hunting cycles are of gears without shafts")
+    count = check_cycles(scene.pair.gears)
+    phase, weight = mesh_phases(scene)
+    turning = unlike(scene)
+    if not turning:
+        raise InputError("effects", "all teeth are alike", "must have pitch_errors or waviness")
+    require_cycles_memory(scene, turning, len(phase), count, orders)
+    lines = scene_lines(scene, phase)
+    modes, amounts = turning_gaps(turning, lines, count)
+    batch = prepare(assemble(scene, lines, tuple(e for e in scene.flank_effects if e not in turning)), modes)
+    phases = Phases(phase=phase, weight=weight, size=scene.resolution.panel_size)
+    return solve_cycles(scene, phases, batch, amounts, threads)

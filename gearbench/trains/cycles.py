@@ -1,0 +1,152 @@
+"""All mesh cycles of a train until everything repeats itself: pitch errors, waves, run-outs, planets that pass.
+
+Every mesh has the gaps of the teeth that meet there in a cycle, and in each cycle the meshes are one contact problem,
+solved as samples with errors of flanks are.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.budget import cycles_memory, require
+from gearbench.contact.batch import Batch, chunks, on_threads, prepare
+from gearbench.contact.equilibrium import Forces, MeshAt
+from gearbench.contact.look import scene_lines
+from gearbench.errors import InputError
+from gearbench.geometry.gear import Gear
+from gearbench.geometry.planetary import RING
+from gearbench.hunting.cycles import check_cycles, turning_gaps, unlike
+from gearbench.results.solved import Solved
+from gearbench.results.train_cycle import TrainCycle
+from gearbench.scene import Scene
+from gearbench.threads import single_threaded_blas
+from gearbench.trains.flanks import Flanks
+from gearbench.trains.revolution import eccentric, turned
+from gearbench.trains.scatter import LEAST, SETTLED, Curves, curves, levels
+from gearbench.trains.solve import SolvedTrain, mesh_scenes, solve_train
+
+#: Change of a force over the greatest at which a mesh cycle is solved.
+TOUCHED = 1e-9
+#: Curves that are kept beside those of the meshes.
+OTHERS = 4
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class TrainCycles:
+    """Answers of a train in all its mesh cycles.
+
+    Parameters
+    ----------
+    solved
+        The train as if all teeth of a gear were alike.
+    cycle
+        Forces and motions, (cycle, position, …).
+    """
+
+    solved: SolvedTrain
+    cycle: TrainCycle
+
+    @property
+    def passing(self) -> NDArray | None:
+        """Force that planets press on the ring with as they pass a sensor on it, (cycle, position) [N]; None elsewhere.
+
+        That of each of N planets counts by the Hann window (1 + cos Nφ/2)/2 (M3), φ its angle from the sensor, up to
+        |φ| = 2π/N: equal forces of evenly spaced planets make no order. The sensor is at the first planet at first.
+        """
+        solved, (cycles, positions, _) = self.solved, self.cycle.force.shape
+        train = solved.linkage.train
+        time = _times(solved, np.arange(cycles))
+        pressed = [mesh.driven == RING for mesh in train.meshes]
+        if not any(pressed):
+            return None
+        sensor, found = turned(solved, RING, time), np.zeros((cycles, positions))
+        places = [train.places[train.shaft(mesh.driver)] for mesh in train.meshes]
+        for m in np.flatnonzero(pressed):
+            x, y = places[m] - train.places[RING]
+            away = np.angle(np.exp(1j * (np.arctan2(y, x) - sensor)))
+            found += self.cycle.force[..., m] * np.cos(np.minimum(sum(pressed) * np.abs(away), 2 * np.pi) / 4) ** 2
+        return found
+
+
+def gears_apart(scene: Scene) -> dict[str, Gear]:
+    """Gears that begin mesh cycles unlike: with unlike teeth, eccentric, or the ring that planets pass, by name."""
+    assert scene.train is not None
+    short, found = scene.train.planetary, {}
+    apart = set() if short is None else {RING, *short.eccentricities}
+    for mesh, own in zip(scene.geometry.meshes, scene.meshes.values(), strict=True):
+        lines, turning = scene_lines(own, np.zeros(1)), unlike(own)
+        for side, (name, gear) in enumerate(zip(mesh.gears, own.pair.gears, strict=True)):
+            teeth = np.arange(abs(gear.teeth))
+            for effect in turning:
+                both = (each.turning(lines, teeth) for each in (effect, effect.later(own.pair, (1 - side, side))))
+                one, other = (each.amounts for each in both if each is not None)
+                apart |= set() if np.allclose(one, other, rtol=0, atol=1e-12) else {name}
+            found |= {name: gear} if name in apart else {}
+    return found
+
+
+def check_train_cycles(scene: Scene) -> int:
+    """Mesh cycles of a train until everything repeats itself.
+
+    Raises
+    ------
+    InputError
+        If there are too many, or all of them are alike.
+    """
+    assert scene.train is not None
+    if scene.loads:
+        raise InputError("loads", f"{len(scene.loads)} loads", "are not for hunting: give one [load]")
+    gears = gears_apart(scene)
+    if not gears:
+        raise InputError("effects", "all teeth are alike", "must have pitch_errors or waviness")
+    return check_cycles(list(gears.values()), "gears" if scene.train.planetary is None else "planetary")
+
+
+@single_threaded_blas()
+def train_cycles(scene: Scene, orders: float, threads: int) -> TrainCycles:
+    """All mesh cycles of a ``coupled`` scene, as far as memory allows these and their ``orders``.
+
+    Raises
+    ------
+    InputError, ConvergenceError
+        As ``simulate``, and as ``check_train_cycles``.
+    """
+    count = check_train_cycles(scene)
+    solved = solve_train(scene, alike=True)
+    positions, curves_kept = len(solved.phases.phase), len(solved.meshes) + OTHERS
+    size = f"{count} mesh cycles × {positions} positions × {len(solved.meshes)} meshes"
+    require(curves_kept * cycles_memory(positions, count, orders, 0), "hunting", size, "fewer positions would fit")
+    forces = curves(solved.contacts, float(len(solved.meshes)))
+    each = zip(mesh_scenes(scene).values(), solved.meshes.values(), strict=True)
+    amounts = [turning_gaps(unlike(own), mesh.lines, count)[1] for own, mesh in each]
+
+    def batch(mesh: Solved, contact: MeshAt) -> Batch:
+        return prepare(contact.problem, turning_gaps(unlike(mesh.scene), mesh.lines, count)[0])
+
+    flanks = Flanks.of(solved, levels(float(len(solved.meshes))), forces.approach, batch)
+    work = partial(_some_cycles, solved, forces, flanks, amounts)
+    parts = list(on_threads(work, (np.unique(each) for each in chunks(np.arange(count))), threads))
+    q, F = (np.concatenate(each) for each in zip(*parts, strict=True))
+    return TrainCycles(solved=solved, cycle=replace(solved.cycle, force=F, motion=q))
+
+
+def _some_cycles(
+    solved: SolvedTrain, forces: Curves, flanks: Flanks, amounts: list[NDArray], cycles: NDArray
+) -> tuple[NDArray, NDArray]:
+    """q (cycle, position, motion) and F (cycle, position, mesh) of some of the mesh cycles."""
+    statics = solved.statics(eccentric(solved, _times(solved, cycles)))
+    q, F = statics.balanced(forces, solved.begun(len(cycles)), SETTLED)
+    answer = partial(flanks.answer, [each[cycles] for each in amounts])
+    own = Forces(answer=answer, nominal=flanks.force, least=LEAST, settled=TOUCHED)
+    F, q, _, _ = own.found(statics, F, q)
+    return q, F
+
+
+def _times(solved: SolvedTrain, cycles: NDArray) -> NDArray:
+    """Mesh periods since the beginning, (cycle, position); flanks that coast are seen in a mirror."""
+    time = cycles[:, None] + solved.phases.phase
+    return -time if solved.linkage.coast else time
