@@ -6,8 +6,8 @@ import sys
 
 from gearbench.cli import main
 
-#: Packages that NumPy, numba and xarray import only because they are installed; a search on a cluster uses the last.
-UNUSED = ("charset_normalizer", "cffi", "dask")
+#: Packages that NumPy, numba and xarray import only because they are installed; a search by dask uses the last two.
+UNUSED = ("charset_normalizer", "cffi", "yaml", "dask")
 
 
 def run() -> None:
@@ -18,7 +18,7 @@ def run() -> None:
     """
     # imported modules are no garbage, but would be searched for it
     gc.set_threshold(200_000)
-    for name in UNUSED[: 2 if "--scheduler" in " ".join(sys.argv) else 3]:
+    for name in UNUSED[: 2 if "--scheduler" in " ".join(sys.argv) else 4]:
         sys.modules[name] = None  # type: ignore[assignment]
     try:
         main()

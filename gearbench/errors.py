@@ -14,20 +14,12 @@ LONGEST_LIST = 160
 
 def plain(text: object) -> str:
     """A text as one line that a terminal shows as it is: white space as blanks, control characters as escapes."""
-    return escaped(" ".join(_text(text).split()))
+    return escaped(" ".join(str(text).split()))
 
 
 def escaped(text: str) -> str:
     """A text with its control characters, and those that turn the direction of writing, as escapes."""
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
-
-
-def _text(value: object) -> str:
-    """The value as text; whole numbers of more digits than Python converts are none that anybody reads."""
-    try:
-        return str(value)
-    except ValueError:
-        return "a number of thousands of digits"
 
 
 def shortened(text: object, longest: int = LONGEST_VALUE) -> str:

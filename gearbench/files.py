@@ -9,7 +9,6 @@ import re
 import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from contextvars import ContextVar
 from pathlib import Path
 
 from gearbench import interruption
@@ -141,43 +140,11 @@ def read_bytes(path: str | Path) -> bytes:
         raise InputError("", str(path), f"must be a readable file ({reason.lower()})") from None
 
 
-#: Files written in a block of ``together``: temporary file, and name.
-_waiting: ContextVar[list[tuple[Path, Path]] | None] = ContextVar("waiting", default=None)
-
-
-@contextmanager
-def together() -> Iterator[None]:
-    """Files written in the block, by this thread, take their places at its end; if the block fails, none does."""
-    written: list[tuple[Path, Path]] = []
-    token = _waiting.set(written)
-    try:
-        yield
-        for part, path in written:
-            with _naming(path):
-                part.replace(path)
-    finally:
-        _waiting.reset(token)
-        for part, _ in written:
-            _abandon(part)
-
-
-@contextmanager
-def _naming(path: Path) -> Iterator[None]:
-    """Let every fault of the disk in the block name ``path``."""
-    try:
-        yield
-    except OSError as error:
-        if error.errno is None:
-            raise
-        raise OSError(error.errno, error.strerror, str(path)) from None
-
-
 @contextmanager
 def replacing(path: str | Path) -> Iterator[Path]:
     """A temporary file beside ``path``, to be written; at the end of the block it takes the place of ``path``.
 
-    Within ``together`` it does so at the end of that block. If the block fails or is interrupted, the temporary file is
-    removed and ``path`` is as it was before.
+    If the block fails or is interrupted, the temporary file is removed and ``path`` is as it was before.
 
     Raises
     ------
@@ -195,39 +162,31 @@ def replacing(path: str | Path) -> Iterator[Path]:
         reason = f"the folder {path.parent} is not writable ({error.strerror})"
         raise InputError("output", str(path), reason) from None
     os.close(handle)
-    part, waiting = Path(name), _waiting.get()
+    part = Path(name)
     _parts.add(part)
     try:
-        with _naming(path):
-            yield part
-            _finish(part)
-            if waiting is None:
-                part.replace(path)
-    except BaseException:
-        _abandon(part)
-        raise
-    if waiting is None:
-        _abandon(part)
-    else:
-        waiting.append((part, path))
+        yield part
+        _finish(part)
+        part.replace(path)
+    except OSError as error:
+        if error.errno is None:
+            raise
+        raise OSError(error.errno, error.strerror, str(path)) from None
+    finally:
+        part.unlink(missing_ok=True)
+        _parts.discard(part)
 
 
 #: Temporary files of this process.
 _parts: set[Path] = set()
 
 
-def _abandon(part: Path) -> None:
-    """Remove a temporary file, unless it has taken its place."""
-    part.unlink(missing_ok=True)
-    _parts.discard(part)
-
-
-def _abandon_all() -> None:
+def _remove_all() -> None:
     for part in _parts:
         part.unlink(missing_ok=True)
 
 
-interruption.cleanups.append(_abandon_all)
+interruption.cleanups.append(_remove_all)
 
 
 def is_part(name: str) -> bool:

@@ -139,12 +139,6 @@ def parts(kind: type) -> tuple[str, dict[str, str]]:
     return text, meanings
 
 
-#: Parts of a key at most; tomllib's time grows with their square.
-_DEEPEST = 100
-#: Dots of keys with the blanks about them, and runs of letters that may be a key of more parts.
-_DOT, _LONG_KEY = re.compile(r"(?<![ \t])[ \t]*+\.[ \t]*+"), re.compile(rf"[\w.\"'-]{{{2 * _DEEPEST},}}")
-
-
 def read_toml(path: Path) -> dict[str, Any]:
     """Tables of a TOML file.
 
@@ -155,8 +149,6 @@ def read_toml(path: Path) -> dict[str, Any]:
     """
     try:
         text = path.read_text(encoding="utf-8")
-        if any(len(re.findall(r"[^.]\.", key)) > _DEEPEST for key in _LONG_KEY.findall(_DOT.sub(".", text))):
-            raise RecursionError
         return tomllib.loads(text)
     except OSError as error:
         reason = (error.strerror or "cannot be read").lower()
@@ -166,13 +158,7 @@ def read_toml(path: Path) -> dict[str, Any]:
     except RecursionError:
         raise InputError("", "not TOML", "nested too deeply", str(path)) from None
     except ValueError as error:
-        raise InputError("", "not TOML", unreadable(error), str(path)) from None
-
-
-def unreadable(error: ValueError) -> str:
-    """Why a text could not be read; of numbers that Python does not convert, not how to make it convert them."""
-    many = "Exceeds the limit" in str(error)
-    return "a whole number of thousands of digits" if many else str(error)
+        raise InputError("", "not TOML", str(error), str(path)) from None
 
 
 def as_table(key: str, table: Any) -> Mapping[str, Any]:

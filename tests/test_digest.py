@@ -1,4 +1,4 @@
-"""Files that prove themselves: digests, files that appear together, reports of faults, ``gearbench check``."""
+"""Files that prove themselves: digests, reports of faults, ``gearbench check``."""
 
 import re
 from pathlib import Path
@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from gearbench.errors import InputError
-from gearbench.files import seal, together, unseal, write_text
+from gearbench.files import seal, unseal
 from gearbench.library.garambois2017 import case
 from gearbench.results.netcdf import open_result, save
 from gearbench.simulation import simulate
@@ -95,25 +95,7 @@ def test_attributes_that_must_be_text_are(result, tmp_path, variable, key):
         open_result(path)
 
 
-def test_files_of_a_command_appear_together_or_not_at_all(tmp_path):
-    with together():
-        write_text(tmp_path / "a", "1")
-        assert not (tmp_path / "a").exists()
-    assert (tmp_path / "a").read_text() == "1"
-
-    def fail():
-        with together():
-            write_text(tmp_path / "a", "2")
-            write_text(tmp_path / "b", "2")
-            raise KeyError
-
-    with pytest.raises(KeyError):
-        fail()
-    assert [path.name for path in tmp_path.iterdir()] == ["a"]
-    assert (tmp_path / "a").read_text() == "1"
-
-
-def test_a_fault_of_the_program_is_one_line_a_report_and_no_output(run, tmp_path, monkeypatch):
+def test_a_fault_of_the_program_is_one_line_and_a_report(run, tmp_path, monkeypatch):
     import tempfile
 
     import gearbench.plotting
@@ -132,7 +114,6 @@ def test_a_fault_of_the_program_is_one_line_a_report_and_no_output(run, tmp_path
     assert "Traceback" in report
     assert f"-o {target}" in report
     assert "numpy" in report
-    assert not target.exists()
     assert not list(tmp_path.glob(".*"))
 
 

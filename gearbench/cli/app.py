@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import nullcontext
 from functools import wraps
 from importlib import import_module
 from pathlib import Path
@@ -17,7 +16,6 @@ from gearbench.cli import log
 from gearbench.cli.options import shows_progress
 from gearbench.doctor import is_first_run
 from gearbench.errors import GearbenchError, InputError, install_extra, plain, shortened
-from gearbench.files import together
 
 #: 0 done, 1 failed, 2 bad input; 130 and 143 where a signal ended it, see ``gearbench.interruption``.
 FAILED, BAD_INPUT = 1, 2
@@ -41,8 +39,8 @@ COMMANDS = (
     "verify",
 )
 COMMANDS += ("validate", "plan", "cost", "rexs", "check", "doctor")
-#: Commands that solve no contact problem, and those that commit their files one by one.
-_QUICK, _STEPWISE = ("select", "rexs", "check", "doctor"), ("optimise", "sweep")
+#: Commands that solve no contact problem.
+_QUICK = ("select", "rexs", "check", "doctor")
 
 
 def application(names: Sequence[str] = COMMANDS) -> typer.Typer:
@@ -61,25 +59,19 @@ def application(names: Sequence[str] = COMMANDS) -> typer.Typer:
 
 
 def _command(name: str, function: Callable[..., None]) -> Callable[..., None]:
-    """A command; its files take their places together as it ends, and none does where it fails."""
+    """A command, after a line where the solver was never compiled."""
 
     @wraps(function)
     def run(*args: Any, **options: Any) -> None:
-        """The command, after a line where the solver was never compiled."""
         shown = shows_progress(quiet=options.get("quiet", False), json=options.get("json", False))
         if shown and name not in _QUICK and is_first_run():
             print("first run: the solver is compiled, once after an installation; about a minute", file=sys.stderr)
-        end = typer.Exit(0)
-        with nullcontext() if name in _STEPWISE else together():
-            try:
-                function(*args, **options)
-            except InputError as error:
-                raise _in_its_file(error, options) from None
-            except typer.Exit as early:  # an interruption that keeps what is done
-                end = early
-            except KeyboardInterrupt:
-                raise Interrupted from None
-        raise end
+        try:
+            function(*args, **options)
+        except InputError as error:
+            raise _in_its_file(error, options) from None
+        except KeyboardInterrupt:
+            raise Interrupted from None
 
     return run
 

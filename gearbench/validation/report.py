@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gearbench.files import make_folder, replacing
+from gearbench.files import make_folder, write_text
 from gearbench.html import head, picture, table
 from gearbench.results.netcdf import save
 from gearbench.validation import figures
@@ -34,7 +34,7 @@ _ERRORS = {
 
 
 def write(dataset: xr.Dataset, folder: str | Path) -> list[Path]:
-    """Write report and Dataset of a validation into ``folder``: both, or none of them.
+    """Write report and Dataset of a validation into ``folder``.
 
     Raises
     ------
@@ -44,11 +44,9 @@ def write(dataset: xr.Dataset, folder: str | Path) -> list[Path]:
         If the disk is full or fails; files that were there before are untouched.
     """
     folder = make_folder("output", folder)
-    text = render(dataset)
-    with replacing(folder / REPORT) as part:
-        part.write_text(text, encoding="utf-8")
-        saved = save(dataset, folder / DATASET)
-    return [folder / REPORT, saved]
+    text = render(dataset)  # before anything is written
+    saved = save(dataset, folder / DATASET)
+    return [write_text(folder / REPORT, text), saved]
 
 
 def render(dataset: xr.Dataset) -> str:
