@@ -195,12 +195,18 @@ teeth = -96
 [planetary.scatter]
 pin_tangential = 15.0
 sun_run_out = 10.0
+[planetary.dynamics]
+damping_ratio = 0.03
+[planetary.dynamics.carrier]
+mass = 4.5
+inertia = 0.011
 ```
 
 All meshes are one contact problem. `simulate` computes `load_sharing` of each mesh, `mesh_load_factor` K_γ, the
 `train_transmission_error`, motions of floating members, and forces and torques on every member with their harmonics.
 `robust` does so over the errors of `[planetary.scatter]` and of the flanks; `sweep` takes keys of all these tables.
-Ring and planets are rigid between their meshes.
+Ring and planets are rigid between their meshes. `response` computes the same meshes over speed, with the
+masses of `[planetary.dynamics]` ([System](system.md)).
 
 {key_tables(Planetary)}
 ## Several loads

@@ -261,6 +261,14 @@ class Scene:
         return tuple(self.under(Load(torque=torque)) for torque in torques) or (self,)
 
     @property
+    def single_load(self) -> Scene:
+        """The scene itself, for results that are of one load; raises ``InputError`` if it has several."""
+        if self.loads:
+            allowed = "are for simulate, sweep, robust and optimise: here give one [load]"
+            raise InputError("loads", f"{len(self.loads)} loads", allowed)
+        return self
+
+    @property
     def one_load(self) -> Scene:
         """The scene itself, for results that are of one load and one mesh.
 
@@ -269,10 +277,7 @@ class Scene:
         InputError
             If it has several.
         """
-        if self.loads:
-            allowed = "are for simulate, sweep, robust and optimise: here give one [load]"
-            raise InputError("loads", f"{len(self.loads)} loads", allowed)
-        return self.one_mesh
+        return self.single_load.one_mesh
 
     @property
     def one_mesh(self) -> Scene:
@@ -284,7 +289,9 @@ class Scene:
             If it has several.
         """
         if self.train is not None and self.system is None:
-            allowed = "are for simulate without --report, sweep, and robust of planetary sets: here give one"
+            allowed = (
+                "are for simulate without --report, sweep, and robust and response of planetary sets: here give one"
+            )
             raise InputError("meshes", f"{len(self.meshes)} meshes", allowed)
         return self
 

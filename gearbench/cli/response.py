@@ -67,7 +67,7 @@ def response(
     verbose: Verbose = False,
     json: Json = False,
 ) -> None:
-    """Dynamic transmission error, mesh and bearing forces of SCENE (with [system]) over speed.
+    """Dynamic transmission error, mesh and bearing forces of SCENE (with [system] or [planetary]) over speed.
 
     Example: gearbench response examples/shafts.toml --speed 500:6000 -o response.nc --plots plots
     """
@@ -193,6 +193,29 @@ def parse_speeds(text: str) -> NDArray:
     return np.linspace(parts[0], parts[1], count)
 
 
+def _train_rows(dataset: xr.Dataset) -> Iterator[tuple[str, str, str]]:
+    """Rows of a train whose meshes are one problem: what is largest, at which speed."""
+    import numpy as np
+
+    rms = (dataset["bearing_force_amplitude"] ** 2).sum(["mesh", "direction", "harmonic"], skipna=False) ** 0.5 / 2**0.5
+    most = {str(name): float(rms.sel(bearing=name).max()) for name in rms["bearing"].values}
+    pins = sorted((name for name in most if name.startswith("planet ")), key=lambda name: most[name])
+    shown = [name for name, force in most.items() if force and name not in pins[:-1]]  # one pin for all
+    curves = [
+        ("largest force of a mesh over that where all paths share alike, K_γ", dataset["mesh_load_factor"], "1"),
+        ("RMS of the transmission error of the train", dataset["train_dynamic_transmission_error_rms"], "µm"),
+        *((f"RMS of the force on the bearing of {name}", rms.sel(bearing=name), "N") for name in shown),
+    ]
+    for text, curve, unit in curves:
+        if not np.isnan(curve).all():
+            at = int(np.nanargmax(curve.values))
+            yield f"{text}, at {float(dataset['speed'][at]):.5g} 1/min", f"{float(curve[at]):.4g}", unit
+    kinds, frequency = dataset["mode_kind"].values, dataset["natural_frequency"].values
+    for kind in dict.fromkeys(kinds):
+        own = frequency[kinds == kind]
+        yield f"{kind} modes, the first {min(len(own), 6)}", " ".join(f"{f:.0f}" for f in own[:6]), "Hz"
+
+
 def _rows(dataset: xr.Dataset) -> Iterator[tuple[str, str, str]]:
     """Rows of the printed table."""
     import numpy as np
@@ -206,7 +229,9 @@ def _rows(dataset: xr.Dataset) -> Iterator[tuple[str, str, str]]:
         yield "  at a speed of", f"{float(dataset['speed'][at]):.5g}", "1/min"
         for name, text in (("mean", "mean"), ("std", "standard deviation"), ("max", "largest")):
             yield f"RMS over all speeds, {text} of the samples", f"{float(dataset[f'mesh_force_{name}']):.4g}", "N"
-    for mesh in dataset["mesh"].values if "mesh" in dataset.dims else []:
+    if "mode_kind" in dataset:
+        yield from _train_rows(dataset)
+    for mesh in dataset["mesh"].values if "mesh" in dataset.dims and "mode_kind" not in dataset else []:
         one = dataset.sel(mesh=mesh)
         for sweep in one["sweep"].values if "sweep" in one.dims else [None]:
             here = one if sweep is None else one.sel(sweep=sweep)

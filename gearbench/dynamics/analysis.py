@@ -12,18 +12,18 @@ from numpy.typing import ArrayLike, NDArray
 
 from gearbench.budget import require_each, speed_memory
 from gearbench.dynamics import waves
-from gearbench.dynamics.model import Group, LinearModel, Model
+from gearbench.dynamics.model import Group, LinearModel, Model, Variables, Vibration
 from gearbench.dynamics.size import bearings
 from gearbench.dynamics.stability import is_proven, multipliers
 from gearbench.dynamics.steady import MOST as MOST_COMBINATIONS
 from gearbench.dynamics.steady import SETTLED, steady
+from gearbench.dynamics.train_model import train_model
 from gearbench.errors import InputError
 from gearbench.hunting.cycles import unlike
 from gearbench.results.origin import keeping
 from gearbench.results.provenance import provenance
 from gearbench.results.responses import described
 from gearbench.scene import Scene, check_scene
-from gearbench.system.mechanics import DIRECTIONS
 from gearbench.threads import single_threaded_blas
 
 if TYPE_CHECKING:
@@ -42,22 +42,21 @@ GROWS = "parametric instability: no steady linear response"
 #: Modes with a smaller share in the compliance at the meshes are left out of the notes.
 NOTED = 0.02
 
-Variables = dict[str, tuple[tuple[str, ...], Any]]
-
 
 @single_threaded_blas()
 def response(scene: Scene, *, speed: ArrayLike, harmonics: int = HARMONICS) -> xr.Dataset:
     """Dynamic transmission error, mesh and bearing forces of ``scene`` over speed, by harmonic balance.
 
     Stiffness and transmission error vary over the mesh cycle as the contact under the mean force; the system of
-    shafts, bearings and inertias is linear about its equilibrium. Where flanks part, see the variable ``contact_kept``.
+    shafts, bearings and inertias, or of the members of a planetary set, is linear about its equilibrium. Where flanks
+    part, see the variable ``contact_kept``.
 
     Parameters
     ----------
     scene
-        With ``[system]``.
+        With ``[system]``, or with meshes that are one contact problem: ``[planetary]``, or parallel paths.
     speed
-        Of the pinion [1/min], one or several.
+        Of the pinion [1/min], one or several; of a set that of the sun, or of the carrier where the sun is held.
     harmonics
         Orders of the mesh frequency.
 
@@ -75,7 +74,7 @@ def response(scene: Scene, *, speed: ArrayLike, harmonics: int = HARMONICS) -> x
     start = time.perf_counter()
     speeds = check_speeds(speed)
     check_harmonics(harmonics)
-    model = Model(scene=scene)
+    model = train_model(scene.single_load) if scene.coupled else Model(scene=scene)
     most = harmonics + (MOST_COMBINATIONS if len(model.groups) > 1 else 0)
     each = speed_memory(most, len(model.names), bearings(scene))
     require_each(each, len(speeds), "speed", f"{harmonics} orders")
@@ -110,8 +109,8 @@ def check_harmonics(harmonics: int) -> None:
 def over_speed(model: LinearModel, speeds: NDArray, harmonics: int) -> Variables:
     """Variables of the Dataset that depend on speed."""
     rows, found = np.arange(len(model.stiffness)), steady(model, speeds, harmonics)
-    index, push = found.index[1:], np.moveaxis(found.push, 1, 2)[:, 1:]
-    te, motion, shaken = model.modes.everywhere(found.omega[:, 1:], push, rows)
+    index, push = found.index[1:], np.moveaxis(found.push, 1, 2)
+    te, motion, shaken = model.modes.everywhere(found.omega, push, rows)
     force = (push + motion @ model.stiffness.T)[..., :: len(rows) // len(model.names)]
     stability = np.full((len(speeds), len(model.names)), np.nan)
     for group in model.groups:
@@ -119,9 +118,12 @@ def over_speed(model: LinearModel, speeds: NDArray, harmonics: int) -> Variables
     # an unstable motion has no steady response
     grows = (stability > 1 + GROWTH).any(axis=1)
     te[grows], force[grows], shaken[grows] = np.nan, np.nan, np.nan
-    te, force, shaken = (np.moveaxis(values, 1, -1) for values in (te, force, shaken))
-    mean, many = model.force, waves.points(harmonics)
-    peak, least = (sign * waves.highest(sign * force, index, many) for sign in (1, -1))
+    # order zero is what shifts the mean between parallel paths
+    mean = model.force + np.real(force[:, 0])
+    te, force, shaken = (np.moveaxis(values[:, 1:], 1, -1) for values in (te, force, shaken))
+    vibration = Vibration(index=index, omega=found.omega[:, 1:], mean=mean, force=force, shaken=shaken)
+    many = waves.points(harmonics)
+    peak, least = (mean + sign * waves.highest(sign * force, index, many) for sign in (1, -1))
     own, dims = _of_own_frequency(model, harmonics), ("speed", "mesh", "harmonic")
     alone = np.arange(len(model.names))[:, None]
     te_own, force_own = te[:, alone, own], force[:, alone, own]
@@ -132,9 +134,9 @@ def over_speed(model: LinearModel, speeds: NDArray, harmonics: int) -> Variables
         "mesh_force_amplitude": (dims, 2 * np.abs(force_own)),
         "mesh_force_phase": (dims, np.angle(force_own)),
         "mesh_force_rms": (dims[:2], waves.rms(waves.with_mean(force))),
-        "mean_force": (("mesh",), mean),
-        "dynamic_factor": (dims[:2], 1 + peak / mean),
-        "contact_kept": (dims[:2], ~(mean + least <= 0)),
+        "mean_force": (("mesh",), model.force),
+        "dynamic_factor": (dims[:2], peak / model.force),
+        "contact_kept": (dims[:2], ~(least <= 0)),
         "floquet_multiplier": (dims[:2], stability),
     }
     if len(model.groups) > 1:
@@ -150,11 +152,12 @@ def over_speed(model: LinearModel, speeds: NDArray, harmonics: int) -> Variables
         }
     if model.mechanics.bearing_names:
         dims = ("speed", "mesh", "bearing", "direction", "harmonic")
-        by_source = np.where(model.is_source[:, None, None, None], np.moveaxis(shaken[..., own], 3, 1), 0.0)
+        felt = model.on_bearings(vibration)[..., own]
+        by_source = np.where(model.is_source[:, None, None, None], np.moveaxis(felt, 3, 1), 0.0)
         variables["bearing_force_amplitude"] = (dims, 2 * np.abs(by_source))
         variables["bearing_force_phase"] = (dims, np.angle(by_source))
         variables["bearing_load"] = (("bearing", "direction"), model.mechanics.bearing_load)
-    return variables
+    return variables | model.further(vibration, speeds)
 
 
 def _combination(names: Sequence[str], index: NDArray) -> str:
@@ -195,12 +198,13 @@ def modal_variables(model: LinearModel, speeds: NDArray, harmonics: int) -> Vari
         "natural_frequency": (("mode",), f),
         "mode_participation": (("mesh", "mode"), modes.participation[:, here]),
         "critical_speed": (("mesh", "mode", "harmonic"), 60 * f[:, None] / (rate[:, None, None] * n)),
+        **model.of_modes(here),
     }
 
 
 def notes(model: LinearModel, speeds: NDArray, harmonics: int, variables: Variables) -> list[str]:
     """Notes for the reader of the result, one line each."""
-    lines = []
+    lines = model.remarks(speeds)
     if unlike(model.scene):
         lines.append("teeth differ from one another: one mesh cycle stands for all, side bands need a revolution")
     if len(model.groups) > 1:
@@ -208,20 +212,20 @@ def notes(model: LinearModel, speeds: NDArray, harmonics: int, variables: Variab
         if (left := variables["combination_residual"][1] > SETTLED).any():
             lines.append(f"meshes of unlike frequencies: no balance was found at {spans(speeds, left)} 1/min")
     kept, growth = variables["contact_kept"][1], variables["floquet_multiplier"][1]
-    for mesh, name in enumerate(model.names):
-        for where, text in (
-            (growth[:, mesh] > 1 + GROWTH, GROWS),
-            (~kept[:, mesh], "flanks part: the linear response is no longer theirs, see nonlinear"),
-        ):
+    parted = "flanks part: the linear response is no longer theirs" + ("" if model.scene.coupled else ", see nonlinear")
+    said: dict[str, list[str]] = {}
+    for mesh, (name, at_rest) in enumerate(zip(model.names, model.at_rest(2 * harmonics)[:, 1:], strict=True)):
+        for where, text in ((growth[:, mesh] > 1 + GROWTH, GROWS), (~kept[:, mesh], parted)):
             if where.any():
-                lines.append(f"mesh {name}: {text} at {spans(speeds, where)} 1/min")
-    for name, at_rest in zip(model.names, model.at_rest(2 * harmonics)[:, 1:], strict=True):
+                said.setdefault(f"{text} at {spans(speeds, where)} 1/min", []).append(name)
         share = float(np.linalg.norm(at_rest[harmonics:]) / max(np.linalg.norm(at_rest), 1e-300))
         if share > BEYOND:
-            lines.append(
-                f"mesh {name}: {100 * share:.0f} % of its motion at rest is in orders above {harmonics}, which are not "
+            text = (
+                f"{100 * share:.0f} % of its motion at rest is in orders above {harmonics}, which are not "
                 "computed: peaks are too low, raise harmonics"
             )
+            said.setdefault(text, []).append(name)
+    lines += [f"mesh {', '.join(names)}: {text}" for text, names in said.items()]
     modes = model.modes
     for group in model.groups:
         slowest = float(model.omega(group, speeds).min())
@@ -265,7 +269,8 @@ def _dataset(
         coords["source"] = ("source", list(model.names))
     if model.mechanics.bearing_names:
         coords["bearing"] = ("bearing", list(model.mechanics.bearing_names))
-        coords["direction"] = ("direction", list(DIRECTIONS))
+        coords["direction"] = ("direction", list(model.directions))
+    coords |= model.coords
     attrs = provenance(model.scene, wall_time=time.perf_counter() - start) | {"notes": "\n".join(lines)}
     for line in lines:
         _LOG.info("%s", line)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,10 +16,13 @@ from gearbench.dynamics.loaded_mesh import LoadedMesh, loaded_mesh
 from gearbench.dynamics.modes import Modes, modes
 from gearbench.errors import InputError
 from gearbench.scene import Scene
-from gearbench.system.mechanics import Mechanics, mechanics, shafts_at_rest, two_wheels
+from gearbench.system.mechanics import DIRECTIONS, Mechanics, mechanics, shafts_at_rest, two_wheels
 
 #: Motions of a mesh of gears on shafts: approach, tilt and bending. Two leave 5 % of the forces, three 2 %.
 ROWS = 3
+
+#: Variables of a Dataset: dimensions and values.
+Variables = dict[str, tuple[tuple[str, ...], Any]]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,6 +42,31 @@ class Group:
     meshes: NDArray
     rate: float
     phase: NDArray
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Vibration:
+    """Steady motion of a model at each speed, by the orders of its mesh frequencies and their combinations.
+
+    Parameters
+    ----------
+    index
+        Multiples of the mesh frequencies (order, frequency), zero left out.
+    omega
+        Frequency of each (speed, order) [rad/s], of either sign.
+    mean
+        Mean force of each mesh (speed, mesh) [N].
+    force
+        Fluctuation of the forces of the meshes (speed, mesh, order) [N].
+    shaken
+        What the rows of bearings of the model have (speed, bearing, 3, order).
+    """
+
+    index: NDArray
+    omega: NDArray
+    mean: NDArray
+    force: NDArray
+    shaken: NDArray
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,6 +118,32 @@ class LinearModel(ABC):
     @abstractmethod
     def at_rest(self, orders: int) -> NDArray:
         """Approach of each mesh at rest by orders 0 … n of its mesh frequency, (mesh, n + 1) [mm]."""
+
+    @property
+    @abstractmethod
+    def directions(self) -> tuple[str, ...]:
+        """Directions of the forces on bearings."""
+
+    @abstractmethod
+    def on_bearings(self, vibration: Vibration) -> NDArray:
+        """Forces on the bearings (speed, bearing, direction, order) [N]."""
+
+    @abstractmethod
+    def further(self, vibration: Vibration, speeds: NDArray) -> Variables:
+        """Variables over speed beside those of meshes and bearings."""
+
+    @property
+    @abstractmethod
+    def coords(self) -> dict[str, Any]:
+        """Coordinates of these."""
+
+    @abstractmethod
+    def of_modes(self, which: NDArray) -> Variables:
+        """Variables of some of the modes."""
+
+    @abstractmethod
+    def remarks(self, speeds: NDArray) -> list[str]:
+        """What the model leaves out or assumes at these speeds, one line each."""
 
     @cached_property
     def modes(self) -> Modes:
@@ -203,3 +258,29 @@ class Model(LinearModel):
     def at_rest(self, orders: int) -> NDArray:
         """Approach of each mesh at rest by orders 0 … n of its mesh frequency, (mesh, n + 1) [mm]."""
         return np.array([cycle.waves(orders) @ cycle.motion[:, 0] for cycle in self.cycles])
+
+    @property
+    def directions(self) -> tuple[str, ...]:
+        """Directions of the forces on bearings."""
+        return DIRECTIONS
+
+    def on_bearings(self, vibration: Vibration) -> NDArray:
+        """Forces on the bearings (speed, bearing, direction, order) [N]."""
+        return vibration.shaken
+
+    def further(self, vibration: Vibration, speeds: NDArray) -> Variables:
+        """None: meshes and bearings are all there is."""
+        return {}
+
+    @property
+    def coords(self) -> dict[str, Any]:
+        """None."""
+        return {}
+
+    def of_modes(self, which: NDArray) -> Variables:
+        """None."""
+        return {}
+
+    def remarks(self, speeds: NDArray) -> list[str]:
+        """None."""
+        return []

@@ -17,5 +17,7 @@ def in_blocks(count: int, each: int) -> Iterator[slice]:
 
 
 def bearings(scene: Scene) -> int:
-    """Bearings of the system of ``scene``."""
+    """Bearings of the system of ``scene``; of a planetary set its members."""
+    if scene.coupled:
+        return len(scene.geometry.gears) + 1
     return 0 if scene.system is None else sum(len(shaft.bearings) for shaft in scene.system.shafts)

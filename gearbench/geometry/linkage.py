@@ -186,7 +186,11 @@ class Linkage:
 
     def on_bodies(self, force: NDArray) -> NDArray:
         """Force and torque of meshes with the ``force`` (…, mesh) [N] on each body, (…, body, 3) [N; N·mm]."""
-        found = -np.einsum("...m,mba->...ba", force, self.of_bodies)
+        return self.carried_on(-np.einsum("...m,mba->...ba", force, self.of_bodies))
+
+    def carried_on(self, loads: NDArray) -> NDArray:
+        """Force and torque on each body (…, body, 3), where pins pass the forces on what they carry to the carrier."""
+        found = loads.copy()
         for name in self.carried:
             own, (x, y) = found[..., self.bodies.index(name), :], self.train.places[name]
             found[..., -1, :2] += own[..., :2]

@@ -15,6 +15,7 @@ from pydantic.dataclasses import dataclass as table
 
 from gearbench.errors import InputError
 from gearbench.geometry.linkage import Linkage, Motion
+from gearbench.geometry.planetary_members import PlanetaryDynamics
 from gearbench.geometry.train import Train
 from gearbench.schema import STRICT, as_table, read
 
@@ -108,6 +109,8 @@ class Planetary:
         Eccentric members: load sharing is then known over a revolution of the carrier against the ring.
     scatter
         Errors that ``robust`` draws.
+    dynamics
+        Masses, torsional supports and damping, for ``response``.
     """
 
     normal_module: Annotated[float, Field(ge=0.05, le=200.0)]
@@ -128,6 +131,7 @@ class Planetary:
     planet_thickness: tuple[Deviation, ...] = ()
     run_out: PlanetaryRunOut | None = None
     scatter: PlanetaryScatter | None = None
+    dynamics: PlanetaryDynamics = PlanetaryDynamics()
 
     def __post_init__(self) -> None:
         for name in DEVIATIONS:

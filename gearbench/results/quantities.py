@@ -206,11 +206,27 @@ GROUPS: Mapping[str, Mapping[str, Quantity]] = MappingProxyType(
             "bearing_load": Quantity("N", "B", "mean force of a shaft on its bearing"),
             "bearing_force_amplitude": Quantity("N", "B_n", "amplitude of a bearing force"),
             "bearing_force_phase": Quantity("rad", "arg B_n", "phase of a bearing force"),
+            "bearing_torque_amplitude": Quantity("N·m", "M_n", "amplitude of the torque that holds a member"),
+            "train_dynamic_transmission_error_amplitude": Quantity(
+                "µm", "Δ_n", "amplitude of the dynamic transmission error of the train"
+            ),
+            "train_dynamic_transmission_error_phase": Quantity(
+                "rad", "arg Δ_n", "phase of the dynamic transmission error of the train"
+            ),
+            "train_dynamic_transmission_error_rms": Quantity(
+                "µm", "RMS Δ", "RMS of the dynamic transmission error of the train"
+            ),
+            "lobes": Quantity("1", "k", "lobes of a force wave round the ring; positive ahead of the planets"),
+            "ring_wave_amplitude": Quantity("N", "F_nk", "amplitude of a force wave round the ring"),
+            "ring_wave_frequency": Quantity("Hz", "n f_z + k f_c", "frequency of the wave at a point of the ring"),
             "housing_amplitude": Quantity("1", "y_n", "amplitude at a point of the housing"),
             "housing_phase": Quantity("rad", "arg y_n", "phase at a point of the housing"),
             "periods": Quantity("1", "–", "mesh periods after which the motion repeats; 0 if it does not"),
             "natural_frequency": Quantity("Hz", "f_r", "natural frequency with the mean mesh stiffness"),
             "mode_participation": Quantity("1", "–", "share of a mode in the static compliance at a mesh"),
+            "mode_kind": Quantity("1", "–", "rotational, translational, planet or mixed mode"),
+            "mode_shape": Quantity("1", "φ_r", "motion of each member relative to the largest; rotations as arcs"),
+            "component": Quantity("1", "–", "component of the motion of a member"),
             "critical_speed": Quantity("1/min", "n_E", "speed at which an order of the mesh frequency excites a mode"),
         },
         "random errors": {

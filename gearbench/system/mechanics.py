@@ -59,7 +59,7 @@ def two_wheels(system: System, pair: Pair) -> Mechanics:
     """Two rigid wheels that only turn: the motions are their rotations times their base radii [mm] (D2)."""
     masses, inertias = [], (system.pinion.inertia, system.wheel.inertia)
     for index, (gear, inertia) in enumerate(zip(pair.gears, inertias, strict=True)):
-        J = INERTIA * inertia if inertia is not None else _steel_gear(pair, index, 0.0)[1]
+        J = INERTIA * inertia if inertia is not None else steel_gear(pair, index, 0.0)[1]
         masses.append(J / gear.base_radius**2)
     return Mechanics(
         mass=np.diag(masses),
@@ -219,7 +219,7 @@ def _mass(box: Gearbox, number: int, model: ShaftModel) -> NDArray:
     return M
 
 
-def _steel_gear(pair: Pair, index: int, hole: float) -> tuple[float, float, float]:
+def steel_gear(pair: Pair, index: int, hole: float) -> tuple[float, float, float]:
     """Steel disc from the ``hole`` to the pitch circle; from there to the outside, or the root circle, of a ring."""
     gear, outside = pair.gears[index], pair.members[index].outer_diameter
     if gear.teeth < 0:
@@ -229,7 +229,7 @@ def _steel_gear(pair: Pair, index: int, hole: float) -> tuple[float, float, floa
 
 def _gear_disc(pairs: Mapping[str, Pair], mesh: str, index: int, seat: Seat, model: ShaftModel) -> Disc:
     at = int(np.clip(np.searchsorted(model.nodes, seat.position) - 1, 0, len(model.beams) - 1))
-    m, axial, across = _steel_gear(pairs[mesh], index, model.beams[at].diameter[1] / 2)
+    m, axial, across = steel_gear(pairs[mesh], index, model.beams[at].diameter[1] / 2)
     given = (seat.mass, seat.inertia, seat.transverse_inertia)
     found = (m * 1e3, axial / INERTIA, across / INERTIA)
     mass, inertia, transverse = (f if g is None else g for g, f in zip(given, found, strict=True))

@@ -1,0 +1,342 @@
+"""The dynamic model of a train whose meshes are one contact problem: a planetary set, or parallel paths.
+
+Bodies are rigid and move as in ``gearbench.geometry.linkage``, in the frame of the carrier; all turn but those that
+are held. What the contact solution holds rigidly is rigid here too, so that the slow response is the simulation.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.dynamics import waves
+from gearbench.dynamics.balance import Excitation
+from gearbench.dynamics.loaded_mesh import order_rows
+from gearbench.dynamics.model import Group, LinearModel, Variables, Vibration
+from gearbench.errors import InputError
+from gearbench.geometry.linkage import AXES, Linkage
+from gearbench.geometry.planetary_members import PlanetaryDynamics
+from gearbench.geometry.train_tables import TrainTables
+from gearbench.scene import Scene
+from gearbench.system.mechanics import Mechanics, steel_disc, steel_gear
+from gearbench.system.shaft_model import INERTIA, METRE
+from gearbench.trains.solve import SolvedTrain, solve_train
+
+#: Share of a mode's kinetic energy below which central members are at rest, and of theirs below which they turn only,
+#: or do not: planets that carry unlike loads are not quite alike.
+AT_REST, LITTLE = 1e-3, 0.02
+#: Kinds of modes: all planets alike and central members turn; central members move across; planets alone; others.
+ROTATIONAL, TRANSLATIONAL, PLANET, MIXED = "rotational", "translational", "planet", "mixed"
+#: Lobes of force waves round the ring are counted to this many times the number of planets.
+PASSES = 2
+#: Share of a natural frequency from which its shift by gyroscopic effects is said to matter.
+GYROSCOPIC = 0.02
+
+
+@dataclass(frozen=True, kw_only=True)
+class RigidBody:
+    """A body of a train.
+
+    Parameters
+    ----------
+    mass, inertia
+        [t], about its axis [t·mm²].
+    torsion
+        Stiffness against turning [N·mm/rad]: 0 of what turns freely, infinite of what is held.
+    """
+
+    mass: float
+    inertia: float
+    torsion: float = 0.0
+
+
+def rigid_bodies(tables: TrainTables, linkage: Linkage) -> dict[str, RigidBody]:
+    """Bodies by their names: gears are steel discs and rings, unless the file gives their masses."""
+    found = {}
+    for name in linkage.bodies:
+        discs = []
+        for gear in linkage.train.gears:
+            if linkage.train.shaft(gear) == name:
+                mesh = next(mesh for mesh in linkage.train.meshes if gear in mesh.gears)
+                index = mesh.gears.index(gear)
+                bore = mesh.pair.members[index].bore_diameter or 0.0
+                discs.append(steel_gear(mesh.pair, index, bore / 2)[:2])
+        if name == linkage.carrier:
+            one = linkage.train.meshes[0].pair
+            discs.append(steel_disc(one.centre_distance, 0.0, one.meshing.face_width / 2)[:2])
+        mass, inertia = np.sum(discs, axis=0)
+        found[name] = RigidBody(mass=float(mass), inertia=float(inertia))
+    if (short := tables.planetary) is None:
+        return found
+    for name, body in found.items():
+        given = getattr(short.keys.dynamics, "planet" if name in short.keys.names else name)
+        stiffness = math.inf if name == short.keys.held else 0.0
+        found[name] = RigidBody(
+            mass=body.mass if given.mass is None else 1e-3 * given.mass,
+            inertia=body.inertia if given.inertia is None else INERTIA * given.inertia,
+            torsion=stiffness if given.torsional_stiffness is None else METRE * given.torsional_stiffness,
+        )
+    return found
+
+
+def train_mechanics(linkage: Linkage, bodies: Mapping[str, RigidBody]) -> Mechanics:
+    """Matrices of the free motions; "bearings" are the bodies, whose rows are their motions x, y and turn."""
+    names, more = linkage.bodies, linkage.more
+    turning = [name for name in names if bodies[name].torsion < math.inf]
+    moved = np.zeros((len(turning) + len(more), len(names), len(AXES)))
+    for row, name in zip(moved, turning, strict=False):
+        row[names.index(name), 2] = 1.0
+        for carried in linkage.carried if name == linkage.carrier else ():
+            x, y = linkage.train.places[carried]
+            row[names.index(carried), :2] = -y, x
+    moved[len(turning) :] = linkage.moved[len(linkage.motions) - len(more) :]
+    inert = np.array([(bodies[name].mass, bodies[name].mass, bodies[name].inertia) for name in names])
+    approach = np.einsum("mba,qba->mq", linkage.of_bodies, moved)
+    held = [*(bodies[name].torsion for name in turning), *(motion.stiffness for motion in more)]
+    return Mechanics(
+        mass=np.einsum("qba,ba,pba->qp", moved, inert, moved),
+        stiffness=np.diag(held),
+        damping=(np.zeros((0, len(moved))), np.zeros(0)),
+        mesh=-approach,
+        spin=np.where(np.arange(len(moved)) < len(turning), -approach, 0.0),
+        bearing=np.moveaxis(moved, 0, -1),
+        bearing_names=names,
+    )
+
+
+def kinds(shape: NDArray, bodies: Mapping[str, RigidBody], carried: tuple[str, ...]) -> tuple[str, ...]:
+    """Kind of each mode by what has its kinetic energy, from the motions of the bodies (body, 3, mode)."""
+    inert = np.array([(each.mass, each.mass, each.inertia) for each in bodies.values()])
+    central = [name not in carried for name in bodies]
+    x, y, turning = np.einsum("ba,bar->ar", inert[central], shape[central] ** 2)
+    across = x + y
+    names = np.where(turning > across, ROTATIONAL, TRANSLATIONAL)
+    names = np.where(np.minimum(across, turning) > LITTLE * (across + turning), MIXED, names)
+    return tuple(np.where(across + turning < AT_REST, PLANET, names).tolist())
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class TrainModel(LinearModel):
+    """Model of a ``coupled`` scene, at any speed.
+
+    Parameters
+    ----------
+    solved
+        Its contact over the mesh cycle.
+    """
+
+    solved: SolvedTrain
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the meshes."""
+        return tuple(self.solved.meshes)
+
+    @property
+    def linkage(self) -> Linkage:
+        """Coupling of the meshes."""
+        return self.solved.linkage
+
+    @cached_property
+    def bodies(self) -> dict[str, RigidBody]:
+        """Bodies by their names."""
+        assert self.scene.train is not None
+        return rigid_bodies(self.scene.train, self.linkage)
+
+    @property
+    def force(self) -> NDArray:
+        """Mean force of each mesh along the line of action (mesh,) [N]."""
+        return self.solved.phases.weight @ self.solved.balance.force
+
+    @cached_property
+    def mechanics(self) -> Mechanics:
+        """Matrices of the bodies; what a body rests on carries the mean forces of the meshes."""
+        found = train_mechanics(self.linkage, self.bodies)
+        return replace(found, bearing_load=self.linkage.on_bodies(self.force)[:, :2])
+
+    @property
+    def damping_ratio(self) -> float:
+        """ζ of every mode."""
+        short = self.scene.train and self.scene.train.planetary
+        return (PlanetaryDynamics() if not short else short.keys.dynamics).damping_ratio
+
+    @cached_property
+    def stiffness(self) -> NDArray:
+        """K̄ of all meshes (mesh, mesh) [N/mm]."""
+        return np.diag(self.solved.phases.weight @ self.solved.balance.stiffness)
+
+    @cached_property
+    def groups(self) -> tuple[Group, ...]:
+        """All meshes: they have one mesh frequency, and their cycles are over the phase of the first."""
+        count, rate = len(self.names), self.linkage.train.mesh_rate(self.names[0])
+        return (Group(meshes=np.arange(count), rate=rate, phase=np.zeros(count)),)
+
+    def excitation(self, group: Group, harmonics: int) -> Excitation:
+        """Excitation of the meshes of the group: approach and force of the balanced contact at each phase."""
+        balance, rows = self.solved.balance, order_rows(self.solved.phases, 2 * harmonics)
+        approach = balance.motion @ self.linkage.rows.T
+        return Excitation(
+            stiffness=np.eye(len(self.names))[..., None] * (rows @ balance.stiffness).T[:, None],
+            motion=(rows[: harmonics + 1] @ approach).T,
+            force=(rows[: harmonics + 1] @ balance.force).T,
+        )
+
+    def at_rest(self, orders: int) -> NDArray:
+        """Approach of each mesh at rest by orders 0 … n of the mesh frequency, (mesh, n + 1) [mm]."""
+        return (order_rows(self.solved.phases, orders) @ self.solved.balance.motion @ self.linkage.rows.T).T
+
+    # -- what is felt around the meshes -------------------------------------------------------------------------------
+    @property
+    def directions(self) -> tuple[str, ...]:
+        """Directions of the forces on bearings, in the frame of the carrier."""
+        return AXES[:2]
+
+    def passed_on(self, vibration: Vibration) -> NDArray:
+        """What each body passes to its support, and pins to the carrier, (speed, body, 3, order) [N; N·mm].
+
+        Springs pass their stiffness times their deflection, damping left out; rigid supports the forces of the meshes
+        less those that accelerate the body.
+        """
+        linkage, names = self.linkage, list(self.bodies)
+        inert = np.array([(each.mass, each.mass, each.inertia) for each in self.bodies.values()])
+        force, moved = np.moveaxis(vibration.force, 1, -1), np.moveaxis(vibration.shaken, -1, 1)
+        loads = -np.einsum("snm,mba->snba", force, linkage.of_bodies)
+        loads = loads + vibration.omega[..., None, None] ** 2 * inert * moved
+        springs = [
+            (names.index(each.moved[0][0]), AXES.index(each.moved[0][1]), each.stiffness) for each in linkage.more
+        ]
+        springs += [(at, 2, body.torsion) for at, body in enumerate(self.bodies.values()) if body.torsion < math.inf]
+        pins, beside = [names.index(name) for name in linkage.carried], moved.copy()
+        for pin in pins:
+            x, y = linkage.train.places[names[pin]]
+            beside[..., pin, :2] -= moved[..., -1, :2] + moved[..., -1, 2:] * np.array([-y, x])
+        for after in (False, True):  # pins first: the carrier feels what they pass on
+            for at, axis, stiffness in springs:
+                if (at not in pins) == after:
+                    loads[..., at, axis] = stiffness * beside[..., at, axis]
+            loads = loads if after else linkage.carried_on(loads)
+        return np.moveaxis(loads, 1, -1)
+
+    def on_bearings(self, vibration: Vibration) -> NDArray:
+        """Forces on the bearings (speed, bearing, direction, order) [N]."""
+        return self.passed_on(vibration)[:, :, :2]
+
+    def further(self, vibration: Vibration, speeds: NDArray) -> Variables:
+        """Transmission error of the whole, load shares, torques on what is held, waves of force round the ring."""
+        torque = 1e-3 * self.passed_on(vibration)[:, :, 2]
+        error = np.einsum("b,sbn->sn", self._error, vibration.shaken[:, :, 2])
+        many = waves.points(vibration.index.shape[0])
+        share = (vibration.mean + waves.highest(vibration.force, vibration.index, many)) / self.solved.even
+        found: Variables = {
+            "train_dynamic_transmission_error_amplitude": (("speed", "harmonic"), 2e3 * np.abs(error)),
+            "train_dynamic_transmission_error_phase": (("speed", "harmonic"), np.angle(error)),
+            "train_dynamic_transmission_error_rms": (("speed",), 1e3 * waves.rms(waves.with_mean(error))),
+            "load_sharing_greatest": (("speed", "mesh"), share),
+            "mesh_load_factor": (("speed",), share.max(axis=1)),
+            "bearing_torque_amplitude": (("speed", "bearing", "harmonic"), 2 * np.abs(torque)),
+        }
+        return found | self._ring_waves(vibration, speeds)
+
+    @property
+    def _error(self) -> NDArray:
+        """Transmission error of the train, of first base circle, per turn of each body (body,) [mm/rad]."""
+        linkage = self.linkage
+        enters, leaves = linkage.ends
+        ratio = 1 / linkage.rates[leaves]
+        turn = {enters: 1.0, leaves: -ratio} | ({} if linkage.carrier is None else {linkage.carrier: ratio - 1.0})
+        return self.solved.input_sense * self.solved.radius * np.array([turn.get(name, 0.0) for name in linkage.bodies])
+
+    def _ring_waves(self, vibration: Vibration, speeds: NDArray) -> Variables:
+        """Forces of the meshes at the ring, which run round it with the planets, by the number of their lobes.
+
+        Σ f_j,n e^{ikψ_j} with the places ψ_j of the planets, counted as the carrier turns: a point of the ring feels
+        it at n f_z + k f_c, k > 0 running ahead of the planets.
+        """
+        train, carrier = self.linkage.train, self.linkage.carrier
+        if carrier is None:
+            return {}
+        ring = self.linkage.ends[1]
+        rate = float(train.rates[carrier] - train.rates[ring]) * (1 if train.clockwise else -1)
+        at = [number for number, mesh in enumerate(train.meshes) if mesh.driven == ring]
+        places = np.array([train.places[train.meshes[number].driver] for number in at])
+        lobes, harmonic = self.lobes, np.arange(1, vibration.index.shape[0] + 1)
+        turn = np.exp(1j * np.sign(rate) * np.outer(lobes, np.arctan2(places[:, 1], places[:, 0])))
+        wave = np.einsum("kj,sjn->snk", turn, vibration.force[:, at])
+        frequency = np.abs(self.groups[0].rate * harmonic[:, None] + abs(rate) * lobes)
+        dims = ("speed", "harmonic", "lobes")
+        return {
+            "ring_wave_amplitude": (dims, 2 * np.abs(wave)),
+            "ring_wave_frequency": (dims, np.multiply.outer(speeds / 60, frequency)),
+        }
+
+    @property
+    def lobes(self) -> NDArray:
+        """Numbers of lobes of the waves of force round the ring."""
+        most = PASSES * len(self.linkage.carried)
+        return np.arange(-most, most + 1)
+
+    @property
+    def coords(self) -> dict[str, Any]:
+        """Coordinates beside those of all models."""
+        found: dict[str, Any] = {"component": ("component", list(AXES))}
+        return found if self.linkage.carrier is None else found | {"lobes": ("lobes", self.lobes)}
+
+    def of_modes(self, which: NDArray) -> Variables:
+        """Kind and shape of modes; bodies turn by arcs on their base circles, the carrier on that of the pins."""
+        shape = self.modes.bearing[..., which]
+        radius = dict.fromkeys(self.bodies, self.linkage.train.meshes[0].pair.centre_distance)
+        for mesh in self.linkage.train.meshes:
+            gears = zip(mesh.gears, mesh.pair.gears, strict=True)
+            radius |= {self.linkage.train.shaft(name): abs(gear.base_radius) for name, gear in gears}
+        own = shape * np.array([(1.0, 1.0, radius[name]) for name in self.bodies])[..., None]
+        own = np.moveaxis(own / np.abs(own).max(axis=(0, 1)), -1, 0)
+        return {
+            "mode_kind": (("mode",), list(kinds(shape, self.bodies, self.linkage.carried))),
+            "mode_shape": (("mode", "bearing", "component"), own),
+        }
+
+    def remarks(self, speeds: NDArray) -> list[str]:
+        """What the model leaves out or assumes, one line each."""
+        if self.linkage.carrier is None:
+            return []
+        lines = []
+        short = self.scene.train and self.scene.train.planetary
+        carrier = short.keys.dynamics.carrier if short else None
+        if carrier and None in (carrier.mass, carrier.inertia):
+            own = self.bodies["carrier"]
+            lines.append(
+                f"carrier: taken for a steel disc up to the pins, half as thick as the gears, {1e3 * own.mass:.3g} kg: "
+                "give mass and inertia in [planetary.dynamics.carrier]"
+            )
+        turn = abs(float(self.linkage.train.rates[self.linkage.carrier])) / 60
+        named = kinds(self.modes.bearing, self.bodies, self.linkage.carried)
+        across = [f for f, kind in zip(self.modes.frequency / (2 * np.pi), named, strict=True) if kind != ROTATIONAL]
+        if across and turn:
+            low, top = min(across), turn * float(speeds.max())
+            lines.append(
+                f"gyroscopic effects of the turning carrier are left out: they move the mode at {low:.4g} Hz by up to "
+                f"{100 * top / low:.2g} % at {speeds.max():.5g} 1/min, and by {100 * GYROSCOPIC:g} % from "
+                f"{GYROSCOPIC * low / turn:.3g} 1/min on"
+            )
+        return lines
+
+
+def train_model(scene: Scene) -> TrainModel:
+    """Model of a ``coupled`` scene, its contact solved.
+
+    Raises
+    ------
+    InputError, ConvergenceError
+        As ``simulate``.
+    """
+    solved = solve_train(scene)
+    idle = [name for name, force in zip(solved.meshes, solved.balance.force.T, strict=True) if not force.any()]
+    if idle:
+        raise InputError("load.torque", scene.load.torque, f"leaves {', '.join(idle)} without contact all the time")
+    return TrainModel(scene=scene, solved=solved)

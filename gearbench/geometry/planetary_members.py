@@ -1,0 +1,57 @@
+"""``[planetary.dynamics]``: masses and torsional supports of the members of a set, for its response over speed."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field
+from pydantic.dataclasses import dataclass as table
+
+from gearbench.errors import InputError
+from gearbench.schema import STRICT
+
+Positive = Annotated[float, Field(gt=0.0, le=1e12)]
+
+
+@table(frozen=True, kw_only=True, config=STRICT)
+class RigidMember:
+    """A member of a set; what is absent follows from its gear, a steel disc or ring.
+
+    Parameters
+    ----------
+    mass
+        [kg].
+    inertia
+        About its axis, with everything that turns with it [kg·m²]; that of the carrier without the planets.
+    torsional_stiffness
+        Of the shaft between the member and what turns evenly, or stands still [N·m/rad]. Absent: a held member
+        cannot turn, and any other member turns freely under a constant torque.
+    """
+
+    mass: Positive | None = None
+    inertia: Positive | None = None
+    torsional_stiffness: Positive | None = None
+
+
+@table(frozen=True, kw_only=True, config=STRICT)
+class PlanetaryDynamics:
+    """Masses and damping of a set, as its response over speed needs them.
+
+    Parameters
+    ----------
+    damping_ratio
+        Of every mode of the set with its mean mesh stiffnesses.
+    sun, planet, ring, carrier
+        Members; the planets are alike. The carrier is a steel disc up to the pins, half as thick as the gears, unless
+        its mass and inertia are given.
+    """
+
+    damping_ratio: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.05
+    sun: RigidMember = RigidMember()
+    planet: RigidMember = RigidMember()
+    ring: RigidMember = RigidMember()
+    carrier: RigidMember = RigidMember()
+
+    def __post_init__(self) -> None:
+        if (given := self.planet.torsional_stiffness) is not None:
+            raise InputError("planet.torsional_stiffness", given, "is for sun, ring and carrier: planets turn freely")

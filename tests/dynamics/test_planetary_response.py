@@ -1,0 +1,265 @@
+"""Response of planetary sets: against time integration, the simulation, and what phasing cancels."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from scipy.integrate import solve_ivp
+
+from gearbench import response, simulate
+from gearbench.contact.phases import uniform_phases
+from gearbench.dynamics.analysis import over_speed
+from gearbench.dynamics.steady import steady
+from gearbench.dynamics.train_model import TrainModel
+from gearbench.errors import InputError
+from gearbench.geometry.linkage import AXES
+from gearbench.results.cycle import Phases, coefficients
+from gearbench.scene_file import parse_scene
+from gearbench.trains.solve import solve_train
+
+TEETH = {"tooth_bending": {}, "hertz": {}}
+#: Orders of what excites the set where it is integrated.
+ORDERS = 3
+ELASTIC = {"floating": ["sun"], "pin_stiffness": 300.0, "carrier_support": 500.0}
+
+
+def scene(teeth=(36, 30, 96), torque=200.0, phases=32, damping=0.03, **keys):
+    """A set of module 2 without profile shifts."""
+    sun, planet, ring = teeth
+    own = {"normal_module": 2.0, "face_width": 20.0, "centre_distance": float(sun + planet)}
+    own |= {"sun": {"teeth": sun}, "planet": {"teeth": planet}, "ring": {"teeth": -ring}}
+    own |= {"dynamics": {"damping_ratio": damping, "carrier": {"mass": 3.0, "inertia": 0.006}}} | keys
+    more = {"load": {"torque": torque}, "effects": TEETH, "resolution": {"positions": phases}}
+    return parse_scene({"planetary": own, **more})
+
+
+def smooth(model, orders=ORDERS, phases=128):
+    """The same with the first orders alone of forces, motions and stiffness, at so many phases that they are exact."""
+    phase, weight = uniform_phases(phases)
+    wave = np.exp(2j * np.pi * np.outer(phase, np.arange(1, orders + 1)))
+
+    def low(values):
+        return values.mean(axis=0) + 2 * np.real(wave @ coefficients(model.solved.phases, values.T, orders).T)
+
+    own = {name: low(getattr(model.solved.balance, name)) for name in ("force", "motion", "stiffness")}
+    at = Phases(phase=phase, weight=weight, size=None)
+    solved = replace(model.solved, phases=at, balance=replace(model.solved.balance, **own))
+    return TrainModel(scene=model.scene, solved=solved)
+
+
+def integrated(model, speed, periods, points=64):
+    """Mesh forces (point, mesh) over the last mesh period.
+
+    M q̈ + C q̇ + K q = f − Bᵀ F with modal damping C, by DOP853, from the quasi-static motion.
+    """
+    solved, linkage, bodies = model.solved, model.linkage, model.bodies
+    names = linkage.bodies
+    # free motions of this test: x, y, turn of every body, held by nothing, stiff, or springs to the carrier
+    turning = [name for name in names if bodies[name].torsion < np.inf]
+    T = []
+    for name in turning:
+        move = np.zeros((len(names), 3))
+        move[names.index(name), 2] = 1.0
+        for pin in linkage.carried if name == linkage.carrier else ():
+            x, y = linkage.train.places[pin]
+            move[names.index(pin)] += [-y, x, 0.0]
+        T.append(move)
+    springs = [bodies[name].torsion for name in turning]
+    for motion in linkage.more:
+        move = np.zeros((len(names), 3))
+        for name, axis in motion.moved:
+            move[names.index(name), AXES.index(axis)] = 1.0
+        T.append(move)
+        springs.append(motion.stiffness)
+    T = np.array(T)
+    weights = np.array([(bodies[name].mass,) * 2 + (bodies[name].inertia,) for name in names])
+    M, K = np.einsum("iba,ba,jba->ij", T, weights, T), np.diag(springs)
+    B = np.einsum("mba,iba->mi", linkage.of_bodies, T)
+    k_mean = solved.balance.stiffness.mean(axis=0)
+    values, modes = np.linalg.eigh(
+        np.linalg.solve(L := np.linalg.cholesky(M), np.linalg.solve(L, K + B.T * k_mean @ B).T)
+    )
+    modes = np.linalg.solve(L.T, modes)
+    damping = M @ modes @ np.diag(2 * model.damping_ratio * np.sqrt(np.maximum(values, 0.0))) @ modes.T @ M
+    omega = 2 * np.pi / 60 * model.groups[0].rate * speed
+    phase, n = solved.phases.phase, np.arange(ORDERS + 1)
+    known = {"F": solved.balance.force, "k": solved.balance.stiffness, "x": solved.balance.motion @ linkage.rows.T}
+    waves = {name: np.exp(-2j * np.pi * np.outer(n, phase)) @ array / len(phase) for name, array in known.items()}
+
+    count, pairs = len(B), np.hstack([waves[name] * np.where(n, 2, 1)[:, None] for name in "Fkx"])
+
+    def at(angle):
+        return np.real(np.exp(1j * n * angle) @ pairs).reshape(3, count)
+
+    # constant torques balance the mean mesh forces, and springs that are not at rest
+    f = B.T @ solved.balance.force.mean(axis=0)
+    f[len(turning) :] += springs[len(turning) :] * solved.balance.motion.mean(axis=0)[-len(linkage.more) :]
+    size, F, k, x = len(M), *at(0.0)
+    start = np.linalg.lstsq(K + B.T * k @ B, f - (F - k * x) @ B, rcond=1e-12)[0]
+    per_f, per_q, per_v = (np.linalg.solve(M, each) for each in (B.T, K, damping))
+    push = np.linalg.solve(M, f)
+
+    def forces(angle, q):
+        F, k, x = at(angle)
+        return F + k * (B @ q - x)
+
+    def rate(t, state):
+        q, v = state[:size], state[size:]
+        return np.concatenate([v, push - per_q @ q - per_v @ v - per_f @ forces(omega * t, q)])
+
+    last = 2 * np.pi / omega * (periods + np.arange(points) / points)
+    state = np.concatenate([start, np.zeros(size)])
+    found = solve_ivp(rate, (0.0, last[-1]), state, "DOP853", last, rtol=1e-9, atol=1e-12)
+    return np.array([forces(omega * t, q) for t, q in zip(last, found.y[:size].T, strict=True)])
+
+
+@pytest.mark.parametrize(
+    "speeds", [[1.0], pytest.param([0.2, 0.45, 0.8, 1.3, 1.7, 2.6], marks=pytest.mark.slow)], ids=["resonance", "six"]
+)
+def test_the_balance_is_what_time_integration_ends_in(speeds):
+    pins = {"pin_tangential": [8.0, 0.0, -5.0, 2.0], "ring_support": 400.0}
+    whole = scene(planets=4, phases=16, damping=0.08, **ELASTIC, **pins)
+    model, H = smooth(TrainModel(scene=whole, solved=solve_train(whole))), 30
+    first = model.modes.frequency[model.modes.frequency > 0][0] / (2 * np.pi)
+    found = over_speed(model, 60 / model.groups[0].rate * first * np.array(speeds), H)
+    for number, share in enumerate(speeds):
+        # the slowest mode dies away, e^{−2πζ n f/f_z}
+        periods = int(np.ceil(18 / (2 * np.pi * model.damping_ratio) * share)) + 2
+        forces = integrated(model, 60 / model.groups[0].rate * first * share, periods)
+        orders = np.fft.rfft(forces, axis=0)[1 : H + 1] / len(forces)
+        own = found["mesh_force_amplitude"][1][number] / 2 * np.exp(1j * found["mesh_force_phase"][1][number])
+        assert_allclose(own.T, orders, rtol=0, atol=1e-6 * np.abs(orders).max())
+        greatest = forces.max(axis=0) / model.solved.even
+        assert_allclose(found["load_sharing_greatest"][1][number], greatest, rtol=5e-3)  # of 64 points a period here
+
+
+def test_the_slow_response_is_the_simulation():
+    whole = scene(planets=4, pin_tangential=[8.0, 0.0, -5.0, 2.0], **ELASTIC)
+    slow, fixed = response(whole, speed=1e-4, harmonics=7).isel(speed=0), simulate(whole)
+    # 2ζ f/f_1 of the seventh order is 3e-8; the force is linear about the simulation, which is exact at rest
+    n = {"harmonic": slice(1, 7)}
+    error = fixed["train_transmission_error_amplitude"].sel(n)
+    assert_allclose(slow["train_dynamic_transmission_error_amplitude"], error, rtol=1e-6, atol=1e-6 * error.max())
+    held = fixed["member_force_amplitude"].sel(n).transpose("member", "axis", "harmonic")
+    size = float(held.max())
+    assert size > 1.0
+    assert_allclose(slow["bearing_force_amplitude"].isel(mesh=0), held, atol=1e-6 * size)
+    load = fixed["member_force"].mean("position")
+    assert_allclose(slow["bearing_load"], load, atol=1e-9 * float(np.abs(load).max()))
+    torque = fixed["member_torque_amplitude"].sel(n)
+    assert_allclose(slow["bearing_torque_amplitude"], torque, atol=1e-6 * float(fixed["member_torque"].max()))
+    phases, curves = uniform_phases(32)[0], fixed["mesh_load"].values
+    wave = np.exp(-2j * np.pi * np.outer(phases, np.arange(1, 8))) / 32
+    f = slow["mesh_force_amplitude"] * np.exp(1j * slow["mesh_force_phase"])
+    assert_allclose(f, 2 * curves @ wave, rtol=0, atol=1e-6 * curves.max())
+
+
+@pytest.mark.parametrize(("planets", "ring", "sun"), [(4, 48, 16), (4, 51, 17), (4, 54, 18), (5, 52, 18), (4, 52, 18)])
+def test_phasing_cancels_at_any_speed(planets, ring, sun):
+    # in phase, sequential, counter phase, sequential of five, and mixed: unevenly spaced pairs
+    teeth = sun, (ring - sun) // 2, ring
+    keys = {
+        "sun": {"teeth": sun, "profile_shift": 0.2},
+        "centre_distance": (sun + ring) / 2 + 0.3,
+        "pin_stiffness": 300.0,
+    }
+    whole = scene(teeth, planets=planets, phases=4 * planets * 5, **keys)
+    found = response(whole, speed=np.linspace(2000, 30000, 8), harmonics=8)
+    felt = found["bearing_force_amplitude"].isel(mesh=0)
+    radial = np.hypot(felt.sel(direction="x"), felt.sel(direction="y")).sel(bearing=["sun", "ring", "carrier"])
+    error, mean = found["train_dynamic_transmission_error_amplitude"], float(found["mean_force"].max())
+    waves, even = found["ring_wave_amplitude"], (ring + sun) % planets == 0
+    assert float(waves.max()) > 1e-2 * mean
+    for order in range(1, 9):
+        k, here = order * sun % planets, {"harmonic": order}
+        if not even:  # opposite planets are in phase: no force
+            assert radial.sel(here).max() < 1e-10 * mean
+            continue
+        if k != 0:
+            assert error.sel(here).max() < 1e-10 * error.max()
+        if k not in (1, planets - 1):
+            assert radial.sel(here).max() < 1e-10 * mean
+        # a point of the ring feels planet after planet: multiples of the frequency at which they pass
+        passes = (order * ring + found["lobes"].values) % planets == 0
+        assert waves.sel(here).values[:, ~passes].max() < 1e-10 * mean
+        assert waves.sel(here).values[:, passes].max() > 1e-6 * mean
+    if even and sun % planets in (1, planets - 1):
+        assert radial.sel(harmonic=1).min() > 1e-3 * mean
+
+
+def test_the_ring_feels_side_bands_about_the_mesh_frequency():
+    found = response(scene(planets=4, phases=16), speed=3000.0, harmonics=2).isel(speed=0)
+    # the ring stands still: the carrier turns with n_s z_s/(z_s + z_r), the mesh frequency is z_r times that
+    carrier = 50.0 * 36 / 132
+    assert_allclose(found["mesh_frequency"], 96 * carrier)
+    assert_allclose(found["ring_wave_frequency"].sel(harmonic=2), carrier * (2 * 96 + found["lobes"]))
+
+
+def test_the_order_of_planets_changes_nothing():
+    errors, order = [0.0, 12.0, 5.0, -7.0], [0, 3, 1, 2]
+    keys = {**ELASTIC, "phases": 16}
+    base = response(
+        scene(positions=[0.0, 90.0, 180.0, 270.0], pin_tangential=errors, **keys), speed=4000.0, harmonics=3
+    )
+    positions = [90.0 * i for i in order]
+    moved = scene(positions=positions, pin_tangential=[errors[i] for i in order], **keys)
+    other = response(moved, speed=4000.0, harmonics=3)
+    for name in ("train_dynamic_transmission_error_amplitude", "mesh_load_factor", "natural_frequency"):
+        assert_allclose(other[name], base[name], rtol=1e-9)
+    meshes = [*order, *(4 + i for i in order)]
+    assert_allclose(other["mesh_force_amplitude"], base["mesh_force_amplitude"].isel(mesh=meshes), rtol=1e-9)
+    assert_allclose(other["load_sharing_greatest"], base["load_sharing_greatest"].isel(mesh=meshes), rtol=1e-9)
+
+
+def test_supports_carry_what_meshes_and_inertia_leave():
+    whole = scene((35, 31, 97), planets=4, phases=16, damping=1e-9, ring_support=400.0, **ELASTIC)
+    model, speeds = TrainModel(scene=whole, solved=solve_train(whole)), np.array([3100.0])
+    found, names = steady(model, speeds, 3), list(model.mechanics.bearing_names)
+    push = np.moveaxis(found.push, 1, 2)[0, 1:]
+    _, motion, moved = (part[0] for part in model.modes.everywhere(found.omega[:, 1:], push[None], np.arange(8)))
+    inert = np.array([(body.mass, body.mass, body.inertia) for body in model.bodies.values()])
+    left = -np.einsum("nm,mba->nba", push + motion @ model.stiffness.T, model.linkage.of_bodies)
+    left = np.moveaxis(left + found.omega[0, 1:, None, None] ** 2 * inert * moved, 0, -1)
+    left[-1] += left[[names.index(name) for name in model.linkage.carried]].sum(axis=0)
+    felt = over_speed(model, speeds, 3)["bearing_force_amplitude"][1][0, 0]
+    assert_allclose(felt, 2 * np.abs(left[:, :2]), atol=1e-6 * felt.max())
+    assert (felt[names.index("sun")] == 0).all()
+    assert felt[names.index("ring")].max() > 1e-3 * felt.max()
+
+
+def test_parallel_paths_without_a_carrier_answer_too():
+    gear, shift = {"normal_module": 2.0, "face_width": 20.0}, {"teeth": 21, "profile_shift": 0.2}
+    gears = dict.fromkeys(("sun", "out"), gear | shift) | dict.fromkeys(("left", "right"), gear | {"teeth": 43})
+    way = [("sun", "left", 0.0), ("sun", "right", 180.0), ("left", "out", 180.0), ("right", "out", 0.0)]
+    meshes = [{"driver": a, "driven": b, "direction": at, "centre_distance": 64.4} for a, b, at in way]
+    more = {"load": {"torque": 60.0}, "effects": TEETH, "resolution": {"positions": 16}}
+    whole = parse_scene({"gears": gears, "meshes": meshes, **more})
+    slow, fixed = response(whole, speed=[1e-4, 20000.0], harmonics=3), simulate(whole)
+    error = fixed["train_transmission_error_amplitude"].sel(harmonic=slice(1, 3))
+    assert_allclose(slow["train_dynamic_transmission_error_amplitude"][0], error, rtol=1e-6, atol=1e-6 * error.max())
+    assert "lobes" not in slow.coords
+    assert set(slow["mode_kind"].values) == {"rotational"}
+
+
+@pytest.mark.parametrize(
+    ("keys", "key"),
+    [
+        ({"dynamics": {"planet": {"torsional_stiffness": 1.0}}}, "planetary.dynamics.planet.torsional_stiffness"),
+        ({"dynamics": {"sun": {"mass": -1.0}}}, "planetary.dynamics.sun.mass"),
+        ({"dynamics": {"sum": {}}}, "planetary.dynamics.sum"),
+        ({"dynamics": {"damping_ratio": 1.0}}, "planetary.dynamics.damping_ratio"),
+    ],
+)
+def test_faults_are_one_line(keys, key):
+    with pytest.raises(InputError) as caught:
+        scene(**keys)
+    assert caught.value.key == key
+
+
+def test_remarks_say_what_is_left_out_or_assumed():
+    found = response(scene(phases=8, pin_stiffness=300.0, dynamics={}), speed=[3000.0], harmonics=1)
+    assert "carrier: taken for a steel disc" in found.attrs["notes"]
+    assert "gyroscopic effects of the turning carrier are left out" in found.attrs["notes"]
+    star = response(scene(phases=8, held="carrier"), speed=[3000.0], harmonics=1)
+    assert "carrier" not in star.attrs["notes"]
