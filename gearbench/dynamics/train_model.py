@@ -250,7 +250,8 @@ class TrainModel(LinearModel):
         enters, leaves = linkage.ends
         ratio = 1 / linkage.rates[leaves]
         turn = {enters: 1.0, leaves: -ratio} | ({} if linkage.carrier is None else {linkage.carrier: ratio - 1.0})
-        return self.solved.input_sense * self.solved.radius * np.array([turn.get(name, 0.0) for name in linkage.bodies])
+        sense, radius = np.sign(linkage.force(1.0)[linkage.input]), linkage.train.meshes[0].pair.gears[0].base_radius
+        return sense * radius * np.array([turn.get(name, 0.0) for name in linkage.bodies])
 
     def _ring_waves(self, vibration: Vibration, speeds: NDArray) -> Variables:
         """Forces of the meshes at the ring, which run round it with the planets, by the number of their lobes.
