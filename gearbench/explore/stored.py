@@ -105,9 +105,11 @@ def of_designs(designs: Designs, file: str) -> Stored:
     Raises
     ------
     InputError
-        If there is none.
+        If there is none, or they are planetary sets.
     """
     dataset, study = designs.dataset, designs.study
+    if study.of_set:
+        raise InputError("", file, "holds planetary sets: the page shows fronts of pairs; use gearbench select")
     numbers = designs.require_feasible()
     columns = [variable_column(v.name, v.paths, dataset[v.name].values[numbers]) for v in study.variables]
     columns += [known_column(name, "limit", dataset[name].values[numbers]) for name in study.constraints]

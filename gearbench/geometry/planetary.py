@@ -79,14 +79,17 @@ class Planetary:
     """A planetary set: a sun, planets on a carrier, a ring. The torque of the load is that on the sun.
 
     ``[planetary.sun]``, ``[planetary.planet]`` and ``[planetary.ring]`` hold the keys of a gear of the pair, and
-    effects of its flanks; results call the gears sun, "planet 1" and so on, and ring. A positive torque lets the sun
-    drive the planets, and these the ring, in the frame of the carrier: which of the three is held, driven or drives
-    from outside changes speeds alone.
+    effects of its flanks; a ring without ``teeth`` has z_r = −(z_s + 2 z_p). Results call the gears sun, "planet 1" and
+    so on, and ring. A positive torque lets the sun drive the planets, and these the ring, in the frame of the carrier:
+    which of the three is held, driven or drives from outside changes speeds alone.
 
     Parameters
     ----------
-    normal_module, face_width, centre_distance
-        m_n, b of all gears that have none of their own, and the distance of the planets from the axis [mm].
+    normal_module, face_width
+        m_n, b of all gears that have none of their own [mm].
+    centre_distance
+        Distance of the planets from the axis [mm]; absent: m_n (z_s + |z_r|)/(4 cos β), the mean of the distances at
+        which both meshes run without profile shift.
     pressure_angle, helix_angle
         α_n and β [°].
     planets
@@ -115,7 +118,7 @@ class Planetary:
 
     normal_module: Annotated[float, Field(ge=0.05, le=200.0)]
     face_width: Annotated[float, Field(gt=0.0, le=20000.0)]
-    centre_distance: Annotated[float, Field(gt=0.0, le=20000.0)]
+    centre_distance: Annotated[float, Field(gt=0.0, le=20000.0)] | None = None
     pressure_angle: Annotated[float, Field(ge=5.0, le=40.0)] = 20.0
     helix_angle: Annotated[float, Field(ge=0.0, le=60.0)] = 0.0
     planets: Annotated[int, Field(ge=1, le=24)] = 3
@@ -190,6 +193,13 @@ class PlanetarySet:
     steps: int
 
     @property
+    def centre_distance(self) -> float:
+        """Distance of the planets from the axis [mm]."""
+        keys = self.keys
+        reference = keys.normal_module * self.steps / (4 * math.cos(math.radians(keys.helix_angle)))
+        return keys.centre_distance or reference
+
+    @property
     def angles(self) -> tuple[float, ...]:
         """Angles of the planets [rad]: where teeth fit, whole steps of 360°/(z_s + |z_r|), or as they are given."""
         if self.keys.positions is None:
@@ -206,9 +216,29 @@ class PlanetarySet:
     @property
     def axes(self) -> dict[str, tuple[float, float]]:
         """Gear → place of its axis in the frame of the carrier [mm]."""
-        a = self.keys.centre_distance
+        a = self.centre_distance
         own = {name: (a * math.cos(x), a * math.sin(x)) for name, x in zip(self.keys.names, self.angles, strict=True)}
         return {SUN: (0.0, 0.0), RING: (0.0, 0.0)} | own
+
+    @property
+    def spacing_error(self) -> float:
+        """Greatest angle between a planet and its place where all are evenly spaced from the first on [°]."""
+        at = np.sort(np.mod(np.subtract(self.angles, self.angles[0]), 2 * math.pi))
+        return float(np.degrees(np.abs(at - 2 * math.pi * np.arange(len(at)) / len(at)).max()))
+
+    def adding(self, sun_teeth: int, waves: int) -> float:
+        """Part of the first mesh harmonic of all planets that adds up as torsion (0 ``waves``) or radial force (1).
+
+        1 where the forces of all planets add up, 0 where they cancel.
+        """
+        orders = [sun_teeth + waves, sun_teeth - waves]
+        return float(np.abs(np.exp(1j * np.outer(orders, self.angles)).mean(axis=1)).max())
+
+    def room(self, tip_radius: float) -> float:
+        """Least distance between the tips of neighbouring planets of this tip radius [mm]; negative: they collide."""
+        at = np.sort(np.mod(self.angles, 2 * math.pi))
+        apart = np.diff(at, append=at[0] + 2 * math.pi).min() if self.keys.number > 1 else math.pi
+        return 2 * self.centre_distance * math.sin(min(apart, math.pi) / 2) - 2 * tip_radius
 
     def check(self, tip_radius: float) -> None:
         """Refuse planets of this tip radius [mm] that collide.
@@ -218,10 +248,7 @@ class PlanetarySet:
         InputError
             Saying by how much.
         """
-        at = np.sort(np.mod(self.angles, 2 * math.pi))
-        apart = np.diff(at, append=at[0] + 2 * math.pi).min() if self.keys.number > 1 else math.pi
-        room = 2 * self.keys.centre_distance * math.sin(min(apart, math.pi) / 2) - 2 * tip_radius
-        if room <= 0:
+        if (room := self.room(tip_radius)) <= 0:
             key = "planets" if self.keys.positions is None else "positions"
             allowed = f"planets collide: their tips overlap by {-room:.4g} mm"
             raise InputError(f"planetary.{key}", getattr(self.keys, key), allowed)
@@ -285,17 +312,20 @@ def expanded(given: Any) -> tuple[PlanetarySet, dict[str, Any]]:
         if name not in whole:
             raise InputError(f"planetary.{name}", "missing", "is required: a table with the keys of a gear")
         own[name] = dict(as_table(f"planetary.{name}", whole.pop(name)))
-    z_s, z_r = (own[name].get("teeth") for name in (SUN, RING))
+    for name in MEMBERS[:2]:
+        if not isinstance(own[name].get("teeth"), int):
+            raise InputError(f"planetary.{name}.teeth", own[name].get("teeth"), "must be a whole number")
+    z_s, z_p = (own[name]["teeth"] for name in MEMBERS[:2])
+    z_r = own[RING].setdefault("teeth", -(z_s + 2 * z_p))
     if not isinstance(z_r, int) or z_r >= 0:
         raise InputError("planetary.ring.teeth", z_r, "must be negative: an internal gear (ISO 21771)")
-    if not isinstance(z_s, int):
-        raise InputError("planetary.sun.teeth", z_s, "must be a whole number")
     found = read(Planetary, whole, "planetary")
     common = {key: getattr(found, key) for key in ("normal_module", "pressure_angle", "helix_angle", "face_width")}
     gears: dict[str, Mapping[str, Any]] = {SUN: {**common, **own[SUN]}}
     gears |= {name: {**common, **own["planet"]} for name in found.names}
     gears[RING] = {**common, **own[RING]}
-    a = found.centre_distance
+    whole_set = PlanetarySet(keys=found, steps=z_s - z_r)
+    a = whole_set.centre_distance
     meshes = [{"driver": SUN, "driven": name, "centre_distance": a} for name in found.names]
     meshes += [{"driver": name, "driven": RING, "centre_distance": a} for name in found.names]
-    return PlanetarySet(keys=found, steps=z_s - z_r), {"gears": gears, "meshes": meshes}
+    return whole_set, {"gears": gears, "meshes": meshes}

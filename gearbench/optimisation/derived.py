@@ -1,4 +1,4 @@
-"""Design variables that are not keys of a scene, but follow from them once the pair is known."""
+"""Design variables that are not keys of a scene, but follow from them once the pair, or the set, is known."""
 
 from __future__ import annotations
 
@@ -60,13 +60,20 @@ def unit_contact_addendum(pair: Pair) -> float:
     return float(brentq(excess, 0.0, 1.0, xtol=1e-13))  # pyright: ignore[reportArgumentType]
 
 
+def _ring_teeth(tables: Mapping[str, Any], _: Callable[[Mapping[str, Any]], Pair], value: float) -> dict[str, Any]:
+    sun, planet = (tables["planetary"].get(name, {}).get("teeth", 0) for name in ("sun", "planet"))
+    return {"planetary.ring.teeth": -(sun + 2 * planet + round(value))}
+
+
 #: Name → how it sets keys of the scene, in the order they are applied. Lengths are fractions of the tooth height h_e
 #: (the smaller one, where the gears differ); the addendum goes from 0, where ε_α = 1, to 1, the standard h_a* = 1.
+#: Extra teeth are those of a ring beside z_s + 2 z_p.
 DERIVED: Mapping[str, Derivation] = MappingProxyType(
     {
         "pair.addendum_fraction": _addendum,
         "effects.tip_relief.length_fraction": _relief_length("tip_relief"),
         "effects.root_relief.length_fraction": _relief_length("root_relief"),
+        "planetary.ring.extra_teeth": _ring_teeth,
     }
 )
 
@@ -76,5 +83,6 @@ SETS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "pair.addendum_fraction": ("pair.pinion.addendum", "pair.wheel.addendum"),
         "effects.tip_relief.length_fraction": ("effects.tip_relief.length",),
         "effects.root_relief.length_fraction": ("effects.root_relief.length",),
+        "planetary.ring.extra_teeth": ("planetary.ring.teeth",),
     }
 )

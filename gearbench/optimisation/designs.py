@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from gearbench.errors import InputError, naming
 from gearbench.optimisation.dataset import read_names
-from gearbench.optimisation.numbers import OF_SCENE
+from gearbench.optimisation.numbers import OF_PAIR, OF_SCENE, OF_SET
 from gearbench.optimisation.problem import scene_of
 from gearbench.optimisation.study import Design, OptimisationStudy
 from gearbench.optimisation.study_file import parse_study
@@ -70,7 +70,8 @@ class Designs:
     def names(self) -> tuple[str, ...]:
         """Names of all quantities: one value for each design."""
         stored = [str(name) for name, v in self.dataset.data_vars.items() if v.dims == ("design",)]
-        return tuple(dict.fromkeys((*stored, *OF_SCENE)))
+        other = OF_PAIR if self.study.of_set else tuple(OF_SET)
+        return tuple(dict.fromkeys((*stored, *(name for name in OF_SCENE if name not in other))))
 
     def find(self, key: str, name: str) -> str:
         """Full name of a quantity from its full name or from its last parts, if no other ends so.

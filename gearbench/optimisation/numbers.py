@@ -11,14 +11,19 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
+from gearbench.geometry.planetary import CARRIER, RING, SUN
+from gearbench.strength.bending import RootBending
 from gearbench.strength.rating import GEOMETRIC, contact_pressure, root_stress
 
 if TYPE_CHECKING:
+    from gearbench.geometry.planetary import PlanetarySet
     from gearbench.results.solved import Solved
     from gearbench.scene import Scene
 
 #: From the variables: what their values cost, by the tables ``costs`` of the study.
 COST = "cost"
+#: Members of a planetary set that may drive, be driven or stand still.
+CENTRAL = (SUN, RING, CARRIER)
 #: Gauss points on each panel of a tooth's outline: its area to ten digits.
 POINTS = 16
 #: Effects that a designer gives the flanks; errors and measured flanks are none.
@@ -34,22 +39,42 @@ MODIFICATIONS = (
 )
 
 
+def planetary_set(scene: Scene) -> PlanetarySet | None:
+    """The set that a scene is of, where it is one."""
+    return None if scene.train is None else scene.train.planetary
+
+
+def each_mesh(scene: Scene) -> tuple[Scene, ...]:
+    """Scenes of the meshes that differ: of a planetary set those of a planet with sun and ring; else itself."""
+    own = planetary_set(scene)
+    return (scene,) if own is None else tuple(scene.meshes.values())[:: own.keys.number]
+
+
 def mass(scene: Scene) -> float:
-    """Mass of both gears, their teeth as generated, from the bore (none: from the axis) on [kg]."""
+    """Mass of all gears, their teeth as generated, from the bore (none: from the axis) on [kg]."""
     from gearbench.compliance.outline import tooth_outline
 
-    pair, total = scene.pair, 0.0
-    for gear, member, material in zip(pair.gears, pair.members, pair.materials, strict=True):
-        _, weight, half_width, _ = tooth_outline(gear, POINTS)
-        held = (member.bore_diameter if gear.teeth > 0 else member.outer_diameter or 2 * abs(gear.root_radius)) or 0.0
-        body = math.pi * abs(gear.root_radius**2 - (held / 2) ** 2)
-        total += gear.face_width * (body + abs(gear.teeth) * 2 * float(weight @ half_width)) * material.density
+    own, meshes, total = planetary_set(scene), each_mesh(scene), 0.0
+    count = dict.fromkeys((name for mesh in meshes for name in mesh.gear_names), 1)
+    if own is not None:
+        count[own.keys.names[0]] = own.keys.number
+    for mesh in meshes:
+        gears = zip(mesh.gear_names, mesh.pair.gears, mesh.pair.members, mesh.pair.materials, strict=True)
+        for name, gear, member, material in gears:
+            _, weight, half_width, _ = tooth_outline(gear, POINTS)
+            held = member.bore_diameter if gear.teeth > 0 else member.outer_diameter or 2 * abs(gear.root_radius)
+            body = math.pi * abs(gear.root_radius**2 - ((held or 0.0) / 2) ** 2)
+            one = gear.face_width * (body + abs(gear.teeth) * 2 * float(weight @ half_width)) * material.density
+            total += count.pop(name, 0) * one  # a planet is in two meshes
     return 1e-6 * total
 
 
 def gear_ratio(scene: Scene) -> float:
-    """u = z_2/z_1."""
-    return scene.pair.wheel.teeth / scene.pair.pinion.teeth
+    """u = z_2/z_1; of a planetary set the speed of the faster over that of the slower member that turns."""
+    if planetary_set(scene) is None:
+        return scene.pair.wheel.teeth / scene.pair.pinion.teeth
+    turning = [abs(float(rate)) for name, rate in scene.geometry.rates.items() if name in CENTRAL and rate]
+    return max(turning) / min(turning)
 
 
 def axial_force(scene: Scene) -> float:
@@ -77,12 +102,38 @@ def _of_flank(name: str) -> Callable[[Solved], float]:
     return number
 
 
+def largest_root_stress(scene: Scene) -> float:
+    """The largest root stress of all gears; of a planetary set of those that a rack has cut, which its ring is not."""
+    if planetary_set(scene) is None:
+        return max(root_stress(scene))
+    sides = ((mesh, index) for mesh in each_mesh(scene) for index in (0, 1) if mesh.pair.gears[index].teeth > 0)
+    return max(RootBending(pair=mesh.pair, gear=index).stress(abs(mesh.load.torque)) for mesh, index in sides)
+
+
+def _of_set(number: Callable[[PlanetarySet, Scene], float]) -> Callable[[Scene], float]:
+    def of_scene(scene: Scene) -> float:
+        own = planetary_set(scene)
+        return math.nan if own is None else number(own, scene)
+
+    return of_scene
+
+
+#: From the tooth numbers and places of a planetary set.
+OF_SET: Mapping[str, Callable[[Scene], float]] = MappingProxyType(
+    {
+        "planet_room": _of_set(lambda own, scene: own.room(scene.pair.gears[1].tip_radius)),
+        "spacing_error": _of_set(lambda own, _: own.spacing_error),
+        "torsion_share": _of_set(lambda own, scene: own.adding(scene.pair.pinion.teeth, 0)),
+        "radial_share": _of_set(lambda own, scene: own.adding(scene.pair.pinion.teeth, 1)),
+    }
+)
 #: From the scene.
 OF_SCENE: Mapping[str, Callable[[Scene], float]] = MappingProxyType(
     {
+        **OF_SET,
         "gear_ratio": gear_ratio,
         "mass": mass,
-        "root_stress": lambda scene: max(root_stress(scene)),
+        "root_stress": largest_root_stress,
         "axial_force": axial_force,
         "modifications": modifications,
         "pinion_teeth": lambda scene: scene.pair.pinion.teeth,
@@ -102,5 +153,7 @@ UNDER_LOAD: Mapping[str, Callable[[Solved], float]] = MappingProxyType(
 )
 #: All names.
 NUMBERS = (COST, *GEOMETRIC, *OF_SCENE, *UNDER_LOAD)
+#: Those that mean nothing for a planetary set.
+OF_PAIR = ("axial_force", "modifications", "pinion_teeth", "wheel_teeth", "pinion_addendum", "wheel_addendum")
 #: Those that need the table ``operation`` of the scene.
 OF_OPERATION = ("flash_temperature", "friction_loss")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property, lru_cache, partial
 from typing import TYPE_CHECKING, Any
@@ -23,7 +23,7 @@ from gearbench.optimisation.derived import DERIVED
 from gearbench.optimisation.racing import Incumbents, stages, statistics
 from gearbench.optimisation.study import Design, OptimisationStudy
 from gearbench.optimisation.variables import Value
-from gearbench.results.responses import is_over_speed
+from gearbench.results.responses import is_over_speed, response
 from gearbench.results.solved import Solved
 from gearbench.robustness.sampling import Sampler, unit_samples
 from gearbench.scene import Scene
@@ -31,6 +31,8 @@ from gearbench.scene_file import parse_scene, read_loads
 from gearbench.schema import read
 from gearbench.simulation import simulate
 from gearbench.solution import solve_scene
+from gearbench.trains.scatter import sampled_train
+from gearbench.trains.solve import SolvedTrain, solve_train
 
 if TYPE_CHECKING:
     from gearbench.dynamics.over_speed import ForceOverSpeed
@@ -135,9 +137,9 @@ class _Candidate:
         return solve_roughly(self.scene)
 
     @cached_property
-    def solved(self) -> Solved:
+    def solved(self) -> Solved | SolvedTrain:
         """The scene solved as ``simulate`` does."""
-        return solve_scene(self.scene)
+        return solve_train(self.scene) if self.scene.coupled else solve_scene(self.scene)
 
     def force(self, scene: Scene) -> ForceOverSpeed:
         """The force over the study's speeds under one load."""
@@ -185,7 +187,9 @@ class _Candidate:
             each = [self.force(one).without_errors for one in self.scene.each_load]
             found["mesh_force_mean"] = float(_over_loads(self.study, each))
         if names := self._on_cycles:
-            if self.scene.loads:
+            if self.scene.coupled:
+                dataset, ending = {name: response(name).reduce(self.solved.cycle) for name in names}, ""
+            elif self.scene.loads:
                 from gearbench.sweeps.run import sweep
 
                 dataset, ending = sweep(self.scene, outputs=names, threads=1), f"_load_{self.study.over_loads}"
@@ -197,17 +201,12 @@ class _Candidate:
 
     def _of_samples(self) -> Evaluation:
         """Statistics over as many error samples as needed."""
-        study, incumbents, numbers = self.study, self.incumbents, self._numbers()
-        r, kinds = study.robustness, self.scene.effect("manufacturing_errors")
-        assert isinstance(kinds, ManufacturingErrors)
-        unit = _unit(r.sampler, r.samples, len(kinds.variables(self.scene.pair)), r.seed)
-        loads = self.scene.each_load
-        problems = self._robust_problems()
+        study, incumbents, numbers, r = self.study, self.incumbents, self._numbers(), self.study.robustness
+        count, answer = self._sampled_set() if self.scene.coupled else self._sampled_pair()
+        unit = _unit(r.sampler, r.samples, count, r.seed)
         values = np.empty((len(study.responses), 0))
         for stop in stages(study) if incumbents is not None else (r.samples,):
-            errors = kinds.draw(unit[values.shape[1] : stop], self.scene.pair)
-            under = [self._responses(one, problem, errors) for one, problem in zip(loads, problems, strict=True)]
-            values = np.hstack([values, _over_loads(study, under)])
+            values = np.hstack([values, answer(unit[values.shape[1] : stop])])
             if incumbents is not None and stop < r.samples and (by := incumbents.beating(values, numbers)) is not None:
                 found, kept = incumbents.estimate(values, by, numbers), None
                 break
@@ -215,6 +214,30 @@ class _Candidate:
             found, kept = statistics(values, numbers), values if r.racing else None
         known, count = tuple(map(float, found)), values.shape[1]
         return Evaluation(violation=0.0, reason="", constraints=(), statistics=known, samples=count, values=kept)
+
+    def _sampled_pair(self) -> tuple[int, Callable[[NDArray], NDArray]]:
+        """Number of its errors, and its responses (response, sample) at points of the unit cube (sample, error)."""
+        kinds, loads = self.scene.effect("manufacturing_errors"), self.scene.each_load
+        assert isinstance(kinds, ManufacturingErrors)
+        problems = self._robust_problems()
+
+        def answer(unit: NDArray) -> NDArray:
+            errors = kinds.draw(unit, self.scene.pair)
+            under = [self._responses(one, problem, errors) for one, problem in zip(loads, problems, strict=True)]
+            return _over_loads(self.study, under)
+
+        return len(kinds.variables(self.scene.pair)), answer
+
+    def _sampled_set(self) -> tuple[int, Callable[[NDArray], NDArray]]:
+        """``_sampled_pair`` of a planetary set."""
+        assert isinstance(self.solved, SolvedTrain)
+        train, names = sampled_train(self.scene, self.solved), self.study.responses
+
+        def answer(unit: NDArray) -> NDArray:
+            found = train.respond(train.draw(unit), names)
+            return np.array([found[name] for name in names])
+
+        return len(train.error_names), answer
 
     def _robust_problems(self) -> list[RobustProblem]:
         """Problem of the error samples, or those under each of several loads, torques ascending."""
@@ -268,7 +291,7 @@ def scene_of(study: OptimisationStudy, design: Design) -> Scene:
     for path, derive in DERIVED.items():
         if path in given:
             tables = with_values(tables, derive(tables, pair_of, float(given[path])))
-    return parse_scene(tables | {"pair": pair_of(tables.get("pair", {}))})
+    return parse_scene(tables if study.of_set else tables | {"pair": pair_of(tables.get("pair", {}))})
 
 
 def assignments(study: OptimisationStudy, design: Design) -> tuple[tuple[str, Value | None], ...]:

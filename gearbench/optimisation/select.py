@@ -159,6 +159,8 @@ def select(
     for condition in ordered:
         numbers = numbers[condition.holds(designs.values(condition.name, numbers))]
         kept.append((str(condition), numbers))
+    if avoid and designs.study.of_set:
+        raise InputError("avoid", str(avoid[0]), "is for pairs: the mesh frequency of a set depends on what is held")
     for resonance in avoid:
         numbers = numbers[resonance.avoided(designs.values("pinion_teeth", numbers))]
         kept.append((str(resonance), numbers))

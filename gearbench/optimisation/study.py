@@ -14,9 +14,16 @@ from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from gearbench.errors import InputError, one_of
-from gearbench.optimisation.numbers import NUMBERS
+from gearbench.optimisation.numbers import NUMBERS, OF_PAIR, OF_SET
 from gearbench.optimisation.variables import Value, Variable
-from gearbench.results.responses import STATISTICS, is_over_speed, responses, split_statistic, statistics_of
+from gearbench.results.responses import (
+    STATISTICS,
+    is_of_train,
+    is_over_speed,
+    responses,
+    split_statistic,
+    statistics_of,
+)
 from gearbench.robustness.sampling import Sampler
 from gearbench.schema import STRICT, given
 
@@ -24,8 +31,9 @@ from gearbench.schema import STRICT, given
 Design = tuple[float, ...]
 
 #: Responses that are known of every feasible design, beside those of its objectives; not where the force over speed of
-#: a pair on shafts is the only one asked for.
+#: a pair on shafts is the only one asked for. Those of planetary sets.
 RESPONSES = ("mesh_stiffness_rms", "transmission_error_rms")
+RESPONSES_OF_SET = ("mesh_load_factor", "train_transmission_error_rms")
 
 Whole = Annotated[int, Field(ge=1, le=1_000_000)]
 Seed = Annotated[int, Field(ge=0)]
@@ -227,7 +235,28 @@ class OptimisationStudy:
             for name in {name for objective in self.objectives for name in objective.weights}:
                 if not name.endswith("_mean") and name not in NUMBERS:
                     raise InputError("objectives", name, "needs robustness.samples of at least 2")
+        self._check_kind()
         self._check_speeds()
+
+    def _check_kind(self) -> None:
+        """Refuse numbers of a pair where the base is a planetary set, and the other way round."""
+        asked = [(f"constraints.{name}", name) for name in self.constraints]
+        asked += [("objectives", name) for objective in self.objectives for name in objective.weights]
+        for key, name in asked:
+            of, statistic = split_statistic(name) or (name, "")
+            of_set = of in OF_SET if of in NUMBERS else is_of_train(of)
+            if of_set != self.of_set and (of_set or of in OF_PAIR or of not in NUMBERS):
+                known = RESPONSES_OF_SET if self.of_set else RESPONSES
+                other = f"{known[1]}_{statistic}" if statistic else known[1]
+                kinds = ("a planetary set", "a pair") if of_set else ("a pair", "a planetary set")
+                raise InputError(key, name, f"is of {kinds[0]}, the base is {kinds[1]}: it has {other}, say")
+        if self.of_set and "loads" in self.base:
+            raise InputError("base.loads", "given", "are for pairs: give a planetary set one [base.load]")
+
+    @property
+    def of_set(self) -> bool:
+        """Whether the designs are planetary sets."""
+        return "planetary" in self.base
 
     def _check_speeds(self) -> None:
         asked = [name for name in (*self.responses, *self.constraints) if is_over_speed(name)]
@@ -249,7 +278,7 @@ class OptimisationStudy:
         """Names of the responses that are computed of each design."""
         asked = [split_statistic(name) for objective in self.objectives for name in objective.weights]
         names = [found[0] for found in asked if found]
-        return tuple(dict.fromkeys((*RESPONSES, *names)))
+        return tuple(dict.fromkeys((*(RESPONSES_OF_SET if self.of_set else RESPONSES), *names)))
 
     @cached_property
     def numbers(self) -> tuple[str, ...]:

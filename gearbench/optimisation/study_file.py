@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from gearbench.errors import InputError
+from gearbench.geometry.planetary import MEMBERS, RING, Planetary
 from gearbench.optimisation.constraints import check_limited
 from gearbench.optimisation.dataset import DIMENSIONS
 from gearbench.optimisation.derived import DERIVED, SETS
@@ -17,6 +18,8 @@ from gearbench.results.responses import quantity
 from gearbench.scene_file import read_loads, scene_key, table_class
 from gearbench.schema import as_table, check, keys, make, read, read_toml
 
+#: Tables of a base that say what the designs are; errors of members that a variable may set.
+KINDS, SCATTER = ("pair", "planetary"), "planetary.scatter."
 _TABLES: dict[str, type] = {"algorithm": Algorithm, "robustness": Robustness, "speeds": Speeds}
 
 
@@ -82,7 +85,8 @@ def check_study(study: OptimisationStudy) -> None:
         _check_loads(study.base, driven)
     _check_base(study.base, driven)
     _check_numbers(study, driven)
-    if study.robustness.samples > 0 and "manufacturing_errors" not in study.base.get("effects", {}):
+    scattered = "scatter" in study.base.get("planetary", {}) or any(p.startswith(SCATTER) for p in driven)
+    if study.robustness.samples > 0 and "manufacturing_errors" not in study.base.get("effects", {}) and not scattered:
         allowed = "samples need base.effects.manufacturing_errors; give samples = 0 to optimise without errors"
         raise InputError("robustness.samples", study.robustness.samples, allowed)
 
@@ -149,23 +153,47 @@ def _check_loads(base: Mapping[str, Any], driven: Mapping[str, str]) -> None:
         raise InputError(f"variables.{driven['load.torque']}", "load.torque", "conflicts with base.loads")
 
 
-def _check_base(base: Mapping[str, Any], driven: Collection[str]) -> None:
+def _check_base(base: Mapping[str, Any], driven: Mapping[str, str]) -> None:
     """Check the tables of the base, where ``driven`` are the keys that variables set."""
     effects = as_table("base.effects", base.get("effects", {}))
     later = {path.split(".")[1]: {} for path in driven if path.startswith("effects.")}
-    tables = {"pair": {}} | ({} if "loads" in base else {"load": {}})
+    own = KINDS["planetary" in base]
+    for path in driven:
+        if (head := path.partition(".")[0]) in KINDS and head != own:
+            raise InputError(f"variables.{driven[path]}", path, f"is no key of base.{own}")
+    tables: dict[str, Any] = {own: {}} | ({} if "loads" in base else {"load": {}})
     tables |= {name: table for name, table in base.items() if name not in ("name", "effects", "loads")}
     tables |= {f"effects.{name}": table for name, table in {**later, **effects}.items()}
+    left: Collection[str] = driven
+    if own == "planetary":
+        whole = as_table("base.planetary", tables[own])
+        tables[own] = {name: value for name, value in whole.items() if name not in MEMBERS}
+        left = [path for path in driven if path.split(".")[:2] not in [[own, name] for name in MEMBERS]]
+        _check_gears({name: whole.get(name, {}) for name in MEMBERS}, driven)
     try:
-        kinds = [table_class(name) for name in tables]
+        kinds = [Planetary if name == "planetary" else table_class(name) for name in tables]
     except InputError as error:
         raise error.within("base") from None
     for (name, table), kind in zip(tables.items(), kinds, strict=True):
         try:
-            check(kind, table, f"base.{name}", [p.removeprefix(f"{name}.") for p in driven if p.startswith(f"{name}.")])
+            check(kind, table, f"base.{name}", [p.removeprefix(f"{name}.") for p in left if p.startswith(f"{name}.")])
         except InputError as error:
             missing = error.value == "missing"
             raise InputError(error.key, error.value, error.allowed + ", here or as a variable" * missing) from None
+
+
+def _check_gears(gears: Mapping[str, Any], driven: Collection[str]) -> None:
+    """Check the tables of the gears of a planetary set."""
+    for name, table in gears.items():
+        for path, value in _flat(f"planetary.{name}.", as_table(f"base.planetary.{name}", table)):
+            try:
+                key = scene_key(path)
+            except InputError as error:
+                raise InputError(f"base.{path}", "unknown key", error.allowed) from None
+            if key and (fault := key.fault(tuple(value) if isinstance(value, list) else value)):
+                raise InputError(f"base.{path}", value, fault)
+        if "teeth" not in table and f"planetary.{name}.teeth" not in driven and name != RING:
+            raise InputError(f"base.planetary.{name}.teeth", "missing", "is required, here or as a variable")
 
 
 def _variables(prefix: str, tables: Mapping[str, Any]) -> Iterator[Variable]:

@@ -88,8 +88,10 @@ def reference_study(study: OptimisationStudy, accuracy: float) -> OptimisationSt
     Raises
     ------
     InputError
-        If it has no tooth bending, or a variable changes the effect replaced.
+        If it has no tooth bending, a variable changes the effect replaced, or the designs are planetary sets.
     """
+    if study.of_set:
+        raise InputError("base.planetary", "given", "designs of planetary sets cannot be verified: no finite elements")
     effects: dict[str, Any] = deepcopy(dict(study.base.get("effects", {})))
     for variable in study.variables:
         for path in variable.paths:

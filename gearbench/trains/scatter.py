@@ -223,8 +223,10 @@ class SampledTrain:
         return replace(solved.cycle, force=F, motion=q)
 
 
-def sampled_train(scene: Scene) -> SampledTrain:
+def sampled_train(scene: Scene, solved: SolvedTrain | None = None) -> SampledTrain:
     """A train ready for samples of ``[planetary.scatter]`` and ``[effects.manufacturing_errors]``.
+
+    It is solved here, unless ``solved`` is given.
 
     Raises
     ------
@@ -243,7 +245,7 @@ def sampled_train(scene: Scene) -> SampledTrain:
     names = variables(scatter, short.keys.names) if short is not None and scatter is not None else {}
     if scatter is not None and not names:
         raise InputError("planetary.scatter", "no error", "must have at least one, e.g. pin_tangential = 20.0")
-    solved = solve_train(scene)
+    solved = solved or solve_train(scene)
     most = float(len(solved.meshes) if short is None else short.keys.number)
     forces = curves(solved.contacts, most)
     flanks = FlankErrors.of(solved, levels(most), forces.approach) if of_flanks else None
