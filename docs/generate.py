@@ -12,6 +12,8 @@ from typing import Any, get_args, get_type_hints
 
 from typer.models import OptionInfo
 
+from gearbench.results.quantities import Quantity
+
 FOLDER = Path(__file__).parent
 #: An option of as many commands is described once.
 COMMON = 4
@@ -288,14 +290,19 @@ dimension `torque`.
     known = {name: each.quantity for name, each in responses().items() if not HIGHER.search(name)}
     for group, table in {**GROUPS, "metrics": known}.items():
         over_something = group == "metrics" or table.keys() & OUTPUTS.keys()
-        text += f"\n## {group[0].upper()}{group[1:]}\n\n| name | symbol | unit | meaning |"
-        text += " over |\n|---|---|---|---|---|\n" if over_something else "\n|---|---|---|---|\n"
+        text += f"\n## {group[0].upper()}{group[1:]}\n\n| name | symbol [unit] | meaning |"
+        text += " over |\n|---|---|---|---|\n" if over_something else "\n|---|---|---|\n"
         for name, q in table.items():
             over = ", ".join(OUTPUTS[name][0]) if name in OUTPUTS else "the cycle" if group == "metrics" else ""
             shown = f"**`{name}`**" if name in DEFAULT_OUTPUTS else f"`{name}`"
-            text += f"| {shown} | {_cell(q.symbol)} | {q.units} | {_cell(q.long_name)} |"
+            text += f"| {shown} | {_cell(symbol_and_unit(q))} | {_cell(q.long_name)} |"
             text += f" {over} |\n" if over_something else "\n"
     return text
+
+
+def symbol_and_unit(quantity: Quantity) -> str:
+    """The symbol of a quantity, and its unit in brackets; the unit 1 is left out."""
+    return f"{quantity.symbol} [{quantity.unit}]".strip() if quantity.unit else quantity.symbol
 
 
 def commands() -> str:

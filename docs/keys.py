@@ -1,4 +1,4 @@
-"""Keys of input classes as Markdown: meaning and unit, default, what is allowed."""
+"""Keys of input classes as Markdown: meaning and unit, allowed values, default."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ def key_tables(owner: type, shown: Shown | None = None, here: str = "above") -> 
     ]
     if not listed:
         return "\nThis table has no keys.\n"
-    text, below, first = "\n| key | meaning | default | allowed |\n|---|---|---|---|\n", {}, {}
+    text, below, first = "\n| key | meaning | values |\n|---|---|---|\n", {}, {}
     for (meaning, default, permitted, table), alike in groupby(listed, key=lambda row: row[1:]):
         names = ", ".join(f"`{row[0]}`" for row in alike)
         shown_at = first.setdefault(meaning, names)
         words = _markdown(meaning) if shown_at == names else f"as {shown_at}"
-        text += f"| {names} | {words} | {default} | {permitted} |\n"
+        text += f"| {names} | {words} | {'; '.join(filter(None, (permitted, default)))} |\n"
         below |= {table: None} if table is not None else {}
     rows = {row[:2] for row in listed}
     for table in below:
@@ -79,8 +79,8 @@ def toml_value(value: object) -> str:
 
 
 def _default(value: object) -> str:
-    absent = value in (None, ()) or is_dataclass(value)
-    return "required" if value is MISSING else "–" if absent else f"`{toml_value(value)}`"
+    absent = value in (None, (), "") or is_dataclass(value)
+    return "required" if value is MISSING else "" if absent else f"default `{toml_value(value)}`"
 
 
 def _markdown(text: str) -> str:

@@ -23,7 +23,7 @@ def test_every_quantity_is_on_its_page_once():
     everything = QUANTITIES | {name: each.quantity for name, each in responses().items() if not HIGHER.search(name)}
     for name, quantity in everything.items():
         row = next(line for line in page.splitlines() if line.startswith((f"| `{name}` |", f"| **`{name}`** |")))
-        assert f"| {quantity.units} |" in row
+        assert not quantity.unit or f"[{quantity.unit}] |" in row
     assert page.count("\n| `") + page.count("\n| **`") == len(everything)
 
 
@@ -36,10 +36,10 @@ def test_every_command_is_on_its_page():
 def test_keys_have_meaning_default_and_what_is_allowed():
     assert prose(TipRelief).startswith("Tip relief: e = amount · (R − (r_a − length))/length")
     table = key_tables(TipRelief)
-    assert "| `amount` | Material missing at the tip [µm]. | – | -1000 to 1000 |" in table
-    assert "| `amount` | Material missing at the relieved end [µm]. | required | -1000 to 1000 |" in table
+    assert "| `amount` | Material missing at the tip [µm]. | -1000 to 1000 |" in table
+    assert "| `amount` | Material missing at the relieved end [µm]. | -1000 to 1000; required |" in table
     shapes = '`"linear"`, `"parabolic"`, `"circular"`'
-    assert f'| `shape` | Shape of the relief. | `"linear"` | {shapes} |' in table
+    assert f'| `shape` | Shape of the relief. | {shapes}; default `"linear"` |' in table
 
 
 def test_tables_below_a_table_are_shown_once():

@@ -37,7 +37,7 @@ def test_validate_your_own_pair(folder, monkeypatch):
     pytest.importorskip("gmsh", exc_type=ImportError)
     monkeypatch.setenv("GEARBENCH_CACHE", str(folder / "cache"))
     done = list(follow("tutorial_validate.md"))
-    assert [block.language for block in done].count("python") == 2
+    assert [block.language for block in done].count("python") == 3
     assert "<html" in (folder / "validation" / "report.html").read_text(encoding="utf-8")
 
 
