@@ -281,11 +281,11 @@ their attributes `symbol`, `units` and `long_name`. `simulate` computes **bold**
 an entry below "over" on request: `simulate(scene, outputs=[…])`. Means and RMS values over the mesh cycle use the
 weights `phase_weight`.
 
-Harmonics: x(τ) = c_0 + Σ Re(2 c_n e^{{2πi n τ}}); amplitude 2|c_n|, phase arg c_n. Metrics that end in `_amplitude_1`
-exist for the harmonics 1 to {HARMONICS}; those of a train are for planetary sets and parallel paths. Suffixes of
-metrics: `_mean`, `_std` and `_max` are statistics over error samples (the objectives of an optimisation), `_load_mean`
-and `_load_max` the weighted mean and the maximum over several loads. With several loads every variable has the
-dimension `torque`.
+Harmonics: $x(\\tau) = c_0 + \\sum \\operatorname{{Re}}(2 c_n e^{{2\\pi i n\\tau}})$ with amplitude $2|c_n|$ and phase
+$\\arg c_n$. Metrics that end in `_amplitude_1` exist for the harmonics 1 to {HARMONICS}; those of a train are for
+planetary sets and parallel paths. Suffixes of metrics: `_mean`, `_std` and `_max` are statistics over error samples
+(the objectives of an optimisation), `_load_mean` and `_load_max` the weighted mean and the maximum over several loads.
+With several loads every variable has the dimension `torque`.
 """
     known = {name: each.quantity for name, each in responses().items() if not HIGHER.search(name)}
     for group, table in {**GROUPS, "metrics": known}.items():

@@ -1,6 +1,6 @@
-"""The two kinds of effect a scene may ask for: one adds compliance, the other adds gap. Composition is a sum.
+"""The two kinds of effects: compliance and gap. Contributions of the same kind add up.
 
-Contributions of an effect are given on the segments of the contact lines, arrays (position, pair, segment); lengths in
+Contributions are arrays (position, pair, segment) on the segments of the contact lines; lengths in
 mm, forces in N, normal to the flank. Positive gap = material missing.
 """
 
@@ -34,8 +34,8 @@ class LowRank:
     factor
         Ψ, (position, pair, segment, rank) [√(mm/N)].
     coupled
-        False: each tooth pair deflects by itself. True: the columns are shared by all pairs, so that a force on one
-        tooth deflects the others too.
+        False: the tooth pairs deflect independently. True: all pairs share the columns, so that a force on one tooth
+        deflects the others too.
     """
 
     factor: NDArray
@@ -44,14 +44,14 @@ class LowRank:
 
 @dataclass(frozen=True, kw_only=True)
 class Dense:
-    """Any symmetric positive definite compliance H [mm/N] of all segments of a position, pairs coupled or not.
+    """Symmetric positive definite compliance H [mm/N] of all segments of a position.
 
     Parameters
     ----------
     matrix
         (position, pair·segment, pair·segment); rows of absent lines are ignored.
     positive
-        Whether it is known not to be negative in any direction; otherwise a negative part is left out.
+        Whether the matrix is known to be positive semidefinite; otherwise its negative part is removed.
     """
 
     matrix: NDArray
@@ -65,7 +65,7 @@ class Flanks:
     Parameters
     ----------
     both
-        The compliance of each.
+        The compliance of each flank.
     coupled
         Whether teeth of a gear move each other.
     """
@@ -84,7 +84,7 @@ class Flanks:
 
 @dataclass(frozen=True, kw_only=True)
 class LineLaw:
-    """Local compression of a segment under its own line load q = P/ℓ [N/mm]: g = q (a − h ln q) [mm].
+    """Local compression of a segment under its line load q = P/ℓ [N/mm]: g = q (a − h ln q) [mm].
 
     Parameters
     ----------
@@ -106,20 +106,20 @@ class Effect(ABC):
     summary: ClassVar[str]
     #: Where the model comes from.
     source: ClassVar[str]
-    #: One line for the documentation: when a scene should ask for it.
+    #: One line for the documentation: when to use it.
     use: ClassVar[str] = ""
-    #: A table of it, as the documentation shows it.
+    #: Example of its table, for the documentation.
     example: ClassVar[dict[str, Any]] = {}
-    #: Effects that must be there too, with the reason.
+    #: Effects that it requires, with the reason.
     requires: ClassVar[dict[str, str]] = {}
-    #: Effects that must not be there, with the reason.
+    #: Effects that exclude it, with the reason.
     conflicts: ClassVar[dict[str, str]] = {}
 
     def check(self, pair: Pair, beside: Effects) -> None:  # noqa: B027
         """Refuse, with an ``InputError`` keyed from this effect's table, keys that fit neither pair nor scene."""
 
     def kept(self) -> dict[str, xr.DataArray]:
-        """Contents of files that the effect refers to, as variables that a Dataset keeps; none by default.
+        """Contents of the effect's files, as variables to store in a Dataset; none by default.
 
         Their names begin with that of the effect and "_".
         """
@@ -127,7 +127,7 @@ class Effect(ABC):
 
     @classmethod  # noqa: B027
     def recall(cls, kept: Mapping[str, xr.DataArray]) -> None:
-        """Let scenes have what ``kept`` has given to a Dataset, whether or not the files are still there.
+        """Register the variables that ``kept`` stored in a Dataset, so that scenes do not need the files.
 
         Raises
         ------
@@ -136,12 +136,12 @@ class Effect(ABC):
         """
 
 
-#: The effects of a scene by their names: those that stand beside one another. Never changed.
+#: The effects of a scene by their names. Never changed.
 Effects: TypeAlias = Mapping[str, Effect]
 
 
 def refuse_foreign_keys(effect: Effect, owners: Mapping[str, tuple[str, ...]]) -> None:
-    """Refuse keys, other than at their default, that belong to other models than ``effect.model``.
+    """Refuse keys that belong to models other than ``effect.model``, unless they have their default.
 
     ``owners``: the models that a key belongs to. Raises ``InputError``.
     """
@@ -162,27 +162,27 @@ class ComplianceEffect(Effect):
         """Compliance of the segments of ``lines``; ``beside`` are the effects of the scene, this one among them."""
 
     def flank_compliances(self, lines: ContactLines, beside: Effects) -> Flanks | None:
-        """The same as compliances of the flanks of both gears, where it is known in that form; by default it is not.
+        """Compliances of both flanks, if the effect has them; None by default.
 
-        Such compliances are summed before the contact lines are looked at.
+        They are summed before they are evaluated on contact lines.
         """
         return None
 
 
 @dataclass(frozen=True)
 class ToothCompliance(ComplianceEffect):
-    """An effect that adds smooth compliance to a tooth: a deflection that spreads over the whole flank."""
+    """An effect that adds smooth compliance to a tooth, spread over the whole flank."""
 
     @abstractmethod
     def tooth_factor(self, pair: Pair, index: int, height: NDArray, y: NDArray, beside: Effects) -> NDArray:
-        """Ψ (…, rank) [√(mm/N)] of a tooth of one of the gears by itself.
+        """Ψ (…, rank) [√(mm/N)] of a single tooth of one gear.
 
         A unit normal force at point b of its flank deflects point a by Ψ(a)·Ψ(b); ``height`` above the root circle,
         R − r_f, and ``y`` along the face width [mm].
         """
 
     def both_teeth(self, lines: ContactLines, beside: Effects) -> LowRank:
-        """Factor of the teeth of pinion and wheel side by side, each by itself, (position, pair, segment, rank)."""
+        """Factors of the teeth of pinion and wheel side by side, (position, pair, segment, rank)."""
         heights = [radius - gear.root_radius for gear, radius in zip(lines.pair.gears, lines.radii, strict=True)]
         parts = [self.tooth_factor(lines.pair, index, heights[index], lines.own_y(index), beside) for index in (0, 1)]
         return LowRank(factor=np.concatenate(parts, axis=-1))
@@ -208,7 +208,7 @@ class Turning:
 class GapEffect(Effect):
     """An effect that adds gap."""
 
-    #: Whether it is of the shape of a flank, so that drive and coast flanks may differ in it.
+    #: Whether it describes the shape of a flank, so that drive and coast flanks may differ.
     of_flank: ClassVar[bool] = True
 
     @abstractmethod
@@ -216,7 +216,7 @@ class GapEffect(Effect):
         """Initial gap e normal to the flank, (position, pair, segment) [mm]."""
 
     def modifications(self, pair: Pair) -> tuple[Modification, ...]:
-        """The gap as modifications of the profiles alone, where it is the same all over the face; none by default."""
+        """The gap as modifications of the profiles, if it is the same all over the face; none by default."""
         return ()
 
     def kinks(self, pair: Pair) -> tuple[float, ...]:
@@ -228,7 +228,7 @@ class GapEffect(Effect):
         return ()
 
     def turning(self, lines: ContactLines, cycles: NDArray) -> Turning | None:
-        """The gap of the mesh cycles ``cycles`` (cycle,) where it is another in each; by default it is not."""
+        """The gap in the mesh cycles ``cycles`` (cycle,), if it changes from cycle to cycle; None by default."""
         return None
 
     def later(self, pair: Pair, cycles: tuple[int, int]) -> GapEffect:

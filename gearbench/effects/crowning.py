@@ -35,7 +35,7 @@ class OneCrowning:
     highest: Highest | None = None
 
     def check(self, b: float) -> None:
-        """Refuse, with an ``InputError``, a highest point beside the face."""
+        """Refuse, with an ``InputError``, a highest point outside the face."""
         if self.highest is not None and self.highest > b:
             raise InputError("highest", self.highest, f"must be at most the face width, {b:.4g} mm")
 

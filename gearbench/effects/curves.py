@@ -69,7 +69,7 @@ class FlankCurve:
 
 @plain_dataclass(frozen=True)
 class CurvesOfGears(ShapeEffect):
-    """A curve of one gear or of both."""
+    """A curve for one gear or both."""
 
     pinion: FlankCurve | None = None
     wheel: FlankCurve | None = None
@@ -88,5 +88,5 @@ class CurvesOfGears(ShapeEffect):
         """t of the polynomials of a gear."""
 
     def shapes(self, pair: Pair) -> list[Shape]:
-        """The terms of polynomials, and the lines through points."""
+        """The terms of the polynomials, or the lines through the points."""
         return [each for index, curve in self.curves.items() for each in curve.shapes(index, self.extent(pair, index))]

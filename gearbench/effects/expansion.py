@@ -30,12 +30,12 @@ class ErrorModes:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Expansion:
-    """Gaps of samples less that of the means: ``modes`` · ``amounts``.
+    """Gaps of samples minus the gap of the means: ``modes`` · ``amounts``.
 
     Parameters
     ----------
     parts
-        The errors that open gaps, and their modes.
+        Errors that open gaps, with their modes.
     mean
         Mean of each error, (error,).
     """

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 ALONG = ("radius", "diameter", "roll_length")
 FACE = "face_position"
-#: No gear is larger [mm].
+#: Largest size of a gear [mm].
 LARGEST = 1e5
 _MICROMETRES = {"µm": 1.0, "μm": 1.0, "um": 1.0, "micrometer": 1.0, "micrometre": 1.0, "mm": 1e3}
 
@@ -73,7 +73,7 @@ class FlankGrid:
         return gear.sign * (self.coordinate if self.along == "radius" else self.coordinate / 2)
 
     def to_array(self, name: str) -> xr.DataArray:
-        """The grid as a variable of a Dataset, its dimensions called by ``name`` and what they count; [µm], [mm]."""
+        """The grid [µm] as a variable of a Dataset, with dimensions named after ``name`` [mm]."""
         import xarray as xr
 
         dims = tuple(f"{name}_{axis}" for axis in (self.along, FACE))
@@ -85,12 +85,12 @@ class FlankGrid:
 
 
 def grid_of(array: xr.DataArray) -> FlankGrid:
-    """The grid that ``FlankGrid.to_array`` made a variable of.
+    """The grid from a variable made by ``FlankGrid.to_array``.
 
     Raises
     ------
     InputError
-        If it is no grid.
+        If the variable is not a grid.
     """
     name = str(array.name)
     plain = array.rename({dim: str(dim).removeprefix(f"{name}_") for dim in array.dims})
@@ -98,7 +98,7 @@ def grid_of(array: xr.DataArray) -> FlankGrid:
 
 
 def _position(grid: NDArray, x: NDArray) -> tuple[NDArray, NDArray]:
-    """Interval and position in it, 0…1, held at the ends of the grid."""
+    """Interval and position in it, 0…1, clipped at the ends of the grid."""
     if len(grid) == 1:
         return np.zeros(x.shape, dtype=np.intp), np.zeros(x.shape)
     i = np.clip(np.searchsorted(grid, x, side="right") - 1, 0, len(grid) - 2)
@@ -117,7 +117,7 @@ def read_grid(key: str, name: str, data: bytes) -> FlankGrid:
 
 
 def _checked(key: str, name: str, grid: FlankGrid) -> FlankGrid:
-    """The grid, if its coordinates increase and its deviations are numbers that a flank can have."""
+    """The grid, after checking that coordinates increase and deviations are plausible."""
     for axis, values in ((grid.along, grid.coordinate), (FACE, grid.face)):
         if not (values.size and np.isfinite(values).all() and np.all(np.diff(values) > 0)):
             raise InputError(key, f"{name}, {axis}", "must increase, number by number")

@@ -1,4 +1,4 @@
-"""Compliance of the gear body below the teeth, through which all of them move each other."""
+"""Compliance of the gear body, which couples the teeth."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class GearBody(ToothCompliance):
         refuse_foreign_keys(self, {"coupled": ("ring",)})
 
     def check(self, pair: Pair, beside: Effects) -> None:
-        """Refuse gears without bore, for the closed form gears outside its range, keys that finite elements ignore."""
+        """Refuse gears without bore or outside the range of the closed form, and keys that finite elements ignore."""
         bores, webs = require_bores(pair), [own_web(pair, index, False) for index in (0, 1)]
         if _meshed(beside) and self != GearBody():
             key, value = ("coupled", False) if self.model == "ring" else ("model", self.model)
@@ -74,7 +74,7 @@ class GearBody(ToothCompliance):
         return self.both_teeth(lines, beside) if flanks is None else flanks.on(lines)
 
     def flank_compliances(self, lines: ContactLines, beside: Effects) -> Flanks | None:
-        """Compliance of both flanks, of rings."""
+        """Compliance of both flanks; None unless the bodies are rings."""
         if self.model != "ring" or _meshed(beside):
             return None
         neighbours = lines.shape[1] - 1 if self.coupled else 0
@@ -83,7 +83,7 @@ class GearBody(ToothCompliance):
         return Flanks(both=(pinion, wheel), coupled=self.coupled)
 
     def tooth_factor(self, pair: Pair, index: int, height: NDArray, y: NDArray, beside: Effects) -> NDArray:
-        """Ψ of one tooth by itself; of rank 0 beside finite elements, which contain the body."""
+        """Ψ of a single tooth; of rank 0 with finite elements, which contain the body."""
         if _meshed(beside):
             return np.empty((*np.broadcast_shapes(np.shape(height), np.shape(y)), 0))
         if self.model == "ring":

@@ -21,9 +21,9 @@ from gearbench.schema import STRICT
 
 #: Polynomials of R in the compliance of solid teeth, unless a scene asks for a low order.
 FLANK_POLYNOMIALS = 5
-#: Length of intervals over the half-width of the strip of contact; parabolas on them are accurate to 1e-4 c.
+#: Length of intervals over the half-width of the contact strip; parabolas on them are accurate to 1e-4 c.
 _STEP = 0.25
-#: The fewest and the most intervals on a base pitch.
+#: Least and largest number of intervals on a base pitch.
 _FEWEST, _MOST = NODES / 4, 2 * NODES
 #: Points within an interval at which the law is evaluated; at its ends the law may jump.
 _AT = np.array([1e-9, 0.5, 1 - 1e-9])
@@ -66,13 +66,13 @@ class Hertz(ComplianceEffect):
         return LineLaw(a=np.broadcast_to(law.a, lines.shape), h=np.broadcast_to(law.h, lines.shape))
 
     def law_on(self, lines: ContactLines) -> LineLaw:
-        """``compliance``, computed for each segment by itself."""
+        """``compliance``, computed for each segment without a table."""
         materials = lines.pair.materials
         each = [2 / (math.pi * material.plane_strain_modulus) for material in materials]
         c = sum(each)
         if self.law == "yang_sun":
             return LineLaw(a=np.full(lines.shape, c), h=np.zeros(lines.shape))
-        # at an interference point ρ = 0 and the logarithm is infinite: no segment centre sees less than this
+        # at an interference point ρ = 0 and the logarithm is infinite: a lower limit
         rho = np.maximum(lines.curvature_radius, 1e-9 * abs(lines.pair.meshing.tangent_length))
         a = np.zeros(lines.shape)
         for c_i, material, gear, radius in zip(each, materials, lines.pair.gears, lines.radii, strict=True):
@@ -105,7 +105,7 @@ def _edge(lines: ContactLines, index: int, rho: NDArray) -> tuple[NDArray, NDArr
 
 
 def _kinks(lines: ContactLines, index: int, rho: NDArray, c: float) -> Iterator[tuple[NDArray, NDArray, NDArray]]:
-    """Segments whose strip reaches a kink of a profile, and the additions to a and h there (E5).
+    """Segments whose contact strip reaches a kink of a profile, and the additions to a and h there (E5).
 
     c = Σ 2(1−ν²)/(πE). Exact at two loads: half the mean load of a line, and the whole load on a single pair.
     """
@@ -133,7 +133,7 @@ def _kinks(lines: ContactLines, index: int, rho: NDArray, c: float) -> Iterator[
 
 @dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
 class LawTable:
-    """Law between u at which another part of a flank touches, by parabolas.
+    """Contact law as parabolas of u, between the u at which contact moves to another part of a flank.
 
     Parameters
     ----------
@@ -157,7 +157,7 @@ class LawTable:
 
 @lru_cache(maxsize=32)
 def law_table(hertz: Hertz, pair: Pair, separation: Separation, typical_load: float) -> LawTable:
-    """Table of the law of ``hertz`` over all u at which the separation of the flanks is known."""
+    """Table of the law of ``hertz`` over the range of u of the separation."""
     rho = float(pair.meshing.curvature_radius(np.array([pair.meshing.pitch_point]))[0])
     pitch = pair.meshing.base_pitch
     half_width = math.sqrt(4 * rho * typical_load / (math.pi * pair.contact_modulus))

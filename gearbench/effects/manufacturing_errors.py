@@ -73,9 +73,9 @@ IsoClass = Annotated[int, Field(ge=0, le=12)]
 
 @plain_dataclass(frozen=True)
 class ErrorMode:
-    """One random variable of the pair: name, amplitude [µm], distribution, sign, shape of 1 µm and tooth (None: all).
+    """One random variable of the pair.
 
-    And what one class finer of its tolerance costs.
+    Name, amplitude [µm], distribution, sign, shape of 1 µm, tooth (None: all) and relative cost of a finer tolerance.
     """
 
     name: str
@@ -95,9 +95,9 @@ class ErrorMode:
 _SHAPES = ("profile_slope", "profile_form", "helix_slope", "helix_form", "inclination", "deviation")
 _CLASSES = ("iso_class", "pinion_iso_class", "wheel_iso_class")
 _OF_AXES = ("inclination", "deviation")
-#: Run-out and wobble: how the wave lies over the face.
+#: Course of the wave over the face for run-out and wobble.
 _REVOLVING: MappingProxyType[str, Any] = MappingProxyType({"run_out": "even", "wobble": "tilting"})
-#: Pairs at whose centre distances samples are solved: classes of equal probability.
+#: Number of equally probable centre distances at which samples are solved.
 DISTANCES = 16
 
 
@@ -193,7 +193,7 @@ class ManufacturingErrors(GapEffect):
         return self.iso_class if own is None else own
 
     def check(self, pair: Pair, beside: Effects) -> None:
-        """Refuse a class or gears outside the scope of the standard, and numbers that cannot scatter so."""
+        """Refuse a class or gears outside the scope of the standard, and impossible variations."""
         self.variables(pair)
         for i, each in enumerate(self.varied):
             try:
@@ -202,7 +202,7 @@ class ManufacturingErrors(GapEffect):
                 raise error.within(f"varied.{i}") from None
 
     def convention(self) -> ManufacturingErrors:
-        """The errors meant: the preset written out, or these."""
+        """The errors themselves, or those of the preset."""
         return PRESETS[self.preset] if self.preset is not None else self
 
     @lru_cache(maxsize=64)  # noqa: B019 - a few small objects, asked for at every gap of a scene
@@ -263,13 +263,13 @@ class ManufacturingErrors(GapEffect):
         return tuple(found)
 
     def variables(self, pair: Pair) -> tuple[ErrorMode | RandomVariable, ...]:
-        """All random variables of the pair, in a fixed order: those of ``error_modes``, then the others."""
+        """All random variables of the pair in a fixed order, beginning with ``error_modes``."""
         revolving = (variable for each in self._revolving() for variable in each.variables)
         varied = (RandomVariable(each.key, each.amplitude, each.distribution) for each in self.varied)
         return (*self.error_modes(pair), *revolving, *varied, *self._of_sizes(pair))
 
     def mean(self, pair: Pair) -> NDArray:
-        """Mean of each error, (error,) [µm]; of numbers of other effects, and sizes, the mean deviation, 0."""
+        """Mean of each error, (error,) [µm]; 0 for numbers of other effects and for sizes."""
         return np.array([v.amplitude * DISTRIBUTIONS[v.distribution].mean for v in self.variables(pair)])
 
     def draw(self, unit: NDArray, pair: Pair) -> NDArray:
@@ -283,7 +283,7 @@ class ManufacturingErrors(GapEffect):
         return np.stack(columns, axis=-1)
 
     def expansion(self, lines: ContactLines, beside: Effects) -> Expansion:
-        """Gaps of samples on ``lines``, beside the effects of the flank that is loaded."""
+        """Gaps of samples on ``lines``; ``beside`` are the effects of the loaded flank."""
         classic, parts = len(self.error_modes(lines.pair)), []
         if classic:
             parts.append(ErrorModes(columns=slice(0, classic), modes=self.modes(lines), amounts=lambda values: values))
@@ -310,9 +310,9 @@ class ManufacturingErrors(GapEffect):
         return total
 
     def _shape(self, name: str, pair: Pair, index: int) -> Callable[[ContactLines], NDArray]:
-        """Gap of 1 µm of an error: of the axes; from 0 to 1 along the profile or over the face; or a barrel over it.
+        """Gap of 1 µm of an error: of the axes, a slope or a barrel.
 
-        A constant added to a shape moves the mean transmission error and nothing else.
+        A constant added to a shape changes only the mean transmission error.
         """
         if name in _OF_AXES:
             return partial(opening, **({"inclination": 0.0, "deviation": 0.0} | {name: 1.0}))
@@ -325,7 +325,7 @@ def _amounts(key: VariedKey, modes: int, values: NDArray) -> NDArray:
     return key.amounts(values[:, 0], modes)
 
 
-#: Conventions by name. "garambois2017" is the one found by ``studies/s01_table2``.
+#: Conventions by name. "garambois2017" comes from ``studies/s01_table2``.
 PRESETS: MappingProxyType[str, ManufacturingErrors] = MappingProxyType(
     {
         "garambois2017": ManufacturingErrors(

@@ -1,4 +1,4 @@
-"""Contact where flanks really touch: off the line of action, before and after the path of contact, at tips."""
+"""Contact off the line of action: before and after the path of contact, and at tips."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from gearbench.geometry.action import ContactLines
 from gearbench.geometry.material import STRICT
 from gearbench.geometry.separation import separation
 
-#: Gap [base radii] of flanks of which no point reaches the other.
+#: Gap [base radii] of flanks that cannot touch.
 _APART = 0.1
 
 
@@ -36,8 +36,8 @@ class OffLineContact(GapEffect):
     requires: ClassVar[dict[str, str]] = {"hertz": "pairs that begin to touch need a contact law"}
 
     def gap(self, lines: ContactLines) -> NDArray:
-        """Separation normal to the flank, (position, pair, segment) [mm]; of unmodified profiles on other lines."""
+        """Separation normal to the flank, (position, pair, segment) [mm]; by default of unmodified profiles."""
         touch = lines.touch or separation(lines.pair)(lines.u)
         far = _APART * min(abs(gear.base_radius) for gear in lines.pair.gears)
-        # turned by dv a gear moves along the common normal by its lever arm times dv
+        # a rotation by dv moves the gear along the common normal by its lever arm times dv
         return np.minimum(touch.gap, far) * math.cos(lines.pair.meshing.beta_b) * touch.levers[0]

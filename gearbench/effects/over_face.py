@@ -1,4 +1,4 @@
-"""A shape over the face width: of the pair over the common face, or of each gear over its own."""
+"""Shapes over the face width, of the pair (common face) or of each gear (its face)."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from gearbench.geometry.pair import Pair
 
 @dataclass(frozen=True)
 class OverFace(ShapeEffect):
-    """Shapes over the face width, whose keys are those of the pair, or in a table for each gear."""
+    """Shapes over the face width, with keys of the pair or a table for each gear."""
 
-    #: Input class of the table of a gear, with ``check`` and ``shapes`` of the face.
+    #: Input class of the table of a gear, with ``check`` and ``shapes``.
     of_pair: ClassVar[type]
 
     def tables(self) -> dict[int | None, Any]:
@@ -25,7 +25,7 @@ class OverFace(ShapeEffect):
         return own or {None: self.of_pair(**{key.name: getattr(self, key.name) for key in fields(self.of_pair)})}
 
     def check(self, pair: Pair, beside: Effects) -> None:
-        """Refuse what does not fit on a face."""
+        """Refuse shapes that do not fit on a face."""
         for index, table in self.tables().items():
             try:
                 table.check(pair.face_of(index))

@@ -68,9 +68,9 @@ class PitchErrors(GapEffect):
         return turning.modes @ turning.amounts[0]
 
     def turning(self, lines: ContactLines, cycles: NDArray) -> Turning:
-        """A mode for each pair: in mesh cycle n pair k is of the teeth n − k after the first ones."""
+        """One mode per pair: in mesh cycle n pair k has the teeth n − k after the first ones."""
         later = cycles[:, None] - lines.index
-        if lines.coast:  # the mirror image of the coast flanks turns the other way round
+        if lines.coast:  # the mirror image of the coast flanks turns in the opposite direction
             later = -later
         amounts = np.zeros(later.shape)
         for deviations, first in ((self.pinion, self.pinion_tooth), (self.wheel, self.wheel_tooth)):

@@ -1,4 +1,4 @@
-"""Relief of one end of the profile, by its amount and its start: what tip and root relief have in common."""
+"""Relief of one end of the profile: common part of tip and root relief."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ class Relief:
 
 @plain_dataclass(frozen=True)
 class ProfileRelief(ShapeEffect):
-    """Relief of one end of the profiles: the same of both gears, or a table for each."""
+    """Relief of one end of the profiles, the same for both gears, or a table for each."""
 
     amount: Amount | None = None
     length: Extent | None = None
@@ -84,7 +84,7 @@ class ProfileRelief(ShapeEffect):
     pinion: Relief | None = None
     wheel: Relief | None = None
 
-    #: +1 where the relief is at the tip, −1 where it is at the root.
+    #: +1 for the tip, −1 for the root.
     side: ClassVar[int]
 
     def __post_init__(self) -> None:
@@ -105,13 +105,13 @@ class ProfileRelief(ShapeEffect):
         return each_gear(self)
 
     def on(self, index: int) -> ProfileRelief | None:
-        """The relief of one of the gears alone, None where that has none."""
+        """The relief of one gear, None if it has none."""
         table = self.tables().get(index)
         rest = {"amount": None, "length": None, "shape": "linear", "gear": "both", GEARS[1 - index]: None}
         return None if table is None else replace(self, **rest, **{GEARS[index]: table})
 
     def shapes(self, pair: Pair) -> list[Shape]:
-        """The reliefs that take something away."""
+        """The reliefs of nonzero amount and length."""
         found = []
         for index, table in self.tables().items():
             edge, start = self.edge(pair, index), self.start(pair, index, table)
@@ -156,7 +156,7 @@ class ProfileRelief(ShapeEffect):
                 allowed = f"must lie on the tooth, at a diameter of {2 * low:.6g} to {2 * high:.6g} mm"
                 raise InputError(f"{key}{name}", getattr(table, name), f"{allowed}, not {2 * start:.6g} mm")
 
-    #: Longest relief in words.
+    #: Description of the longest relief, for messages.
     reach: ClassVar[str]
 
     @abstractmethod

@@ -1,4 +1,4 @@
-"""Every effect by the name of its table; an effect's module is imported when a scene asks for it."""
+"""Effects by the names of their tables; the module of an effect is imported on first use."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ EFFECTS: dict[str, tuple[str, str]] = {
     "misalignment": ("gearbench.effects.misalignment", "Misalignment"),
 }
 
-#: Tables of earlier versions, and the text to write instead.
+#: Tables of earlier versions, and their replacements.
 RENAMED: dict[str, str] = {
     "neighbour_teeth": "[effects.gear_body]; order is that of tooth_bending",
     "tooth_foundation": '[effects.gear_body] with coupled = false or model = "sainsot_velex"',
@@ -41,13 +41,13 @@ RENAMED: dict[str, str] = {
 
 
 def effect_names() -> tuple[str, ...]:
-    """Names of all effects: those of gearbench, then those that other packages bring."""
+    """Names of all effects: first those of gearbench, then those of other packages."""
     return (*EFFECTS, *installed())
 
 
 @cache
 def installed() -> dict[str, EntryPoint]:
-    """Effects of other packages, from their entry points ``gearbench.effects``; none takes a name of gearbench."""
+    """Effects of other packages, from entry points ``gearbench.effects``; names of gearbench cannot be replaced."""
     return {found.name: found for found in entry_points(group="gearbench.effects") if found.name not in EFFECTS}
 
 

@@ -1,4 +1,4 @@
-"""Shafts and bearings in the contact: the flanks move with the sections of their shafts. Present with ``[system]``."""
+"""Shafts and bearings of ``[system]`` in the contact: flanks move with the sections of their shafts."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ from gearbench.system.mechanics import shafts_at_rest
 from gearbench.system.shaft_model import ShaftModel
 from gearbench.system.static import Settled, twist
 
-#: Stiffness of a foundation per face width over the modulus of elasticity: above that of meshes, of Hertz' contact.
+#: Stiffness of a foundation per face width over the modulus of elasticity, above that of meshes and of Hertz' contact.
 FOUNDATIONS = (0.3, 5.0)
 #: Eigenvalues of a seat's compliance below this fraction of the largest are dropped.
 _RANK = 1e-14
 
 
-# one is itself alone: sums of compliances are kept by the effects that they are made of
+# compared by identity: sums of compliances are cached by their effects
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SeatedGear:
-    """A gear of the scene's own pair on its shaft in equilibrium, with the rows of its flank's deflection."""
+    """A gear of the scene's pair on its shaft in equilibrium, with the rows of its flank's deflection."""
 
     box: Gearbox
     gear: int
@@ -36,12 +36,12 @@ class SeatedGear:
 
     @property
     def number(self) -> int:
-        """Number of its shaft."""
+        """Number of the shaft."""
         return self.box.seats[(PAIR, self.gear)][0]
 
     @property
     def model(self) -> ShaftModel:
-        """Beam model of its shaft."""
+        """Beam model of the shaft."""
         return self.box.models[self.number]
 
     @property
@@ -57,7 +57,7 @@ class SeatedGear:
 
     @property
     def here(self) -> NDArray:
-        """Motions of the nodes under the face, among those of the shaft."""
+        """Indices of the motions of the nodes under the face."""
         return (6 * self.nodes[:, None] + np.arange(6)).ravel()
 
     @property
@@ -66,20 +66,20 @@ class SeatedGear:
         return twist(self.model, self.nodes, self.box.torque_from(PAIR, self.gear))
 
     def motion(self, of: NDArray) -> NDArray:
-        """Its shaft's part (size,) of the motion or load of all that is settled together."""
+        """The shaft's part (size,) of the motion or load of all bodies in equilibrium together."""
         return of[self.settled.structure.motions(self.number)]
 
     def load(self, own: NDArray) -> NDArray:
-        """Load ``own`` (size,) on its shaft as one on all that is settled together."""
+        """Load ``own`` (size,) on the shaft, as a load on all bodies in equilibrium together."""
         load = np.zeros_like(self.settled.load)
         load[self.settled.structure.motions(self.number)] = own
         return load
 
 
 def factor(gears: Sequence[SeatedGear], each: Sequence[NDArray]) -> NDArray:
-    """Ψ (…, rank) [√(mm/N)] of seats that are settled together, by rows (…, size) of the motions of ``each`` (W9).
+    """Ψ (…, rank) [√(mm/N)] of seats in equilibrium together, from rows (…, size) of the motions of ``each`` (W9).
 
-    Bending and push with bearings and bodies, twist over the face.
+    It includes bending and axial motion with bearings and bodies, and twist over the face.
     """
     settled = gears[0].settled
     here = np.concatenate([gear.here + settled.structure.starts[gear.number] for gear in gears])
@@ -98,13 +98,13 @@ def factor(gears: Sequence[SeatedGear], each: Sequence[NDArray]) -> NDArray:
 
 
 def _together(gears: tuple[SeatedGear, SeatedGear]) -> list[tuple[SeatedGear, ...]]:
-    """Seats grouped by the shafts and bodies that are in equilibrium together."""
+    """Seats, grouped by shafts and bodies in equilibrium together."""
     pinion, wheel = gears
     return [gears] if pinion.settled is wheel.settled else [(pinion,), (wheel,)]
 
 
 def mesh_spread(gears: tuple[SeatedGear, SeatedGear], stiffness: NDArray) -> tuple[NDArray, NDArray]:
-    """Loads at the points of the face (row, point) per resultant, and what the shafts yield to them C (row, row) (W13).
+    """Loads at the points of the face (row, point) per resultant, and the compliance C (row, row) of the shafts (W13).
 
     Of all loads with these resultants they deform the shafts least on a foundation in place of the teeth. Where that is
     stiffer than these, shafts and teeth yield to any force by more than C: it is that of a mesh, or else of Hertz'
@@ -136,7 +136,7 @@ def mesh_spread(gears: tuple[SeatedGear, SeatedGear], stiffness: NDArray) -> tup
 
 
 def _rest(gears: tuple[SeatedGear, SeatedGear], own: tuple[NDArray, NDArray]) -> tuple[NDArray, NDArray]:
-    """Motion (size,) of both shafts in which the loads ``own`` (size,) of the flanks have no part (W10)."""
+    """Motion (size,) of both shafts without the loads ``own`` (size,) of the flanks (W10)."""
     motions = []
     for gear in gears:
         loads = [other.load(load) for other, load in zip(gears, own, strict=True) if other.settled is gear.settled]
@@ -146,7 +146,7 @@ def _rest(gears: tuple[SeatedGear, SeatedGear], own: tuple[NDArray, NDArray]) ->
 
 @dataclass(frozen=True, kw_only=True)
 class Shafts(ComplianceEffect):
-    """Bending, twist and push of both shafts under the load of the flanks, about the rest of their bearings.
+    """Bending, twist and axial motion of both shafts under the load of the flanks.
 
     Parameters
     ----------
@@ -168,20 +168,20 @@ class Shafts(ComplianceEffect):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ShaftMotion(GapEffect):
-    """Shafts displaced by what does not depend on the flanks: other loads, play and curves of bearings.
+    """Displacements of the shafts that do not depend on the flanks: other loads, clearance and nonlinear bearings.
 
     Parameters
     ----------
     gears
         Pinion and wheel on their shafts.
     motions
-        Of the nodes of each shaft (size,) [mm, rad].
+        Motions of the nodes of each shaft (size,) [mm, rad].
     """
 
     gears: tuple[SeatedGear, SeatedGear]
     motions: tuple[NDArray, NDArray]
 
-    # one is itself alone
+    # compared by identity
     __eq__, __hash__ = object.__eq__, object.__hash__  # type: ignore[assignment]
 
     name: ClassVar[str] = "shaft_motion"
@@ -204,18 +204,18 @@ def flank_loads(
 
 
 def system_effects(box: Gearbox, own: tuple[NDArray, NDArray] | None = None) -> tuple[Effect, ...]:
-    """Add to the contact of the scene's own pair that its gears sit on the shafts of ``box``.
+    """Effects of the shafts of ``box`` on the contact of the scene's pair.
 
     Parameters
     ----------
     box
-        The shafts.
+        The gearbox.
     own
-        Load of its flanks on the nodes of both shafts (size,), that bearings settle under; spread evenly where absent.
+        Load of the flanks on the nodes of both shafts (size,), for nonlinear bearings; by default an even load.
 
     Returns
     -------
-    ``Shafts``, and ``ShaftMotion`` where there is more than the flanks' load on linear bearings.
+    ``Shafts``, and ``ShaftMotion`` if there are other loads or nonlinear bearings.
 
     Raises
     ------

@@ -1,6 +1,6 @@
 """Shapes of missing material on the flank of a gear: functions of the position along its profile and over its face.
 
-A shape is an amount [µm] times one or two factors, each of one coordinate: the radius or the roll length √(R² − r_b²)
+A shape is an amount [µm] times one or two factors of one coordinate: the radius or the roll length √(R² − r_b²)
 along the profile, or y over the face of its gear [mm]. Positive: material missing. Effects name the parameters.
 """
 
@@ -30,13 +30,13 @@ Along = Literal["roll", "radius"]
 Range = Literal["active", "involute", "tooth"]
 Form = Literal["linear", "parabolic", "circular"]
 Gears = Literal["both", "pinion", "wheel"]
-#: An amount of missing material [µm]; negative: in excess.
+#: Amount of missing material [µm]; negative: excess.
 Amount = Annotated[float, Field(ge=-1000.0, le=1000.0)]
 #: A length on a flank [mm].
 Extent = Annotated[float, Field(ge=0.0, le=1000.0)]
 
 MICROMETRE = 1e-3  # mm
-#: Curves with more points than this cannot have a panel of the mesh cycle for each.
+#: Curves with more points than this get no panel of the mesh cycle for each point.
 MOST_KINKS = 12
 
 
@@ -49,15 +49,15 @@ class Ramp:
     along
         The coordinate x: "radius", "roll" or "face".
     start, length
-        Where t is 0, and how far from there it is 1 [mm]; with a negative length t grows towards smaller x.
+        Position with t = 0, and distance to t = 1 [mm], negative towards smaller x.
     power
         1, 2, …
     bend
-        κ = length/radius of an arc (1 − √(1 − κ²t²))/(1 − √(1 − κ²)) in place of t²; 0 for the parabola.
+        κ = length/radius of an arc (1 − √(1 − κ²t²))/(1 − √(1 − κ²)) instead of t²; 0 for the parabola.
     one_sided
-        Whether nothing is missing where t < 0.
+        Whether the value is 0 for t < 0.
     kinked
-        Whether panels of the mesh cycle or of contact lines have to end where a one-sided ramp begins.
+        Whether panels of the mesh cycle or of contact lines must end at the start of a one-sided ramp.
     """
 
     along: Literal["radius", "roll", "face"]
@@ -107,7 +107,7 @@ class Points:
 
     @property
     def kinks(self) -> tuple[float, ...]:
-        """The positions of few points; the kinks of many are too many to integrate between."""
+        """The positions of the points, unless they are too many to integrate between."""
         return self.at if len(self.at) <= MOST_KINKS else ()
 
 
@@ -118,11 +118,11 @@ class Shape:
     Parameters
     ----------
     gear
-        The gear it is on, 0 or 1; None: both together, over the face that they have in common.
+        Gear, 0 or 1; None: both gears together over the common face.
     amount
         [µm].
     factors
-        Of one coordinate each.
+        Functions of one coordinate each.
     """
 
     gear: int | None
@@ -137,7 +137,7 @@ class Shape:
         return total
 
     def modification(self, pair: Pair) -> Modification | None:
-        """The shape as a modification of the profile alone; None where it is none."""
+        """The shape as a modification of the profile; None if it varies over the face."""
         (factor, *more) = self.factors
         if self.gear is None or more or isinstance(factor, Points) or factor.along == "face":
             return None
@@ -165,14 +165,14 @@ class ShapeEffect(GapEffect):
 
     @abstractmethod
     def shapes(self, pair: Pair) -> Iterable[Shape]:
-        """Its shapes on the flanks of a pair."""
+        """Shapes on the flanks of a pair."""
 
     def gap(self, lines: ContactLines) -> NDArray:
         """Gap [mm], (position, pair, segment)."""
         return sum((shape.gap(lines) for shape in self.shapes(lines.pair)), np.zeros(lines.shape))
 
     def modifications(self, pair: Pair) -> tuple[Modification, ...]:
-        """The same of each profile, where all shapes are of profiles alone."""
+        """Modifications of the profiles, if no shape varies over the face."""
         found = [shape.modification(pair) for shape in self.shapes(pair)]
         return () if None in found else tuple(m for m in found if m is not None)
 
@@ -215,7 +215,7 @@ class AmountOfGears(ShapeEffect):
 
 
 def each_gear(effect: object) -> dict[int, Any]:
-    """Values of an effect for the pinion (0) and the wheel (1), as far as given."""
+    """Values given for the pinion (0) and the wheel (1)."""
     own = ((index, getattr(effect, name)) for index, name in enumerate(GEARS))
     return {index: value for index, value in own if value is not None}
 
@@ -249,7 +249,7 @@ def barrel(ramp: Ramp) -> Ramp:
 
 
 def relief(along: Literal["radius", "roll", "face"], edge: float, start: float, amount: float, form: Form) -> Ramp:
-    """Relief that is full at ``edge`` and gone at ``start`` [mm]; an arc is that of its ``amount`` [µm] (G11)."""
+    """Relief that is full at ``edge`` and zero at ``start`` [mm]; the ``amount`` [µm] bends an arc (G11)."""
     length, C = edge - start, abs(amount) * MICROMETRE
     bend = 2 * C * abs(length) / (length**2 + C**2) if form == "circular" else 0.0
     power = 1 if form == "linear" else 2
@@ -257,12 +257,12 @@ def relief(along: Literal["radius", "roll", "face"], edge: float, start: float, 
 
 
 def opening(lines: ContactLines, inclination: float, deviation: float) -> NDArray:
-    """Gap [mm] of axes that part over the common face [µm]: in their common plane, and across it."""
+    """Gap [mm] of axes that diverge over the common face [µm], in their common plane and across it."""
     alpha = lines.pair.meshing.alpha_wt
-    # seen from the other flanks the wheel comes nearer where it receded
+    # for the coast flanks the sign of the deviation changes
     across = -deviation if lines.coast else deviation
     normal = MICROMETRE * math.cos(lines.pair.meshing.beta_b)
-    # axes of an internal pair that part bring its flanks together
+    # diverging axes close the gap of an internal pair
     apart = math.copysign(1.0, lines.pair.centre_distance) * inclination
     opened = apart * math.sin(alpha) + across * math.cos(alpha)
     return normal * opened * lines.face / lines.pair.meshing.face_width
@@ -271,9 +271,9 @@ def opening(lines: ContactLines, inclination: float, deviation: float) -> NDArra
 def one_or_each(
     effect: object, required: Sequence[str], more: Sequence[str] = (), names: Sequence[str] = GEARS
 ) -> None:
-    """Refuse keys of the whole beside tables ``names`` of its parts, and the lack of both.
+    """Refuse common keys beside the tables ``names`` of the parts, and the absence of both.
 
-    ``required`` keys have to be there where no table is, ``more`` keys may be.
+    Without a table the ``required`` keys must be given and ``more`` keys may be.
 
     Raises
     ------
@@ -291,5 +291,5 @@ def one_or_each(
 
 
 def chosen(gears: Gears) -> tuple[int, ...]:
-    """The gears meant."""
+    """Indices of the chosen gears."""
     return {"both": (0, 1), "pinion": (0,), "wheel": (1,)}[gears]

@@ -1,4 +1,4 @@
-"""Gears of different temperatures: their base pitches differ."""
+"""Different base pitches of gears with different temperatures."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from gearbench.schema import STRICT
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class ThermalPitch(GapEffect):
-    """Base pitches that differ by p_bt (ε_1 − ε_2): each pair of teeth by its own amount.
+    """Base pitches that differ by p_bt (ε_1 − ε_2), a gap for each tooth pair.
 
-    Not a table of ``[effects]``: it acts where ``[pair.temperature]`` lengthens the two gears differently. A gear that
-    grows keeps its angles; in the plane of action its flanks move away from where its base circle touches and from the
-    middle of the face (G16). Nothing is missing at the pitch point in the middle of the face.
+    It has no table of ``[effects]``; it acts if ``[pair.temperature]`` expands the two gears differently. In the plane
+    of action the flanks of an expanding gear move away from its tangent point and from the middle of the face (G16).
+    The gap is zero at the pitch point in the middle of the face.
     """
 
     name: ClassVar[str] = "thermal_pitch"

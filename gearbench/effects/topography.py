@@ -71,7 +71,7 @@ class Topography(GapEffect):
             grid, digest = (None, None) if file is None else _read(name, file, known)
             object.__setattr__(self, f"{name}_sha256", digest)
             grids.append(grid)
-        # no field: the hashes tell the contents of the grids
+        # not a field: the hashes identify the grids
         object.__setattr__(self, "_grids", tuple(grids))
 
     @property
@@ -80,7 +80,7 @@ class Topography(GapEffect):
         return self.__dict__["_grids"]
 
     def check(self, pair: Pair, beside: Effects) -> None:
-        """Refuse a grid that misses more than half of the active flank: most likely it is of another gear."""
+        """Refuse a grid that misses more than half of the active flank, probably measured on another gear."""
         ends_of_gears = pair.meshing.active_radii
         for name, gear, ends, (before, _), grid in zip(
             _NAMES, pair.gears, ends_of_gears, pair.overhangs, self.grids, strict=True
@@ -133,7 +133,7 @@ class Topography(GapEffect):
                 _KNOWN[digest] = grid_of(kept[name])
 
     def kinks(self, pair: Pair) -> tuple[float, ...]:
-        """Positions u [mm] of the rows of a coarse grid; the kinks of a fine one are too many to integrate between."""
+        """Positions u [mm] of the rows of a coarse grid; a fine grid has too many to integrate between."""
         positions: list[float] = []
         for index, (gear, grid) in enumerate(zip(pair.gears, self.grids, strict=True)):
             if grid is not None and len(grid.coordinate) <= _MOST_KINKS:
@@ -141,7 +141,7 @@ class Topography(GapEffect):
         return tuple(u for u in positions if pair.meshing.path_start < u < pair.meshing.path_end)
 
     def face_kinks(self, pair: Pair) -> tuple[float, ...]:
-        """Positions y [mm] of the columns of a coarse grid of a spur pair; oblique lines cross its rows already."""
+        """Positions y [mm] of the columns of a coarse grid of a spur pair; helical lines cross its rows already."""
         if pair.meshing.overlap_ratio:
             return ()
         found: set[float] = set()
@@ -151,7 +151,7 @@ class Topography(GapEffect):
         return tuple(sorted(y for y in found if 0 < y < pair.meshing.face_width))
 
 
-#: Grids read so far by their SHA-256: an effect made anew from its tables needs no second look at the file.
+#: Grids by their SHA-256, so that files are read once.
 _KNOWN: dict[str, FlankGrid] = {}
 
 

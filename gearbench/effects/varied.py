@@ -1,4 +1,4 @@
-"""Random errors of any number of a gap effect, and of run-out and wobble: their gaps in modes."""
+"""Random errors of numbers of gap effects, run-out and wobble, with their gaps as modes."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ from gearbench.schema import STRICT
 
 TwoSided = Literal["uniform_two_sided", "normal_two_sided"]
 
-#: Deviations over the amplitude at which the gap of a number that it is not linear in is known.
+#: Relative deviations at which the gap of a number that acts nonlinearly is computed.
 NODES = np.array([-1.0, -0.75, -0.5, -0.25, 0.25, 0.5, 0.75, 1.0])
-#: Relative deviation of a gap from a straight line that is rounding.
+#: Relative deviation from a straight line that counts as rounding.
 STRAIGHT = 1e-9
 
 
@@ -49,7 +49,7 @@ class VariedKey:
     distribution: TwoSided = "normal_two_sided"
 
     def check(self, pair: Pair, beside: Effects) -> None:
-        """Refuse keys that are no number of a gap effect, and values that it does not allow, with an ``InputError``."""
+        """Refuse keys that name no number of a gap effect, and forbidden values, with an ``InputError``."""
         self.effect(beside, 0.0)
         for sign, share in (("−", -1.0), ("+", 1.0)):
             try:
@@ -59,7 +59,7 @@ class VariedKey:
                 raise InputError("key", f"{self.key} {sign} {self.amplitude:g}", allowed) from None
 
     def effect(self, beside: Effects, deviation: float) -> GapEffect:
-        """The effect with the number that much larger.
+        """The effect with the number increased by ``deviation``.
 
         Raises
         ------
@@ -78,7 +78,7 @@ class VariedKey:
         return with_values(effect, {path: value + deviation})
 
     def modes(self, lines: ContactLines, beside: Effects) -> NDArray:
-        """Change of the gap by one unit where it is linear in the number, (…, 1); else at each of ``NODES``, (…, 8)."""
+        """Change of the gap per unit, (…, 1), if it is linear in the number; otherwise at each of ``NODES``, (…, 8)."""
         nominal = self.effect(beside, 0.0).gap(lines)
         changes = np.stack([self.effect(beside, node * self.amplitude).gap(lines) - nominal for node in NODES], axis=-1)
         straight = changes[..., -1:] * NODES
@@ -140,7 +140,7 @@ class Scatter:
 
 @plain_dataclass(frozen=True)
 class RandomVariable:
-    """A random variable: name, amplitude, distribution; and what one class finer of its tolerance costs."""
+    """A random variable: name, amplitude, distribution, relative cost of a tolerance one class finer."""
 
     name: str
     amplitude: float
@@ -150,7 +150,7 @@ class RandomVariable:
 
 @plain_dataclass(frozen=True)
 class Eccentricity:
-    """Run-out or wobble of a gear: its amplitude F_r [µm], and the angle at which the mesh cycle meets it, any [°]."""
+    """Run-out or wobble of a gear, with amplitude F_r [µm] and random phase [°]."""
 
     name: str
     gear: int

@@ -1,1 +1,1 @@
-"""Geometry of external involute gear pairs: rack, flank and fillet, gear, pair, contact lines."""
+"""Geometry of involute gears: tools, flank and fillet, gear, pair, trains, contact lines."""

@@ -1,10 +1,10 @@
 """Contact lines of all tooth pairs over a mesh cycle, with the segments on them.
 
-A line is cut into panels where the gap has a kink: where a relief of the profile begins (at a u), where one of the end
-of the face does (at a y). Segments are the nodes and weights of a quadrature on each panel. Where the flanks touch all
-along the line these are Gauss points, and sums over them converge exponentially in their number. Where they may part
-the integrand has a kink at an unknown position, and equal cells are of second order, with compliance and law averaged
-over each (G9, C7 of docs/theory.md).
+A line is cut into panels at the kinks of the gap, where a profile relief (at some u) or an end relief (at some y)
+begins. Segments are the nodes and weights of a quadrature on each panel. If the flanks touch all along the line, these
+are Gauss points, which converge exponentially. If the flanks may part, the integrand has a kink at an unknown
+position, and equal cells of second order are used, over which compliance and law are averaged (G9, C7 of
+docs/algorithms.md).
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from gearbench.geometry.pair import Pair
 from gearbench.geometry.quadrature import gauss
 from gearbench.geometry.separation import Separation, Touch
 
-#: Segments that a panel has at least, where there are enough of them.
+#: Least number of segments of a panel.
 FEWEST = 2
-#: Panels shorter than this part of the face width are rounding.
+#: Panels shorter than this part of the face width count as rounding.
 SHORTEST = 1e-13
 
 
@@ -33,8 +33,8 @@ class ContactLines:
     """Segments of the contact lines in the base tangent plane: u along the path of contact, y along the face width.
 
     Pair k at mesh phase τ touches along u = u_A + (τ + k) p_bt + y tan β_b, as far as u_A ≤ u ≤ u_E, 0 ≤ y ≤ b. All
-    arrays are (position, pair, segment) unless said otherwise; where a pair has no line its segments have zero length
-    and lie at the middle of the rectangle.
+    arrays are (position, pair, segment) unless stated otherwise; a pair without a line has segments of zero length in
+    the middle of the rectangle.
 
     Parameters
     ----------
@@ -45,22 +45,21 @@ class ContactLines:
     index
         Number k of each tooth pair, shape (pair,).
     u, y
-        Nodes, one a segment [mm].
+        Nodes, one per segment [mm].
     length
         Length of each segment along the contact line, Δy / cos β_b [mm]: the weight of its node.
     panel
-        Number of the panel between kinks that each segment belongs to, where it is known.
+        Number of the panel of each segment, if known.
     cells
-        Whether the segments are cells with their nodes in the middle; Gauss points otherwise.
+        Whether the segments are cells (nodes in the middle) or Gauss points.
     separation
-        Of the flanks, off the line of action too; absent where contact is taken to lie on it.
+        Separation of the flanks; None if contact is assumed on the line of action.
     typical_load
-        Line load [N/mm] at which contact laws near an edge agree in value and slope; needed with ``separation``.
+        Line load [N/mm] at which laws near an edge are exact in value and slope; needed with ``separation``.
     span
-        Range of u that they reach over, where it is not the path of contact [mm].
+        Range of u [mm]; by default the path of contact.
     coast
-        Whether they are lines of the coast flanks: then u and y are those of the mirror image, in which the pinion
-        drives (G10).
+        Whether these are lines of the coast flanks; u and y then belong to the mirror image (G10).
     """
 
     pair: Pair
@@ -78,15 +77,15 @@ class ContactLines:
 
     @property
     def face(self) -> NDArray:
-        """Position along the face width as the gears have it: y, or b − y of the coast flanks [mm]."""
+        """Position along the face of the real gears: y, or b − y for coast flanks [mm]."""
         return self.pair.meshing.face_width - self.y if self.coast else self.y
 
     def own_y(self, index: int) -> NDArray:
-        """y along the whole face of one of the gears: counted from the end of that face, not of the common one [mm]."""
+        """y along the whole face of one gear, from the end of that face [mm]."""
         return self.y + self.pair.overhangs[index][1 if self.coast else 0]
 
     def own_face(self, index: int) -> NDArray:
-        """``face`` along the whole face of one of the gears [mm]."""
+        """``face`` along the whole face of one gear [mm]."""
         return self.face + self.pair.overhangs[index][0]
 
     @property
@@ -101,7 +100,7 @@ class ContactLines:
         return self.length[..., 0] > 0
 
     def part(self, positions: slice | NDArray) -> ContactLines:
-        """The lines at some of the positions."""
+        """The lines at selected positions."""
         arrays = {name: getattr(self, name)[positions] for name in ("mesh_phase", "u", "y", "length")}
         return replace(self, **arrays, panel=None if self.panel is None else self.panel[positions])
 
@@ -129,10 +128,10 @@ class ContactLines:
         return tuple(u for u in self.separation.kinks if self.span[0] < u < self.span[1])
 
     def smooth_lines(self, nodes: int) -> ContactLines:
-        """The same lines with ``nodes`` Gauss points on the whole of each, or on its pieces, whose number is ``panel``.
+        """The same lines with ``nodes`` Gauss points on each line, or on each of its pieces (numbered by ``panel``).
 
-        Off the line of action the touching point moves along the flanks with a kink, and deflections along an oblique
-        line have one, where an edge or a relief begins to touch: pieces end there.
+        Off the line of action deflections along an oblique line have a kink where an edge or a relief begins to touch;
+        pieces end there.
         """
         low, high = self.ends
         meshing, bends = self.pair.meshing, self.bends
@@ -173,7 +172,7 @@ class ContactLines:
         """Radii of the nodes on pinion and wheel [mm]."""
         if self.touch is None:
             return self.pair.meshing.radii(self.u)
-        # where material is missing the edge is an involute point from beyond the tip circle, even beyond pointed tips
+        # with missing material the edge is an involute point beyond the tip circle, even beyond pointed tips
         first, second = (
             np.minimum(gear.radius_at(roll), gear.tip_radius)
             for gear, roll in zip(self.pair.gears, self.rolls, strict=True)
@@ -228,11 +227,11 @@ def contact_lines(
     kinks, face_kinks
         Positions u on the path of contact and y along the face where the gap has a kink: ends of panels [mm].
     parting
-        Whether flanks may part somewhere along a line: equal segments on each panel, not Gauss points.
+        Whether flanks may part along a line: equal segments on each panel instead of Gauss points.
     coast
-        Whether they are of the coast flanks; u and y are those of the mirror image even so.
+        Whether these are lines of the coast flanks; u and y belong to the mirror image.
     separation, span
-        Of the flanks; with it lines reach over the range ``span`` of u [mm], beyond the path of contact.
+        Separation of the flanks, and range of u [mm] of the lines, beyond the path of contact.
     """
     tau = np.atleast_1d(np.asarray(mesh_phase, dtype=float))
     meshing, b = pair.meshing, pair.meshing.face_width
@@ -246,7 +245,7 @@ def contact_lines(
     edges = _panel_edges(pair, start, ends, *cuts)
     widest = _widest(pair, ends, *map(tuple, cuts))
     y, width, panel = _on_panels(edges, widest, segments, pair, parting=parting)
-    # a line shorter than rounding is no line
+    # lines of zero length apart from rounding
     absent = (edges[-1] - edges[0] <= SHORTEST * b)[..., None]
     return ContactLines(
         pair=pair,
@@ -280,9 +279,9 @@ def _panel_edges(
 
 @lru_cache(maxsize=64)
 def _widest(pair: Pair, ends: tuple[float, float], kinks: tuple[float, ...], face_kinks: tuple[float, ...]) -> NDArray:
-    """The widest that each panel becomes while a line passes, whatever the phases asked for, (panel,) [mm].
+    """Largest width of each panel while a line passes, (panel,) [mm].
 
-    Ends of panels move straight with the line between starts at which it passes a corner of the kinks and edges.
+    The ends of panels move linearly between the starts at which a line passes a corner of kinks and edges.
     """
     tan_b, b = math.tan(pair.meshing.beta_b), pair.meshing.face_width
     start = np.subtract.outer([*ends, *kinks], tan_b * np.array([0.0, b, *face_kinks])).ravel()
@@ -294,8 +293,8 @@ def _on_panels(
 ) -> tuple[NDArray, NDArray, NDArray]:
     """Nodes y and widths of the segments [mm], and the panels between ``edges`` they are on, (position, pair, segment).
 
-    How many segments a panel gets depends on which panels there are on a line, and nothing else: it stays the same
-    between two transitions of the mesh cycle, where the sums over the nodes are then as smooth as the integrals.
+    The number of segments depends only on the panels of a line. It is constant between two transitions of the mesh
+    cycle, so that sums over the nodes are as smooth as the integrals.
     """
     real = np.diff(edges, axis=0) > SHORTEST * pair.meshing.face_width
     y, width = np.zeros((2, *edges.shape[1:], segments))
@@ -323,7 +322,7 @@ def _on_panels(
 def _shares(segments: int, widths: tuple[float, ...], *, last: bool = False) -> tuple[int, ...]:
     """``segments`` shared among panels in proportion to the roots of their ``widths``, each at least ``FEWEST``, or 1.
 
-    Of panels that are alike the first ones get what is left over, or the ``last``.
+    Of equal panels the first ones get the remainder, or the ``last`` ones.
     """
     sizes, fewest = np.sqrt(widths), min(FEWEST, segments // len(widths))
     wanted = segments * sizes / sizes.sum()
@@ -331,7 +330,7 @@ def _shares(segments: int, widths: tuple[float, ...], *, last: bool = False) -> 
     while left := segments - int(counts.sum()):
         step = 1 if left > 0 else -1
         owed = np.where(counts > (0 if step > 0 else fewest), np.round(step * (wanted - counts), 6), -np.inf)
-        # alike panels get alike shares where they can: a line and its mirror image are cut alike
+        # equal panels get equal shares if possible: a line and its mirror image are cut alike
         groups = [np.flatnonzero(owed == value) for value in np.unique(owed[np.isfinite(owed)])[::-1]]
         chosen = next((group for group in groups if group.size <= abs(left)), groups[0][-1:] if last else groups[0][:1])
         counts[chosen] += step

@@ -1,8 +1,8 @@
-"""A gear's blank: how its teeth are cut below the involute, and where its body is held.
+"""Blanks: how the teeth are cut below the involute, and where the body is held.
 
-Everything else about a gear follows from its involute. An external gear cut by a rack is the blank "rack", an internal
-one cut by a pinion-type cutter "pinion_cutter"; others are registered under a name of their own, or brought by other
-packages through entry points ``gearbench.blanks``.
+Everything else about a gear follows from its involute. "rack" is an external gear cut by a rack, "pinion_cutter" an
+internal gear cut by a pinion-type cutter. Other blanks are registered by name, or come from other packages by entry
+points ``gearbench.blanks``.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ from gearbench.geometry.rack import Rack
 if TYPE_CHECKING:
     from gearbench.geometry.gear import Gear
 
-#: Bore over root circle, at most.
+#: Largest bore over root circle.
 LARGEST_BORE = 0.999
 
 
 class RootCurve(Protocol):
-    """Right flank of a tooth below its involute, over a parameter φ from 0 at the root circle to ``phi_end``.
+    """Right flank of a tooth below the involute, with a parameter φ from 0 (root circle) to ``phi_end``.
 
     R, √|R² − r_f²| and the half tooth-thickness angle ψ are smooth in φ, and R grows with it.
     """
@@ -57,19 +57,19 @@ class RootCurve(Protocol):
 
 
 class Blank(Protocol):
-    """Protocol for everything in which external, internal and other gears differ."""
+    """Protocol for the differences between external, internal and other gears."""
 
     def root_radius(self, gear: Gear) -> float:
         """Radius r_f of the root circle [mm]."""
         ...
 
     def root_curve(self, gear: Gear) -> RootCurve:
-        """The curve from the root circle to the involute, as the cutter leaves it; it may go on beyond.
+        """The curve from the root circle to the involute; it may continue beyond.
 
         Raises
         ------
         InputError
-            If the cutter cannot leave a tooth.
+            If the cutter leaves no tooth.
         """
         ...
 
@@ -78,11 +78,11 @@ class Blank(Protocol):
         ...
 
     def is_undercut(self, gear: Gear) -> bool:
-        """Whether the cutter takes away part of the involute."""
+        """Whether the cutter removes part of the involute."""
         ...
 
     def support(self, gear: Gear, diameter: float) -> float:
-        """Radius at which a body is held whose bore, or whose outside, has this diameter [mm].
+        """Radius at which a body with this bore or outer diameter is held [mm].
 
         Raises
         ------
@@ -126,7 +126,7 @@ class RackCut:
 
         low = float(curve.parameter(max(gear.base_radius, gear.root_radius)))
         if gear.protuberance:
-            # the fillet is outside of the flank at the root circle, inside, and outside again where it has left it
+            # outwards the fillet lies outside, then inside, then again outside the flank
             grid = np.linspace(low, curve.phi_end, 513)
             inside = np.flatnonzero(excess(grid) < 0)
             if not inside.size:
@@ -153,18 +153,18 @@ def _rack(gear: Gear) -> Rack:
     return Rack(module=m, alpha=gear.alpha_n, dedendum=h_f, fillet=rho, protuberance=s_pr)
 
 
-#: Names of the blanks of external and internal gears that say nothing of it.
+#: Default blanks of external and internal gears.
 RACK, CUTTER = "rack", "pinion_cutter"
 _KNOWN: dict[str, Blank] = {RACK: RackCut(), CUTTER: PinionCut()}
 
 
 def register(name: str, blank: Blank) -> None:
-    """Make a blank known; gears ask for it by its name.
+    """Register a blank by its name.
 
     Raises
     ------
     InputError
-        If another blank has the name.
+        If the name is taken.
     """
     if _KNOWN.setdefault(name, blank) != blank:
         raise InputError("blank", name, "is the name of another blank")
@@ -182,7 +182,7 @@ def blank_of(name: str) -> Blank:
     Raises
     ------
     InputError
-        If there is none.
+        If it does not exist.
     """
     if name not in _KNOWN:
         _installed()

@@ -1,4 +1,4 @@
-"""Faces of two gears along their axes: teeth touch where both have them."""
+"""Faces of two gears along their axes; teeth touch on the common face."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from gearbench.errors import InputError
 from gearbench.geometry.names import GEARS
 
-#: Face widths over the normal module.
+#: Allowed face widths over the normal module.
 WIDTHS = (0.05, 500.0)
 
 Ends = tuple[float, float]
@@ -20,9 +20,9 @@ class Faces:
     Parameters
     ----------
     width
-        b of a gear that has no own [mm].
+        Default face width b [mm].
     own
-        Own face widths b_1, b_2 [mm].
+        Face widths b_1, b_2 given for the gears [mm].
     offsets
         Middle of each face [mm].
     """
@@ -32,7 +32,7 @@ class Faces:
     offsets: tuple[float, float]
 
     def check(self, module: float) -> None:
-        """Refuse, with an ``InputError``, widths that are none for this normal module [mm], and faces side by side."""
+        """Refuse, with an ``InputError``, widths out of range for this normal module [mm], and faces without overlap."""
         low, high = WIDTHS
         named = {f"{name}.face_width": own for name, own in zip(GEARS, self.own, strict=True)}
         for key, width in {"face_width": self.width, **named}.items():
@@ -61,7 +61,7 @@ class Faces:
 
     @property
     def common(self) -> Ends:
-        """Ends of the face that both gears have [mm]."""
+        """Ends of the common face [mm]."""
         (low1, high1), (low2, high2) = self.ends
         return max(low1, low2), min(high1, high2)
 

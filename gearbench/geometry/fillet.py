@@ -43,7 +43,7 @@ class Fillet:
     def phi_end(self) -> float:
         """Parameter φ [rad] at the end of the rounding, where the rack's straight flank takes over.
 
-        A rounding that stands out goes on behind it, as far as it meets the flank of the gear.
+        A protuberance continues beyond it, up to the flank of the gear.
         """
         return math.pi / 2 - (self.rack.alpha / 4 if self.rack.protuberance else self.rack.alpha)
 

@@ -1,4 +1,4 @@
-"""One gear: sizes and the transverse section of its teeth, involute flank and the root that its blank has."""
+"""One gear: sizes, and the transverse section of its teeth with involute flank and root."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from gearbench.geometry.cutter import Cutter
 from gearbench.geometry.involute import inv, inverse_involute
 from gearbench.geometry.section import TransverseSection
 
-#: Thinnest neck that undercut may leave [modules]: below it the tooth is cut off.
+#: Thinnest neck that undercut may leave [modules].
 THINNEST_NECK = 0.01
 
 
@@ -29,7 +29,7 @@ class Gear(TransverseSection):
     Parameters
     ----------
     teeth, normal_module, pressure_angle, helix_angle
-        Of its transverse section.
+        Data of the transverse section.
     face_width
         b [mm].
     profile_shift, addendum, dedendum, fillet_radius
@@ -39,9 +39,9 @@ class Gear(TransverseSection):
     protuberance
         s_pr = pr_P0 − q, by which the fillet is cut deeper than the flank [mm].
     cutter
-        That cuts an internal gear; the one that ``standard_cutter`` finds where it is absent.
+        Cutter of an internal gear; by default ``standard_cutter``.
     blank
-        Name of what it is cut from and by, see ``gearbench.geometry.blank``.
+        Name of the blank, see ``gearbench.geometry.blank``.
 
     Raises
     ------
@@ -132,7 +132,7 @@ class Gear(TransverseSection):
 
     @property
     def is_undercut(self) -> bool:
-        """Whether the cutter takes away part of the involute (G7)."""
+        """Whether the cutter removes part of the involute (G7)."""
         return blank_of(self.blank).is_undercut(self)
 
     @cached_property
@@ -149,7 +149,7 @@ class Gear(TransverseSection):
 
     @cached_property
     def pointed_radius(self) -> float | None:
-        """Radius at which the two flanks of a tooth meet [mm]; None where those of an internal gear do not."""
+        """Radius at which the two flanks of a tooth meet [mm]; None if they do not."""
         at_base = self._half_angle_at_base
         return None if at_base < 0 else self.base_radius / math.cos(inverse_involute(at_base))
 

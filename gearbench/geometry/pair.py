@@ -31,7 +31,7 @@ from gearbench.schema import STRICT
 
 #: Centre distances [mm] and profile shifts [modules] are published to four decimals; less overlap is their rounding.
 ROUNDING = 1e-4
-#: Profile shifts beyond this [modules] are asked for by a wrong centre distance.
+#: Largest profile shift [modules]; more means a wrong centre distance.
 LARGEST_SHIFT = 1.5
 
 Length = Annotated[float, Field(gt=0.0, le=20000.0)]
@@ -46,7 +46,7 @@ def _teeth(count: Any) -> Any:
     return count
 
 
-#: Keys that only external or only internal gears have.
+#: Keys of external gears only, and of internal gears only.
 _EXTERNAL = ("bore_diameter", "rim_thickness", "protuberance", "grinding_stock")
 _INTERNAL = ("outer_diameter", "support", "cutter")
 
@@ -153,12 +153,12 @@ class Member:
 
     @property
     def blank_name(self) -> str:
-        """Name of its blank."""
+        """Name of the blank."""
         return self.blank or (CUTTER if self.teeth < 0 else RACK)
 
     @property
     def depth_of_fillet(self) -> float:
-        """pr_P0 − q, by which the fillet is cut deeper than the flank [mm]."""
+        """pr_P0 − q, the depth of the fillet below the flank [mm]."""
         return (self.protuberance or 0.0) - (self.grinding_stock or 0.0)
 
 
@@ -285,7 +285,7 @@ class Pair:
 
     @property
     def members(self) -> tuple[Member, Member]:
-        """Given data of pinion and wheel."""
+        """Input data of pinion and wheel."""
         return self.pinion, self.wheel
 
     # -- sections, profile shifts, gears ------------------------------------------------------------------------------

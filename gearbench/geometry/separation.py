@@ -1,7 +1,7 @@
-"""Kinematic separation of two flanks in the transverse plane: how far they are apart, and where they touch first.
+"""Kinematic separation of two flanks in the transverse plane: their distance, and the point of first contact.
 
-Points of a gear keep their y when it turns about its axis: flanks of helical gears, too, approach each other section by
-section, each a pair of profiles at its own nominal coordinate u.
+Points keep their y when a gear turns, so flanks of helical gears approach each other section by section, each a pair of
+profiles at its nominal coordinate u.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from gearbench.geometry.pair import Pair
 from gearbench.geometry.profile import Modification, Profile, profile
 from gearbench.geometry.touching import Plane, TouchingCurve
 
-#: Nodes on a base pitch: cubic Hermite polynomials between them are good to 1e-10 mm and better.
+#: Nodes on a base pitch; cubic Hermite polynomials between them are accurate to 1e-10 mm.
 NODES = 400
 #: Radius of curvature [T1T2] below which nodes are closer, error of cubics from which they are [mm], and how many times
 #: as close at most.
 SHARP, ERROR, FINER = 0.1, 5e-10, 16
-#: How far beyond its end an interval is meant [mm].
+#: Tolerance at the ends of intervals [mm].
 _ROUNDING = 1e-11
 #: Length [base pitches] before and after the path of contact up to which separations are known.
 REACH = 0.45
@@ -36,9 +36,9 @@ class Touch:
     Parameters
     ----------
     columns
-        Of the table, see ``Separation``.
+        Columns of the table, see ``Separation``.
     row, t
-        Intervals of the table, and where on them, 0 … 1, arrays of one shape; beyond 0 … 1 where flanks cannot touch.
+        Intervals of the table and positions on them, 0 … 1; outside 0 … 1 the flanks cannot touch.
     """
 
     columns: NDArray
@@ -46,15 +46,15 @@ class Touch:
     t: NDArray
 
     def broadcast(self, segments: int) -> Touch:
-        """The same for all ``segments`` of a line, from arrays with one value a line."""
+        """The values for all ``segments`` of a line, from arrays with one value per line."""
         row, t = (np.broadcast_to(x, (*x.shape[:-1], segments)) for x in (self.row, self.t))
         return Touch(columns=self.columns, row=row, t=t)
 
     @cached_property
     def gap(self) -> NDArray:
-        """Separation along the line of action, transverse [mm]; infinite where they cannot touch."""
+        """Separation along the transverse line of action [mm]; infinite if the flanks cannot touch."""
         t, (width, y, a, b, c) = self.t, self.columns[1:6, self.row]
-        # holes: where no point of one flank reaches the other
+        # holes: no point of one flank reaches the other
         beyond = np.maximum(t - 1, -t) * width
         return np.where(beyond <= _ROUNDING, y + t * (a + t * (b + t * c)), np.inf)
 
@@ -84,7 +84,7 @@ class Touch:
         return self.columns[20, self.row].astype(int)
 
     def _linear(self, number: slice) -> NDArray:
-        """Values that run straight along an interval; in a hole as at its end."""
+        """Linear interpolation on an interval; constant in a hole."""
         low, rise = self.columns[6:13][number], self.columns[13:20][number]
         return low[:, self.row] + np.clip(self.t, 0.0, 1.0) * rise[:, self.row]
 
@@ -96,7 +96,7 @@ class Separation:
     Parameters
     ----------
     plane
-        Both profiles.
+        Profiles of both gears.
     path
         u at which the path of contact begins and ends [mm].
     low, high
@@ -113,14 +113,14 @@ class Separation:
 
     @cached_property
     def curves(self) -> tuple[TouchingCurve, ...]:
-        """Every way of touching within the range."""
+        """All touching curves within the range."""
         first, second = self.plane.profiles
         found: list[TouchingCurve | None] = []
         for piece in first.pieces:
             for other in second.pieces:
-                # a rounding of either gear leads
+                # a rounding of either gear is the given curve
                 k, own, mate = (1, other, piece) if other.is_rounding else (0, piece, other)
-                # between involutes the separation is zero, and all else linear
+                # between involutes the separation is zero and everything else is linear
                 straight = own.is_involute and mate.is_involute
                 roll = self.plane.common_nodes(own, mate, own.high - own.low if straight else self.step)
                 if not roll.size:
@@ -147,7 +147,7 @@ class Separation:
         return tuple(curve for curve in found if curve is not None)
 
     def _resolved(self, touch: Callable[[NDArray], TouchingCurve | None], nodes: NDArray) -> TouchingCurve | None:
-        """Curve through ``nodes``, up to ``FINER`` times as many where flanks are sharply curved, near base circles.
+        """Curve through ``nodes``, up to ``FINER`` times as many near base circles, where curvature is high.
 
         There roll lengths, which are interpolated linearly, go like the root of u: their error like 1/R³ and the square
         of the distance h of nodes. That of cubics is about h⁴/R³.
@@ -162,7 +162,7 @@ class Separation:
         if not np.nanmax(parts, initial=0.0) > 1:
             return curve
         parts = np.ceil(np.clip(parts, 1.0, FINER))
-        # the curve ends between a node on it and one that is not
+        # the curve ends between a valid node and an invalid one
         parts = np.where(np.isfinite(parts), parts, np.where(np.isnan(radius[:-1]) & np.isnan(radius[1:]), 1, FINER))
         index = np.arange(len(nodes))
         at = np.interp(np.arange(1 + int(parts.sum())), np.append(0, np.cumsum(parts)), index)
@@ -176,12 +176,12 @@ class Separation:
         """Intervals of u in which one curve is the lowest."""
         curves = self.curves
         ends = np.unique([x for c in curves for x in (c.u[0], c.u[-1]) if self.low <= x <= self.high])
-        # where one curve ends just before another begins, a corner may touch in between
+        # between the end of one curve and the beginning of another a corner may touch
         uniform = np.linspace(self.low, self.high, math.ceil((self.high - self.low) / self.step))
         grid = np.unique([*uniform, *ends, *((ends[:-1] + ends[1:]) / 2)])
         values = np.stack([hermite(c, grid) for c in curves])
         least = values.min(axis=0)
-        # of curves that agree, a smooth contact goes before an edge, and one that goes on before one that ends
+        # of equal curves, smooth contact precedes an edge, and a continuing curve one that ends
         order = np.array([c.edge >= 0 for c in curves])[:, None] * 1.0
         near = values <= least + 1e-13 * self.plane.size
         winner = np.argmin(np.where(near, order, np.inf), axis=0)
@@ -204,7 +204,7 @@ class Separation:
         first, second = self.curves[a], self.curves[b]
         room = 1e-13 * self.plane.size
         begin, end = second.u[:1], first.u[-1:]
-        # where one begins or ends on the other, they only touch there
+        # one begins or ends on the other: they only touch there
         if begin[0] > low and hermite(second, begin)[0] <= hermite(first, begin)[0] + room:
             return float(begin[0])
         if end[0] < high and hermite(first, end)[0] <= hermite(second, end)[0] + room:
@@ -225,9 +225,9 @@ class Separation:
 
     @cached_property
     def kinks(self) -> tuple[float, ...]:
-        """u [mm] where the touching point changes from one part of a flank to another, no farther than load reaches.
+        """u [mm] where the touching point moves to another part of a flank, within the reach of load.
 
-        The gap has no kink there, its curvature jumps. Neighbours that enclose the short contact of a corner are one.
+        The gap has no kink there, but its curvature jumps. Neighbours around a short corner contact count as one.
         """
         base_pitch = self.step * NODES
         found: list[list[float]] = []
@@ -240,7 +240,7 @@ class Separation:
 
     @cached_property
     def changes(self) -> tuple[float, ...]:
-        """Kinks one by one: the u at which a corner begins and ceases to touch [mm]."""
+        """All kinks: u at which a corner begins or ceases to touch [mm]."""
         room = 0.25 / REACH * (self.path[0] - self.low)
         return tuple(start for start, *_ in self._pieces[1:] if self.path[0] - room < start < self.path[1] + room)
 
@@ -248,7 +248,7 @@ class Separation:
     def _table(self) -> NDArray:
         """A row for each interval: u, width, four coefficients of the separation, seven values, seven steps.
 
-        The intervals of each part end with its own ends.
+        Intervals end at the ends of each part.
         """
         rows, edges = [], []
         for start, end, c in self._pieces:
@@ -260,7 +260,7 @@ class Separation:
             rows.append(np.stack([u[:-1], width, *cubic, *values[:, :-1], *np.diff(values)], axis=-1))
             edges.append(np.full(len(width), c.edge))
         table = np.concatenate(rows)
-        # an interval of rounding has no slopes
+        # intervals of zero length apart from rounding have no slopes
         table[~np.isfinite(table[:, 3:6]).all(axis=1), 3:6] = 0.0
         return np.column_stack([table, np.concatenate(edges)])
 
@@ -277,7 +277,7 @@ class Separation:
 
     @cached_property
     def least(self) -> float:
-        """Least separation, 0 of flanks without material in excess [mm]."""
+        """Least separation [mm]; 0 for flanks without excess material."""
         return min(float(self._table[:, 2].min()), 0.0)
 
     def __call__(self, u: NDArray) -> Touch:
@@ -289,7 +289,7 @@ class Separation:
         return Touch(columns=self._columns, row=row, t=(u - start[row]) / np.where(own > 0, own, self.step))
 
     def reach(self, gap: float) -> tuple[float, float]:
-        """u before and after which flanks stay farther apart than ``gap`` [mm], or than where they are nearest."""
+        """u before and after which flanks stay farther apart than ``gap`` [mm]."""
         near = np.flatnonzero(self._table[:, 2] <= max(gap, float(self._table[:, 2].min())))
         last = self._table[near[-1]]
         return float(self._table[max(near[0] - 1, 0), 0]), float(last[0] + last[1])

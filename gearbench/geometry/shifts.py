@@ -17,7 +17,7 @@ Thicknesses = tuple[Thickness | None, Thickness | None]
 def given_shift(
     section: TransverseSection, index: int, given: float | None, thickness: Thickness | None
 ) -> float | None:
-    """x that is given, or that follows from a size of the teeth; None where neither is [normal modules]."""
+    """x as given, or from a size of the teeth; None without either [normal modules]."""
     if given is not None or thickness is None or not thickness.is_measured:
         return given
     return _of_thickness(section, index, thickness, 0.0, 0.0)

@@ -1,4 +1,4 @@
-"""Temperatures of gears and housing: what they lengthen."""
+"""Temperatures of gears and housing, and thermal strain."""
 
 from __future__ import annotations
 

@@ -71,7 +71,7 @@ class Thickness:
         return (self.upper + self.lower) / 2
 
     def ends(self, section: TransverseSection) -> tuple[float, float]:
-        """Deviations [µm] of the thickest and the thinnest tooth: a greater size between balls is a thinner tooth."""
+        """Deviations [µm] of the thickest and the thinnest tooth; a larger size between balls means a thinner tooth."""
         turned = section.teeth < 0 and self._over is not None
         return (self.lower, self.upper) if turned else (self.upper, self.lower)
 
@@ -147,7 +147,7 @@ def over_balls(section: TransverseSection, shift: float, diameter: float, *, pin
 
 
 def _chord(section: TransverseSection, *, pins: bool) -> float:
-    """Distance of two balls opposite each other over their circle's diameter; pins of helical gears lie aslant."""
+    """Distance of two opposite balls over the diameter of their circle; pins of helical gears are inclined."""
     if section.teeth % 2 == 0 or (pins and section.helix_angle):
         return 1.0
     return math.cos(math.pi / (2 * section.teeth))

@@ -3,7 +3,7 @@
 The pinion's centre is the origin, the wheel's lies a′ above it. The pinion turns clockwise and drives; the contact
 moves along the line of action, P(u) = r_b1 (−sin α_wt, cos α_wt) + u (cos α_wt, sin α_wt). A tooth of the pinion that
 touches at u is turned clockwise by u/r_b1 − α_wt − ψ_b1 from the line of centres, ψ_b its half angle at the base
-circle; the wheel is the same seen from its own centre, with T − u in place of u, T the length of the tangent.
+circle; the wheel is the same seen from its centre, with T − u instead of u, T the length of the tangent.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ AROUND = 3
 
 @dataclass(frozen=True, kw_only=True)
 class TeethInMesh:
-    """Both gears at mesh phase 0, and how they turn from there.
+    """Both gears at mesh phase 0, and their rotation from there.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ def mesh(pair: Pair) -> TeethInMesh:
     pinion, wheel = pair.gears
     alpha = pair.meshing.alpha_wt
     first = pair.meshing.path_start + pair.meshing.face_width / 2 * math.tan(pair.meshing.beta_b)
-    # the tooth nearest the pitch point stands in the middle of the drawing
+    # the tooth nearest the pitch point is in the middle of the drawing
     nearest = round((pair.meshing.pitch_point - first) / pair.meshing.base_pitch)
     u = first + nearest * pair.meshing.base_pitch
     outlines = []

@@ -1,8 +1,8 @@
-"""Curves of first touch of two flanks in the transverse plane: every way in which they can just touch.
+"""Touching curves of two flanks in the transverse plane: all ways in which they can just touch.
 
 Each gear counts its rotation as a length v along the line of action: v_1 = u_1 from T1, v_2 = T1T2 − u_2 from T2, so
-that its point of roll length ℓ lies on the line of action at v = ℓ. Seen from itself each gear has its mate on the
-right, and both are treated alike. Where the flanks just touch (T3 of docs/theory.md),
+that its point of roll length ℓ lies on the line of action at v = ℓ. Each gear sees its mate on the right, so both are
+treated alike. Where the flanks just touch (T3 of docs/theory.md),
 
     separation g = v_1 + v_2 − T1T2,      nominal coordinate u = (v_1 + T1T2 − v_2)/2,
 
@@ -21,15 +21,15 @@ from numpy.typing import NDArray
 
 from gearbench.geometry.profile import Piece, Profile
 
-#: Steps of Newton's method, each of them safe: the unknown point moves less than the other flank is curved.
+#: Safe steps of Newton's method: the unknown point moves less than the radius of curvature of the other flank.
 _STEPS = 40
-#: Part of a rounding that flanks touch before they are far apart, and nodes on it.
+#: Part of a rounding that can touch, and nodes on it.
 _USED, _ARC_NODES = 0.3, 400
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TouchingCurve:
-    """One way of touching, as a function of the nominal coordinate; arrays (node,), u ascending.
+    """One kind of contact as a function of the nominal coordinate; arrays (node,), u ascending.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ class TouchingCurve:
     tilt
         Angle between the normal of the common tangent and that of the flank at its corner [rad], (node,).
     node
-        What it was computed at: the roll length or rotation of the gear that leads, (node,) [mm].
+        Independent variable: roll length or rotation of the leading gear, (node,) [mm].
     edge
         0 or 1 where a corner of the pinion's or the wheel's profile touches, −1 where two smooth flanks do.
     """
@@ -67,7 +67,7 @@ class Plane:
     Parameters
     ----------
     profiles
-        Of pinion and wheel.
+        Profiles of pinion and wheel.
     tangent_length
         T1 T2 [mm].
     """
@@ -77,7 +77,7 @@ class Plane:
 
     @property
     def size(self) -> float:
-        """Length that tolerances are measured by: T1T2, of an internal pair the longest roll length [mm]."""
+        """Reference length of tolerances: T1T2, or the longest roll length of an internal pair [mm]."""
         return self.tangent_length if self.tangent_length > 0 else max(-p.low for p in self.profiles)
 
     @property
@@ -94,7 +94,7 @@ class Plane:
         eps_own, rho, *_ = own.normal(corner)
         phi = (roll - v) / r_b
         cos, sin = np.cos(phi), np.sin(phi)
-        # from the corner's own centre, then from its mate's
+        # from the centre of the corner's gear, then from that of its mate
         own_x, own_y = length * cos - r_b * sin, length * sin + r_b * cos
         w_x, w_y = own_x - x, own_y - y
         squared = w_x**2 + w_y**2 - r_m**2
@@ -136,9 +136,9 @@ class Plane:
     def common_nodes(self, own: Piece, mate: Piece, step: float) -> NDArray:
         """Roll lengths of ``own`` at which two smooth pieces may touch, ends included, ``step`` apart at most."""
         roll = np.linspace(own.low, own.high, max(5, math.ceil((own.high - own.low) / step) + 1))
-        if own.is_rounding:  # its normal turns fast
+        if own.is_rounding:  # the normal of a rounding turns fast
             roll = np.linspace(own.low, own.low + _USED * (own.high - own.low), _ARC_NODES)
-        # the mate's point moves all but in proportion: few nodes say where it is on the piece, and where it leaves it
+        # the mate's point moves nearly in proportion: few nodes locate it on the piece
         few = roll if own.is_rounding else roll[np.unique(np.append(np.arange(0, len(roll), 16), len(roll) - 1))]
         partner = self._partner(own, mate, few)
         low, high = np.minimum(partner[:-1], partner[1:]), np.maximum(partner[:-1], partner[1:])
@@ -150,7 +150,7 @@ class Plane:
             excess = partner - end
             for i in np.flatnonzero(excess[:-1] * excess[1:] < 0):
                 (a, b), (fa, fb) = few[i : i + 2], excess[i : i + 2]
-                for _ in range(12):  # secant: the function is all but linear
+                for _ in range(12):  # secant method: the function is nearly linear
                     if fa == fb or abs(b - a) < 1e-12 * self.size:
                         break
                     a, b, fa = b, b - fb * (b - a) / (fb - fa), fb
@@ -180,8 +180,8 @@ class Plane:
     def piece_on_piece(self, k: int, own: Piece, mate: Piece, roll: NDArray) -> TouchingCurve | None:
         """Smooth piece ``own`` of gear k touching one of its mate's at its roll lengths ``roll``.
 
-        A rounding has to be ``own``: its normal turns fast, so that its mate's point follows from its own safely, not
-        the other way.
+        A rounding must be ``own``: its normal turns fast, so the mate's point follows safely from its point, not vice
+        versa.
         """
         T = self.tangent_length
         if own.is_involute and mate.is_involute:
@@ -218,10 +218,10 @@ class Plane:
         gap = v[0] + v[1] - self.tangent_length
         slope = 2 * (levers[1] - levers[0]) / (levers[0] + levers[1])
         angle = np.zeros_like(u) if tilt is None else tilt
-        if k == 1:  # its own rotation counts against u
+        if k == 1:  # the gear's rotation counts against u
             u, gap, slope, angle, keep, node = (x[::-1] for x in (u, gap, slope, angle, keep, node))
             rolls, levers, radii = rolls[:, ::-1], levers[:, ::-1], radii[:, ::-1]
-        # where u runs back, the point touched is one of greatest separation, not of least
+        # where u decreases, the separation is a maximum, not a minimum
         good = keep & np.isfinite(gap) & (np.diff(u, append=np.inf) > -1e-12 * self.size)
         runs = np.split(np.arange(len(u)), np.flatnonzero(np.diff(good)) + 1)
         rising = max((run for run in runs if good[run[0]]), key=len, default=runs[0][:0])

@@ -1,4 +1,4 @@
-"""The body of a gear as a rim on a web on a hub, all of them of revolution."""
+"""Gear body of rim, web and hub, all rotationally symmetric."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Web:
     hub_radius
         Outer radius of the hub; the bore radius of a gear without one [mm].
     start, stop
-        Where along the face width the web begins and ends [mm].
+        Beginning and end of the web along the face width [mm].
     """
 
     rim_radius: float
@@ -33,11 +33,11 @@ class Web:
         return self.stop - self.start
 
     def mirrored(self, face_width: float) -> Web:
-        """The same seen with the axis the other way round."""
+        """The web with the axis reversed."""
         return replace(self, start=face_width - self.stop, stop=face_width - self.start)
 
 
-#: Least thickness of rim and web, and least height of the web [normal modules]: below it they are foils.
+#: Least thickness of rim and web, and least height of the web [normal modules].
 THINNEST = 0.05
 
 
