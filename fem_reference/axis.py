@@ -1,8 +1,8 @@
-"""Functions along the axis of a gear: polynomials, in pieces where the body is wider here than there.
+"""Functions along the axis of a gear: polynomials, piecewise if the width of the body varies.
 
 On each piece they are a straight line between its ends and integrated Legendre polynomials, which are zero there:
 ``axis_functions``, with 1 and t replaced by 1 − η and η where neighbouring pieces share the value between them. A
-single piece keeps 1 and t: even and odd functions do not see each other on straight teeth.
+single piece keeps 1 and t, so that even and odd functions decouple on straight teeth.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class FaceFunctions:
         return len(self.breaks) + sum(count - 2 for count in self.counts)
 
     def of_piece(self, piece: int) -> NDArray:
-        """Numbers of the functions that are not zero on a piece, in ascending degree."""
+        """Functions that are not zero on a piece, in ascending degree."""
         first = len(self.breaks) + [0, *accumulate(count - 2 for count in self.counts)][piece]
         return np.concatenate([[piece, piece + 1], np.arange(first, first + self.counts[piece] - 2)]).astype(int)
 
@@ -50,7 +50,7 @@ class FaceFunctions:
 
     @cached_property
     def degrees(self) -> tuple[NDArray, NDArray]:
-        """Piece that each function belongs to, −1 of those at a break, and its number among those of the piece."""
+        """Piece of each function, −1 at a break, and its number within the piece."""
         piece, number = np.full(self.count, -1), np.zeros(self.count, dtype=int)
         for i in range(len(self.counts)):
             inner = self.of_piece(i)[2:]
@@ -91,7 +91,7 @@ class FaceFunctions:
         return np.where(np.abs(out) > 1e-14 * np.abs(out).max(), out, 0.0)
 
     def _ends(self, piece: int) -> NDArray:
-        """From 1, t, … to the functions of a piece, (count, count): 1 − η, η, …, t = 2η − 1."""
+        """Matrix from 1, t, … to the functions of a piece, (count, count): 1 − η, η, …, t = 2η − 1."""
         T = np.eye(self.counts[piece])
         if len(self.counts) > 1:
             T[:2, :2] = [[0.5, -0.5], [0.5, 0.5]]

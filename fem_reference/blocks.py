@@ -26,7 +26,7 @@ class Cells:
     foot
         Along the part of the fillet below the junction (rim models).
     land
-        Along the root circle between two fillets, where there is any (rim models).
+        Along the root circle between two fillets, if any (rim models).
     rim
         From the root to the bore (rim models).
     rest
@@ -45,7 +45,7 @@ class Cells:
     rest: tuple[int, int] = (1, 2)
 
     def of_tooth(self, d: int) -> Cells:
-        """Cells of tooth d: the neighbours of the loaded tooth are coarser, nothing acts on them."""
+        """Cells of tooth d; the neighbours of the loaded tooth are coarser."""
         if d == 0:
             return self
         halved = {key: max(1, (getattr(self, key) + 1) // 2) for key in ("thickness", "flank", "fillet")}
@@ -61,7 +61,7 @@ class Blocks:
     geo
         ``gmsh.model.geo``.
     body, cells
-        The body, and the fineness of its mesh.
+        The body, and the numbers of its cells.
     structured
         Transfinite blocks; otherwise only their outlines.
     """

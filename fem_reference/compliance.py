@@ -1,7 +1,7 @@
 """Compliance of a tooth flank from one factorisation: all loads at once, displacements of every tooth.
 
 Compliance c(P, Q) [mm/N] is the displacement along the inward normal at P due to a unit force along the inward normal
-at Q. The compression of the material between flank and centre line is left to the contact law, see
+at Q. The contact law contains the compression between flank and centre line, see
 ``gearbench.compliance.local``.
 """
 
@@ -24,7 +24,7 @@ from gearbench.compliance.flank import FlankCompliance, flank_polynomials
 from gearbench.compliance.local import half_space_compression
 from gearbench.geometry.material import Material
 
-#: Neighbours on each side whose displacements are kept.
+#: Neighbours on each side whose displacements are stored.
 NEIGHBOURS = 3
 
 #: Force densities per dR dy on the flank: (R, y) -> (…, load).
@@ -40,7 +40,7 @@ class FlankSolution:
     tooth
         The mesh.
     u
-        Nodal displacements (3·node, load) [mm], for loads of total force as the densities give it.
+        Nodal displacements (3·node, load) [mm], for loads of the total force of the densities.
     solver, seconds
         Solver used; time of assembly and solution.
     """
@@ -84,10 +84,10 @@ def flank_load(tooth: ToothMesh, loads: Loads, d: int = 0) -> NDArray:
 
 
 def flank_compliance(tooth: ToothMesh, material: Material, order: tuple[int, int]) -> FlankCompliance:
-    """Project the compliance of a meshed body onto polynomial loads of the given order, local part taken out.
+    """Compliance of a meshed body, projected onto polynomial loads of the given order, without the local part.
 
-    The remainder is the displacement of the flank surface less the compression of the half-space down to the centre
-    line (``gearbench.compliance.local``); symmetric, and with the contact law it gives back the surface displacement.
+    It is the displacement of the flank surface minus the compression of the half-space down to the centre line
+    (``gearbench.compliance.local``), and symmetric.
     """
     gear = tooth.body.gear
     basis = partial(flank_polynomials, gear, order)

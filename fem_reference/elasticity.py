@@ -23,7 +23,7 @@ from gearbench.geometry.material import lame
 
 @dataclass(frozen=True)
 class ElementKind:
-    """A finite element the reference offers.
+    """A type of finite element.
 
     Parameters
     ----------
@@ -199,7 +199,7 @@ class Space:
         return _upper_csr(np.concatenate(row), np.concatenate(col), np.concatenate(blocks), size)
 
 
-#: Elements handled at once; keeps the work arrays in the cache.
+#: Number of elements at a time, so that work arrays fit into the cache.
 _CHUNK = 512
 _SIMPLEX_NODES = (6, 10)
 
@@ -264,7 +264,7 @@ def _upper_csr(row: NDArray, col: NDArray, blocks: NDArray, size: int) -> sp.csr
 
 @dataclass(frozen=True)
 class Points:
-    """Points in the body and how to interpolate there.
+    """Points in the body with interpolation matrix.
 
     Parameters
     ----------

@@ -37,9 +37,9 @@ class MissingDependencyError(ImportError):
 
 
 def missing_system_packages() -> tuple[str, ...]:
-    """Debian packages whose shared libraries gmsh needs and that cannot be loaded; empty where all is well.
+    """Debian packages of shared libraries that gmsh needs and that cannot be loaded.
 
-    Only the libraries themselves are tried, not gmsh.
+    Only the libraries are tried, not gmsh.
     """
     return tuple(package for library, package in LIBRARIES.items() if not loads(library))
 
@@ -85,7 +85,7 @@ def explain(error: OSError) -> str:
 
 @contextmanager
 def gmsh_model(name: str) -> Iterator[Any]:
-    """Give gmsh with a fresh, empty, silent model; one at a time per process, any thread, as often as wanted."""
+    """Context manager of gmsh with an empty, silent model; one at a time per process, from any thread."""
     gmsh = import_gmsh()
     with _LOCK:
         own = not gmsh.isInitialized()

@@ -1,4 +1,4 @@
-"""The loaded tooth for ParaView: a tooth under the line load that a simulation found, with displacement and stress."""
+"""The loaded tooth for ParaView: a tooth under the line load of a simulation, with displacement and stress."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from gearbench.geometry.pair import Pair
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Mesh of the tooth unless told otherwise: about a second.
+#: Default mesh of the tooth; takes about a second.
 CELLS = Cells(thickness=4, flank=8, fillet=5, width=10)
 
 
@@ -69,7 +69,7 @@ def write_loaded_tooth(
     """Write one tooth under its load as VTU, with ``displacement`` [mm] and ``von_mises`` [N/mm²] at the nodes.
 
     The tooth is clamped at its root. Its load is that of the most loaded pair of teeth at one position of the mesh
-    cycle, spread over a strip two cells wide: the stress right below the contact line depends on the mesh, that at
+    cycle, spread over a strip two cells wide. The stress below the contact line depends on the mesh, the stress at
     the root hardly.
 
     Parameters
@@ -81,14 +81,14 @@ def write_loaded_tooth(
     gear
         0 the pinion, 1 the wheel.
     position
-        Number of the position; the one with the largest force on a tooth where absent.
+        Number of the position; by default the one with the largest force on a tooth.
     cells
         Fineness of the mesh.
 
     Raises
     ------
     InputError
-        If there is no such position.
+        If the position does not exist.
     """
     tooth = tooth_mesh(Body(gear=pair.gears[gear]), cells, "hex27")
     line = line_load(pair, dataset, gear, position, cells)
@@ -106,7 +106,7 @@ def line_load(pair: Pair, dataset: xr.Dataset, gear: int, position: int | None, 
     Raises
     ------
     InputError
-        If there is no such position.
+        If the position does not exist.
     """
     force = (dataset["line_load"] * dataset["segment_length"]).values
     if position is None:
@@ -119,7 +119,7 @@ def line_load(pair: Pair, dataset: xr.Dataset, gear: int, position: int | None, 
     radius = np.hypot(body.base_radius, pair.meshing.along_path(gear, u))
     across = y + pair.overhangs[gear][0]
     if gear == 1:
-        across = body.face_width - across  # meshed is the driving gear's flank
+        across = body.face_width - across  # the driving gear's flank is meshed
     order = np.argsort(across)
     width = dataset["segment_length"].values[position, tooth] * np.cos(pair.meshing.beta_b)
     half = (body.tip_radius - body.form_radius) / cells.flank

@@ -1,9 +1,9 @@
 """Stress along the root fillet over the mesh cycle, from the factorisation that gives the compliance of the flanks.
 
 On the fillet, which carries no load, stress has three components: along the section's outline (a), along the helix (b)
-and the shear between them. Each of them, at some points of the outline and positions along the axis, is one more
-functional of the displacements beside the loads on the flank: the sector is condensed to both, and the circulant system
-gives the stress on every tooth under polynomial loads on one. Loads of any mesh cycle are sums of them.
+and the shear between them. At points of the outline and positions along the axis they are further functionals of
+the displacements: the sector is condensed to them and to the loads on the flank, and the circulant system gives the
+stress on every tooth under polynomial loads on one. Loads of any mesh cycle are sums of these.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from gearbench.geometry.material import Material
 
 #: Points on each edge of a quadrilateral, and along the axis for each polynomial of the loads.
 POINTS, STATIONS = 6, 1.0
-#: Height of the row below the teeth [modules]: where it is thicker, level 4 has the peak 12 % too large, not 0.4 %.
+#: Height of the row below the teeth [modules]: with a thicker row the peak at level 4 is 12 % too large, not 0.4 %.
 RIM = 0.4
 
 

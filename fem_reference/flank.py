@@ -53,7 +53,7 @@ class Flank:
     def below(self, R: NDArray, y: NDArray) -> NDArray:
         """Points (…, 3) where the transverse line of action through (R, y) meets the centre line of the tooth [mm].
 
-        Its radius is r_b / cos γ: a rigid motion in the transverse plane moves both ends of that line alike.
+        Its radius is r_b / cos γ; a rigid motion in the transverse plane moves both ends of that line equally.
         """
         radius = self.gear.base_radius / np.cos(self.gear.load_angle(R))
         return np.concatenate([self._space(np.zeros_like(radius), radius, y), y[..., None]], axis=-1)

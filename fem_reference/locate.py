@@ -16,7 +16,7 @@ class OutsideError(ValueError):
 def interior_points(space: Space, position: NDArray, candidates: int = 24) -> Points:
     """Interpolation at the points ``position`` (point, dim) [mm].
 
-    Points up to 1 % of an element outside are served by the nearest element (boundaries of curved meshes).
+    Points up to 1 % of an element outside use the nearest element (boundaries of curved meshes).
 
     Raises
     ------

@@ -1,8 +1,8 @@
-"""One plain mesh of 20-node hexahedra after the other: the second route, to check the condensed sector by.
+"""A family of plain meshes of 20-node hexahedra, to check the condensed sector.
 
 Mesh m of the family has m cells across the tooth and cells in proportion everywhere else, with the same grading.
-Compliances of the flank converge with order 2.4–2.8 (measured): the load ends at the form circle, where the traction
-jumps, and that, not the polynomial degree of the element, sets the rate. Richardson's value takes 2.6. The error bar is
+Compliances of the flank converge with order 2.4–2.8 (measured): the traction jumps at the form circle, which limits
+the rate. Richardson's value assumes 2.6. The error bar is
 half the difference of the two last Richardson values (their errors fall by a factor of three or more from mesh to
 mesh) or, of two meshes, the difference of Richardson's value and the finer mesh; both have bounded the error against
 much finer meshes.
@@ -26,7 +26,7 @@ from gearbench.geometry.material import Material
 
 #: Order of convergence that Richardson's value assumes.
 RATE = 2.6
-#: Number of unknowns up to which meshes of the family are meant (about 1.5 GB).
+#: Largest number of unknowns of meshes of the family (about 1.5 GB).
 MOST_UNKNOWNS = 130_000
 
 
@@ -49,7 +49,7 @@ def mesh_cells(body: Body, m: int) -> Cells:
 
 
 def unknowns(body: Body, cells: Cells) -> int:
-    """Roughly how many displacement unknowns a hex20 mesh has: 4 nodes per cell and some at the surface."""
+    """Approximate number of unknowns of a hex20 mesh: 4 nodes per cell and some at the surface."""
     section = cells.thickness * (cells.flank + cells.fillet)
     if body.bore_radius is not None:
         side = cells.of_tooth(1)

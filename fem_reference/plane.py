@@ -103,7 +103,7 @@ def solve_strip(
     dofs = free_dofs(free, 2)
     points = surface_points(space, mesh.boundaries["right_flank"], degree=10)
     force = points.load(_pressure(points, body, strip)[:, :, None], space)
-    force /= np.linalg.norm(force.reshape(-1, 2).sum(axis=0))  # unit total force, whatever the quadrature misses
+    force /= np.linalg.norm(force.reshape(-1, 2).sum(axis=0))  # unit total force in spite of quadrature errors
     stiffness = space.stiffness(Lame.of(material.E, material.nu), free)
     u = np.zeros((2 * space.n_nodes, 1))
     u[dofs] = solve(stiffness, force[dofs], solver).x
@@ -139,7 +139,7 @@ class Patch:
 def section_mesh(body: Body, patches: Sequence[Patch], size: float, growth: float = 0.15) -> Any:
     """Curved triangles of the section, boundary nodes on the exact curves, fine in the patches.
 
-    ``size`` of the triangles elsewhere, in normal modules; they grow towards it by ``growth`` per distance.
+    ``size`` of the triangles elsewhere, in normal modules; sizes grow by ``growth`` per distance.
 
     Raises
     ------

@@ -1,9 +1,9 @@
-"""The section of one sector of a gear, in curved quadrilaterals of high order that cannot be turned inside out.
+"""The section of one sector of a gear in curved quadrilaterals of high order with positive Jacobians.
 
 Everything is written in the frame that turns with the screw of the teeth: radius R, angle θ clockwise from the centre
-line of the tooth, position y along the axis, cylindrical components u_R, u_θ, u_y. There all sections are alike, and
-all teeth too. The outline of a generated tooth is a function ψ(R) (half tooth angle) down to a point on the fillet and
-a function R(θ) below it; each quadrilateral is bounded by such a graph and by lines of constant R or θ, and is mapped
+line of the tooth, position y along the axis, cylindrical components u_R, u_θ, u_y. There all sections and all teeth are
+equal. The outline of a generated tooth is a function ψ(R) (half tooth angle) down to a point on the fillet and a
+function R(θ) below it; each quadrilateral is bounded by such a graph and by lines of constant R or θ, and is mapped
 linearly between them. Its Jacobian is then the product of two positive lengths, whatever the outline.
 """
 
@@ -69,7 +69,7 @@ class Outline:
 
     @cached_property
     def junction(self) -> float:
-        """φ of the first point above the root circle where the fillet is as steep as 45°; above it ψ(R) is taken."""
+        """φ of the first point above the root circle where the fillet is 45° steep; above it ψ(R) is used."""
         phi = np.linspace(0.0, float(self.gear.fillet.parameter(self.gear.form_radius)), 4001)[1:]
         R, _, R_phi, psi_phi = self.fillet(phi)
         steep = -psi_phi * R < R_phi
@@ -145,7 +145,7 @@ class Grain:
     across
         Ends of the columns across the tooth, −1 … 1.
     rim, growth
-        Height of the row below the root circle in modules, and how much thicker each next one towards the bore is.
+        Height of the row below the root circle [modules], and growth of rows towards the bore.
     """
 
     degree: int
@@ -270,14 +270,14 @@ class Section:
 
     @cached_property
     def held(self) -> NDArray:
-        """Nodes on it, which do not move; none where springs hold it."""
+        """Fixed nodes; none with springs."""
         if self.body.support is not None:
             return np.zeros(0, dtype=np.intp)
         return np.flatnonzero(self.positions[:, 0] < self.held_radius + 1e-7 * self.body.gear.normal_module)
 
     @cached_property
     def free(self) -> NDArray:
-        """Degrees of freedom that are not held, boolean."""
+        """Free degrees of freedom, boolean."""
         free = np.ones((len(self.positions), 3), dtype=bool)
         free[self.held] = False
         return free.ravel()
@@ -322,7 +322,7 @@ class Section:
         return made[0], made[1], made[2]
 
     def _springs(self, at: Map) -> NDArray | float:
-        """∫ N K Nᵀ |R dθ| of the springs below a quadrilateral, (dof, dof); 0 where it stands on none."""
+        """∫ N K Nᵀ |R dθ| of the springs below a quadrilateral, (dof, dof); 0 without springs."""
         if self.body.support is None:
             return 0.0
         n = self.grain.degree

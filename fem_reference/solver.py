@@ -1,4 +1,4 @@
-"""Sparse direct solution of symmetric positive definite systems, the fastest solver found at run time."""
+"""Sparse direct solution of symmetric positive definite systems with the fastest available solver."""
 
 from __future__ import annotations
 
@@ -91,12 +91,12 @@ def _known_mkl() -> Iterator[None]:
 
 @cache
 def _library() -> Any:
-    """One solver object; making another searches the disk for MKL again."""
+    """One solver object, because every new one searches the disk for MKL."""
     module = _pardiso()
     assert module is not None
     with _known_mkl():
         library = module.PyPardisoSolver(mtype=2)
-    # own choice instead of MKL's defaults: parallel nested dissection, two-level parallel factorisation, no iterative
+    # unlike MKL's defaults: parallel nested dissection, two-level parallel factorisation, no iterative
     # refinement (definite matrices do not need it, and it triples the time of many right-hand sides)
     library.iparm[0] = 1
     for number, value in {2: 3, 10: 8, 24: 1, 25: 1}.items():
@@ -149,7 +149,7 @@ def schur_complement(upper: sp.csr_matrix, load: sp.csr_matrix, kept: NDArray, s
     """
     n, m = len(upper.indptr) - 1, load.get_shape()[1]
     chosen = np.concatenate([kept, np.arange(n, n + m)])
-    # Pardiso wants all entries of the diagonal to be there
+    # Pardiso needs all entries of the diagonal
     corner = sp.diags_array(np.full(m, np.finfo(float).tiny))
     whole = sp.csr_matrix(sp.block_array([[upper, load], [None, corner]], format="csr"))
     whole.sort_indices()
@@ -165,7 +165,7 @@ def schur_complement(upper: sp.csr_matrix, load: sp.csr_matrix, kept: NDArray, s
 
 
 def _schur_pardiso(whole: sp.csr_matrix, chosen: NDArray) -> NDArray:
-    """Schur complement of the unknowns ``chosen``, in ascending order, without solving for any right-hand side."""
+    """Schur complement of the unknowns ``chosen``, in ascending order, without right-hand sides."""
     module = _pardiso()
     if module is None:
         raise ImportError("pypardiso is not installed, or its MKL library cannot be loaded")

@@ -41,7 +41,7 @@ class ToothMesh:
     Parameters
     ----------
     body, cells, kind
-        The settings asked for; ``kind`` is a 3D key of ``fem_reference.elasticity.ELEMENTS``.
+        The settings; ``kind`` is a 3D key of ``fem_reference.elasticity.ELEMENTS``.
     mesh
         scikit-fem mesh [mm] in Cartesian coordinates: y axis = centre line of the loaded tooth at the front face,
         z = position across the face width. Named boundaries: "left_flank", "right_flank", "left_fillet",
@@ -245,7 +245,7 @@ def _blend(points: NDArray, mesh: Any, middle: NDArray, fixed: NDArray) -> None:
     """Let the middles of inner edges follow those of the boundary edges ``fixed``, linearly from row to row.
 
     An edge and the opposite ones in the quadrilaterals of its section are coupled; the harmonic displacement on that
-    graph is the linear blend, and keeps thin cells beside a curved boundary from being turned inside out.
+    graph is the linear blend, and keeps the Jacobians of thin cells at a curved boundary positive.
     """
     flat = np.flatnonzero(np.ptp(mesh.p[2, mesh.facets], axis=0) < 1e-9 * np.ptp(mesh.p[2]))
     a, b, c, d = edges_of(mesh, flat)
@@ -264,7 +264,7 @@ def _blend(points: NDArray, mesh: Any, middle: NDArray, fixed: NDArray) -> None:
 
 
 def straighten_bad(points: NDArray, mesh: Any, edges: NDArray, of_element: NDArray, middle: NDArray) -> None:
-    """Straighten the edges of curved simplices that would be turned inside out (in the cusp at the clamped root).
+    """Straighten the edges of curved simplices with a negative Jacobian (in the cusp at the clamped root).
 
     ``edges`` (2, edge): vertices; ``of_element`` (k, element): edges; ``middle`` (edge,): their nodes in ``points``.
     """

@@ -20,7 +20,7 @@ _NUMBER = re.compile(r"[-+]?(?:\d+\.\d*(?:E[-+]\d+)?|nan)", re.IGNORECASE)
 
 
 class ContactError(RuntimeError):
-    """CalculiX did not solve the contact; the message holds its last words."""
+    """CalculiX did not solve the contact; the message quotes the end of its output."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,7 +51,7 @@ def executable() -> str:
     Raises
     ------
     MissingDependencyError
-        If it is not there; names the Debian package.
+        If it is not installed; names the Debian package.
     """
     found = shutil.which("ccx")
     if found is None:
@@ -74,9 +74,9 @@ def run(text: str, pairs: Sequence[int], *, threads: int = 1) -> list[StepResult
     Raises
     ------
     ContactError
-        If CalculiX gives up.
+        If CalculiX does not converge.
     MissingDependencyError
-        If it is not there.
+        If it is not installed.
     """
     with tempfile.TemporaryDirectory(prefix="gearbench-ccx-") as folder:
         Path(folder, "pair.inp").write_text(text, encoding="ascii")
@@ -113,7 +113,7 @@ def read(printed: str, pairs: Sequence[int]) -> list[StepResult]:
             touching = abs(total[5]) > 0
             force[k], moment[k] = (total[0], total[1]), abs(total[5])
             centre[k] = (middle[0], middle[1]) if touching else (math.nan, math.nan)
-        # the last at this time: a step may end with one more very short part
+        # the last one at this time: a step may end with a very short increment
         steps[round(time)] = StepResult(rotation=rotation, force=force, moment=moment, centre=centre)
     return list(steps.values())
 

@@ -32,11 +32,11 @@ from gearbench.scene import Scene
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Phases at which a coarser mesh and a stiffer contact tell the error.
+#: Number of phases computed with a coarser mesh and a stiffer contact for the error.
 _CHECKED = 3
-#: How much less accurate the compliance of the bodies is that tells its error.
+#: Factor on the accuracy of the bodies for the error of their compliance.
 _COARSE = 5.0
-#: Error bar that is asked for, over the mean STE, and how often meshes are refined for it.
+#: Requested error bar over the mean STE, and largest number of refinements.
 ERROR_BAR, _REFINEMENTS = 0.005, 3
 
 
@@ -54,7 +54,7 @@ def contact_cycle(
     """Mesh cycle by contact finite elements on the whole bodies held at their bores.
 
     Frictionless. Spur pairs in plane strain, tips, flanks and fillets of all near tooth pairs; helical pairs, and with
-    ``SpatialSettings`` spur pairs, with their finite width. Of the effects of the scene, its gaps, cut from the flanks.
+    ``SpatialSettings`` spur pairs, with their finite width. Gap effects of the scene are cut from the flanks.
 
     Parameters
     ----------
@@ -63,15 +63,15 @@ def contact_cycle(
     phases
         Number of uniform mesh phases, or the phases themselves, ascending.
     torques
-        Torques on the pinion [N·m], rising, in place of the scene's; they become the dimension ``torque``.
+        Rising torques on the pinion [N·m] instead of the scene's; they become the dimension ``torque``.
     width_factor
         Factor on the elastic deflections in plane strain, not on gaps; narrow teeth deflect some 3 % more.
     settings, workers
-        How each phase is computed to begin with, and how many at a time (one, where the width is finite).
+        Initial settings of a phase, and number of parallel phases (one for finite width).
     error_bar
         Error bar over the mean transmission error for which meshes, contact and bodies are refined, thrice at most.
     report
-        Told of each phase that is solved. Phases are kept on disk: a run that was interrupted goes on.
+        Called after each phase. Phases are stored on disk, so that an interrupted run continues.
 
     Returns
     -------
@@ -84,7 +84,7 @@ def contact_cycle(
     InputError
         If the pair lacks bores, or is helical and plane strain is asked for, or the torques do not rise.
     MissingDependencyError, ContactError
-        If CalculiX is not there; if it does not solve a phase.
+        If CalculiX is not installed or does not solve a phase.
     """
     start = time.perf_counter()
     loads = tuple(torques) if torques is not None else (scene.load.torque,)
@@ -109,7 +109,7 @@ def _mesh_cycle(scene: Scene, phases: Phases, q: NDArray, k: NDArray) -> MeshCyc
 
 
 def halfway(dataset: xr.Dataset, pair: Pair) -> NDArray:
-    """Mesh phases amid those of both gears, of a mesh cycle by contact finite elements, (…, position).
+    """Mesh phases half-way between both gears, for a mesh cycle by contact finite elements, (…, position).
 
     They hold the wheel at ``mesh_phase``; the pinion is ahead of it by the transmission error. Contact on lines counts
     the phase between the two (T3 of docs/theory.md): models are compared there.
@@ -119,7 +119,7 @@ def halfway(dataset: xr.Dataset, pair: Pair) -> NDArray:
 
 
 def _alike(phases: Sequence[float]) -> tuple[NDArray, NDArray]:
-    """Phases that all weigh the same."""
+    """Phases of equal weight."""
     return np.array(phases), np.full(len(phases), 1 / len(phases))
 
 
@@ -183,7 +183,7 @@ def _checked(
     phase: NDArray,
     settings: Settings | SpatialSettings,
 ) -> _Checks:
-    """Phases that tell the error of all."""
+    """Phases that determine the error bar."""
     at = np.unique(np.linspace(0, len(phase) - 1, _CHECKED + 2).astype(int)[1:-1])
     if isinstance(settings, Settings):
         coarser = replace(settings, fineness=settings.fineness.halved())
@@ -218,7 +218,7 @@ def _phases(
     phase: NDArray,
     settings: Settings | SpatialSettings,
 ) -> list[PhaseResult]:
-    """Phases, from the cache where they were solved before."""
+    """Phases, from the cache if available."""
     gaps = tuple(effect for effect in scene.flank_effects if isinstance(effect, GapEffect))
     spatial = isinstance(settings, SpatialSettings)
     solve = solve_spatial if spatial else solve_phase

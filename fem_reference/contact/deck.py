@@ -41,7 +41,7 @@ def deck(
     """The input file: plane strain of the given thickness [mm], frictionless face-to-face contact of every pair.
 
     ``penalty``: pressure per overclosure [MPa/mm]; ``slaves``: of each tooth pair the gear whose faces look for those
-    of its mate. It must be the one whose corner may touch: a corner that presses on the middle of a face is not found.
+    of its mate. It must be the gear whose corner may touch: a corner that presses on the middle of a face is not found.
     """
     shift = meshes[0].points.shape[1]
     start = [0, shift]

@@ -1,4 +1,4 @@
-"""Strips are laid where flanks are expected to touch; what a solution on them shows corrects where, and how fine."""
+"""Strips where flanks are expected to touch, corrected by solutions on them."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from gearbench.geometry.pair import Pair
 
 #: Stiffness of a pair of steel teeth for a first guess of the deflection [N/mm per mm].
 _STIFFNESS = 14e3
-#: How far beyond the expected deflection flanks are meshed, and beyond one that is known.
+#: Factors on the expected and on the known deflection up to which flanks are meshed.
 _MARGIN, _KNOWN = 2.5, 1.2
-#: Half-widths of Hertz's strip that must fit into a strip as often.
+#: Half-widths of Hertz's strip that must fit into a strip.
 _ROOM = 1.2
-#: Ends of layers that are loaded, where not all are: fewer do not resolve a short patch, as many as these do.
+#: Least number of loaded ends of layers that resolves a short patch.
 _FEW, _ENOUGH = 6, 14
-#: Part of the greatest line load below which a short patch makes no difference.
+#: Share of the largest line load below which a short patch is ignored.
 _FAINT = 0.1
 #: How fast layers grow beside a short patch, per distance.
 _GROWTH = 0.4
@@ -112,7 +112,7 @@ class Laying:
     patches: dict[int, tuple[float, float]] = field(default_factory=dict)
 
     def corrected(self, approach: float, loads: dict[int, LineLoad], fineness: Fineness, least: float) -> Laying:
-        """The same where the strips sufficed for the ``approach`` [mm] and the ``loads`` of the tooth pairs.
+        """The laying for the computed ``approach`` [mm] and ``loads`` of the tooth pairs; unchanged if it sufficed.
 
         ``least``: separation of the flanks that are nearest [mm].
         """
@@ -130,7 +130,7 @@ class Laying:
 def first_laying(
     pair: Pair, effects: tuple[GapEffect, ...], phase: float, force: float
 ) -> tuple[Laying, dict[int, list[Slice]]]:
-    """Laying for a force F_bt [N] that all lines share evenly, and sections of all tooth pairs that come near."""
+    """Laying for a force F_bt [N] shared evenly by all lines, and sections of all tooth pairs that come near."""
     meshing, b = pair.meshing, pair.meshing.face_width
     rise = b * math.tan(meshing.beta_b) / meshing.base_pitch
     length = (meshing.path_end - meshing.path_start) / meshing.base_pitch

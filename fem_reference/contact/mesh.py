@@ -1,4 +1,4 @@
-"""Sections of both gears in curved triangles where they stand, fine where flanks may touch."""
+"""Sections of both gears in their positions, in curved triangles that are fine where flanks may touch."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from fem_reference.contact.placement import Placement, Touch
 from fem_reference.plane import Patch, section_mesh
 from fem_reference.section import Body, on_tooth
 
-#: Teeth on the sector, where the gear has more.
+#: Largest number of teeth on the sector.
 _TEETH = 7
 #: Boundaries of a tooth that may touch.
 _TOUCHING = ("right_fillet", "right_flank", "tip")
@@ -48,7 +48,7 @@ class Fineness:
 
 @dataclass(frozen=True, kw_only=True)
 class GearMesh:
-    """Section of one gear where it stands.
+    """Section of one gear in its position.
 
     Parameters
     ----------

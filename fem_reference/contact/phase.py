@@ -20,7 +20,7 @@ INCREMENT = 0.02
 _GUESS = 1 / 14e3
 #: Penalty p/δ = this · E*/a; the pairs then sink into one another by less than a thousandth of their deflection.
 _PENALTY = 70.0
-#: How far apart torques may be that share a mesh: its elements suit the least, the part that is fine the greatest.
+#: Largest ratio of torques that share a mesh: its elements suit the smallest torque, its fine part the largest.
 _SPAN = 5.0
 
 
@@ -31,7 +31,7 @@ class Settings:
     Parameters
     ----------
     fineness
-        Of the meshes.
+        Fineness of the meshes.
     penalty
         Contact stiffness, as a multiple of the usual one.
     large_displacements
@@ -46,14 +46,14 @@ class Settings:
 def solve_phase(
     pair: Pair, gaps: tuple[GapEffect, ...], phase: float, torques: tuple[float, ...], settings: Settings
 ) -> PhaseResult:
-    """A phase under rising torques [N·m], from the cache where the same was computed before.
+    """A phase under rising torques [N·m], from the cache if available.
 
-    Elements where flanks touch suit the width of the strip under each load: torques far apart have meshes of their own.
+    Elements of touching flanks suit the width of the strip, so torques far apart have different meshes.
 
     Raises
     ------
     ContactError, MissingDependencyError, MeshingError
-        As CalculiX and the mesher fail.
+        If CalculiX or the mesher fails.
     """
     effects = [(effect.name, asdict(effect)) for effect in gaps]
     key = [asdict(pair), effects, phase, torques, asdict(settings), version()]

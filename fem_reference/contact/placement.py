@@ -1,4 +1,4 @@
-"""Two gears turned as rigid bodies to a mesh phase: where their flanks come closest.
+"""Two gears turned as rigid bodies to a mesh phase, and the points where their flanks come closest.
 
 The pinion's centre is the origin, the wheel's lies at (0, a'). Each gear's own frame has its tooth 0 on +y and its
 loaded flanks on the right; the wheel's frame is turned by 180°. Angles are clockwise from +y of the own frame.
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from fem_reference.contact.profile import Profile
 from gearbench.geometry.pair import Pair
 
-#: Points on each profile where the separation is looked for.
+#: Points on each profile for the search of the least separation.
 _POINTS = 4000
 
 
@@ -29,7 +29,7 @@ class Touch:
     pair
         Number k of the tooth pair.
     gap
-        Least separation along the line of action from where the pinion stands, r_b1 Δφ [mm].
+        Least separation along the line of action from the position of the pinion, r_b1 Δφ [mm].
     radii
         Radii of the touching points on pinion and wheel [mm].
     """
@@ -52,7 +52,7 @@ class Placement:
     profiles
         Right flanks of both gears, modified.
     advance
-        By how much the pinion is turned ahead of the conjugate position, r_b1 φ [mm].
+        Rotation of the pinion ahead of the conjugate position, r_b1 φ [mm].
     """
 
     pair: Pair
@@ -87,7 +87,7 @@ class Placement:
         return (k - self.central) * (1 if index == 0 else -1)
 
     def placed(self, index: int, xy: NDArray) -> NDArray:
-        """Points (2, n) of a gear's own frame where the gears stand."""
+        """Points (2, n) of a gear's frame in the common frame."""
         angle = self._turn(index)
         cos, sin = math.cos(angle), math.sin(angle)
         turned = np.array([[cos, sin], [-sin, cos]]) @ xy

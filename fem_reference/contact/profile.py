@@ -1,4 +1,4 @@
-"""Right flanks as they are made: the involute less the material that the gaps of a scene take away."""
+"""Manufactured right flanks: the involute without the material removed by the gaps of a scene."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from gearbench.effects.profile_relief import ProfileRelief
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.pair import Pair
 
-#: Steps of the fixed point for the roll length: each gains a factor of its slope, some hundredths.
+#: Fixed-point steps for the roll length; each gains a factor of about a hundred.
 _STEPS = 5
 
 
@@ -24,9 +24,9 @@ class Profile:
     Parameters
     ----------
     pair, index
-        The pair, and which gear of it.
+        The pair, and the gear.
     effects
-        Effects that take material away. One that does not say from which gear is cut from the pinion.
+        Effects that remove material. Effects without a gear are cut from the pinion.
     y
         Position across the face [mm]; by default its middle.
     """

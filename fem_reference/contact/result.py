@@ -1,4 +1,4 @@
-"""Results of a mesh phase by contact finite elements, kept on disk."""
+"""Results of a mesh phase by contact finite elements, stored on disk."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ class PhaseResult:
     Parameters
     ----------
     approach
-        q [mm], how far the pinion turns beyond the conjugate position, along the line of action, (torque,).
+        q [mm], rotation of the pinion beyond the conjugate position along the line of action, (torque,).
     stiffness
         ∂F_bt/∂q [N/mm], (torque,).
     share
-        Tooth pair → its share of the torque, (torque,).
+        Tooth pair → share of the torque, (torque,).
     radius
         Tooth pair → radius on the pinion where it touches [mm], NaN where it does not, (torque,).
     """
@@ -49,9 +49,9 @@ def joined(runs: Sequence[PhaseResult]) -> PhaseResult:
 
 
 def kept(key: list[Any], compute: Callable[[], PhaseResult]) -> PhaseResult:
-    """A result from the cache where the same was computed before: same ``key``, same program.
+    """A result from the cache, if ``key`` and program are the same.
 
-    One that is damaged is computed again.
+    Damaged entries are computed again.
     """
     digest = hashlib.sha256(json.dumps([*key, _code()], sort_keys=True, default=repr).encode()).hexdigest()[:32]
     path = cache_folder() / f"contact-{digest}.json"

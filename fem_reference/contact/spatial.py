@@ -9,8 +9,8 @@ condensed and added instead (F1 of docs/theory.md):
 Fᵀ K⁻¹ F: a tooth clamped at its foot, in elements that resolve the strip (``fem_reference.contact.tooth``), under the
 functions of the pressure. B: the whole gear on its bore (``fem_reference.circulant``) under loads that are polynomials
 on the flanks, from tooth to tooth. P: the clamped tooth under those polynomials, and M the moments of the pressure with
-them, so that the foot and the rest of the gear are exchanged and nothing counts twice: by how much the gear is softer
-than the clamped tooth is smooth. The pressures then follow from the gaps: none is negative, none acts across a gap.
+them, so that the foot is replaced by the whole gear and nothing counts twice. The difference of gear and clamped tooth
+is smooth. The pressures then follow from the gaps: none is negative, none acts across a gap.
 """
 
 from __future__ import annotations
@@ -38,12 +38,12 @@ from gearbench.errors import GearbenchError
 from gearbench.geometry.gear import Gear
 from gearbench.geometry.pair import Pair
 
-#: How often strips are laid anew at most.
+#: Largest number of times that strips are laid.
 _LAYINGS = 5
 
 
 class StripError(GearbenchError):
-    """Flanks touch outside the strips, or on a patch they do not resolve, however often they are laid anew."""
+    """Flanks touch outside the strips, or on an unresolved patch, after the last attempt."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,9 +53,9 @@ class SpatialSettings:
     Parameters
     ----------
     fineness
-        Of strips and teeth.
+        Fineness of strips and teeth.
     accuracy
-        Of the compliance of the whole gears.
+        Accuracy of the compliance of the whole gears.
     """
 
     fineness: Fineness = field(default_factory=Fineness)
@@ -79,7 +79,7 @@ class Bodies:
 
 
 def bodies_of(pair: Pair, accuracy: float) -> Bodies:
-    """Both gears, from the cache where they were computed before."""
+    """Both gears, from the cache if available."""
     found = [
         cached_compliance(meshed_body(pair, index, on_body=True), pair.materials[index], accuracy) for index in (0, 1)
     ]
@@ -93,14 +93,14 @@ def solve_spatial(
     torques: tuple[float, ...],
     settings: SpatialSettings | None = None,
 ) -> PhaseResult:
-    """A phase under torques [N·m], each with strips of its own; from the cache where the same was computed before.
+    """A phase under torques [N·m], each with its strips, from the cache if available.
 
     Raises
     ------
     StripError
-        If flanks touch where no strip was laid.
+        If flanks touch outside the strips.
     AccuracyError, MeshingError
-        As the bodies fail.
+        If the bodies fail.
     """
     chosen = settings or SpatialSettings()
     key = [asdict(pair), [(effect.name, asdict(effect)) for effect in effects], phase, torques, asdict(chosen)]
@@ -123,7 +123,7 @@ def _solve(
 def _settled(
     pair: Pair, effects: tuple[GapEffect, ...], phase: float, force: float, bodies: Bodies, fineness: Fineness
 ) -> _Balance:
-    """Balance on strips that suffice for it, laid anew until they do."""
+    """Balance on sufficient strips, laid again until they suffice."""
     laying, sections = first_laying(pair, effects, phase, force)
     for _ in range(_LAYINGS):
         strips = lay_strips(pair, effects, phase, laying, sections, fineness)

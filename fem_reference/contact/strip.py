@@ -1,7 +1,7 @@
-"""The strip along which the flanks of a tooth pair come near one another, section by section across the face width.
+"""The strip along which the flanks of a tooth pair come close, section by section across the face width.
 
-Points of a gear keep their y when it turns: each transverse section is a spur pair at its own mesh phase, and where its
-flanks come closest is found by search, tips included. Around that point both flanks are heights over the common
+Points keep their y when a gear turns, so each transverse section is a spur pair at its mesh phase. The closest points
+of its flanks, tips included, are found by search. Around that point both flanks are heights over the common
 tangent; x counts along it, towards the tip of the pinion.
 """
 
@@ -31,7 +31,7 @@ class Slice:
     Parameters
     ----------
     gap
-        Least separation along the line of action, transverse [mm]; infinite where no point of one reaches the other.
+        Least separation along the line of action, transverse [mm]; infinite if the flanks cannot touch.
     lever
         Lever arm of the common normal about the pinion's axis over its base radius.
     radii

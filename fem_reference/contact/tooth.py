@@ -1,8 +1,8 @@
-"""A tooth in hexahedra that are fine along the strip where it is touched, wherever that runs on the flank.
+"""A tooth in hexahedra that are fine along its contact strip.
 
 Coordinates: the level ξ up the tooth, from the fillet to the tip; the share t = −1 … 1 across it, θ = t ψ(R), 1 on the
 loaded flank; y across the face. Levels are crowded around the strip and follow it: R(ξ, y). The tooth is clamped at its
-foot; how far it gives way there is the gear's compliance, see ``fem_reference.contact.spatial``.
+foot; the compliance of the gear is added by ``fem_reference.contact.spatial``.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class Grading:
     far
         Away from it [mm].
     growth
-        How fast they grow between the two, per distance.
+        Growth between the two, per distance.
     """
 
     near: float
@@ -80,7 +80,7 @@ class FineTooth:
     def radii(self) -> NDArray:
         """R of the levels and their middles at the ends and in the middles of the layers, (2·level + 1, 2·layer + 1).
 
-        In the middles their means: whatever the strip does, no element is turned inside out.
+        Middles are means, so that Jacobians are positive for any strip.
         """
         R, length = self._outline
         ends = np.interp(self.strip, R, length)

@@ -1,1 +1,1 @@
-"""Tooth compliance by the Ritz method: bases, energies, and their symbolic twins."""
+"""Compliance of teeth and gear bodies by the Ritz method."""

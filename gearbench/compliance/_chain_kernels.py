@@ -1,8 +1,7 @@
-"""Compiled elimination of a chain of blocks, with the routines of BLAS and LAPACK that SciPy hands out for C.
+"""Compiled elimination of a chain of blocks, with SciPy's BLAS and LAPACK routines.
 
-The block that is eliminated and the next two are held with their rows of the right-hand sides, so that all stays in the
-processor's cache; Python's lock is not needed. Arrays have rows first; LAPACK, which has columns first, sees them
-transposed.
+Three blocks at a time and their rows of the right-hand sides stay in the processor's cache; Python's lock is released.
+Arrays have rows first; LAPACK sees them transposed.
 """
 
 from __future__ import annotations
@@ -34,7 +33,7 @@ _call = caller()
 
 @part()
 def _factor(at, size, blas):
-    """L of the matrix at ``at`` in the place of its lower half; False if it is not positive definite."""
+    """Replace the lower half of the matrix at ``at`` by L; False if it is not positive definite."""
     numbers, routines, letters, _ = blas
     numbers[_ROWS], numbers[_INFO] = size, 0
     n = np.int64(numbers.ctypes.data)
@@ -44,7 +43,7 @@ def _factor(at, size, blas):
 
 @part()
 def _multiply_by_inverse(factor, right, size, columns, blas):
-    """L⁻¹ B in the place of B, ``columns`` wide; L⁻¹ in the place of L."""
+    """Replace B, ``columns`` wide, by L⁻¹ B and L by L⁻¹."""
     numbers, routines, letters, factors = blas
     numbers[_ROWS], numbers[_COLUMNS] = columns, size
     n = np.int64(numbers.ctypes.data)
@@ -56,9 +55,9 @@ def _multiply_by_inverse(factor, right, size, columns, blas):
 
 @part()
 def _solve(factor, right, size, columns, blas):
-    """L⁻¹ B in the place of B, ``columns`` wide; L is lost.
+    """Replace B, ``columns`` wide, by L⁻¹ B; L is lost.
 
-    By halves that are inverted: products take two thirds of the time of solving with blocks of this size.
+    Halves are inverted, because products take two thirds of the time of solving at this block size.
     """
     half, line = size // 2, 8 * blas[0][_LEADING]
     if half:
@@ -70,7 +69,7 @@ def _solve(factor, right, size, columns, blas):
 
 @part()
 def _subtract(into, left, right, rows, columns, inner, transposed, blas):
-    """C − AᵀB in the place of C (rows, columns), or C − A B where ``transposed`` is the letter for no."""
+    """Replace C (rows, columns) by C − AᵀB, or by C − A B if ``transposed`` is the letter for no."""
     numbers, routines, letters, factors = blas
     numbers[_ROWS], numbers[_COLUMNS], numbers[_INNER] = columns, rows, inner
     n = np.int64(numbers.ctypes.data)
@@ -81,7 +80,7 @@ def _subtract(into, left, right, rows, columns, inner, transposed, blas):
 
 @part()
 def _add_square(into, factor, rows, inner, blas):
-    """C + AᵀA in the place of the lower half of C, the compliance."""
+    """Replace the lower half of C, the compliance, by C + AᵀA."""
     numbers, routines, letters, factors = blas
     numbers[_ROWS], numbers[_INNER] = rows, inner
     n = np.int64(numbers.ctypes.data)
@@ -92,7 +91,7 @@ def _add_square(into, factor, rows, inner, blas):
 
 @part(FUSED)
 def _sum_of_two(into, column, values, rows, columns, offset, factor):
-    """The sum of two matrices times factors in ``into``, from a column on."""
+    """Write the weighted sum of two matrices into ``into``, from a column on."""
     a, b = factor[0], factor[1]
     for r in range(rows):
         line = into[r, column : column + columns]
@@ -108,7 +107,7 @@ def _sum_of_two(into, column, values, rows, columns, offset, factor):
 
 @part(FUSED)
 def _assemble(rows, i, chain, sides):
-    """The rows of block i from those not yet eliminated: itself, the next two, the right-hand sides."""
+    """Assemble the rows of block i: itself, the next two blocks, the right-hand sides."""
     sizes, values, offset, factor = chain
     begun, starts, side_offset, side_factor = sides
     band = rows.shape[1] - starts[-1]
@@ -129,7 +128,7 @@ def _assemble(rows, i, chain, sides):
 
 @part()
 def _eliminate(own, next1, next2, compliance, sizes, i, wide, blas):
-    """Eliminate block i; addresses of the right-hand sides in its rows and the next two', and of the compliance."""
+    """Eliminate block i, given addresses of the right-hand sides of three blocks and of the compliance."""
     n, n1, n2 = sizes[i], sizes[i + 1], sizes[i + 2]
     own1, own2 = own - 8 * (n1 + n2), own - 8 * n2
     if not _factor(own1 - 8 * n, n, blas):
@@ -151,7 +150,7 @@ def _eliminate(own, next1, next2, compliance, sizes, i, wide, blas):
 
 @part()
 def _both_halves(result, lower, columns):
-    """The symmetric matrix of a lower half whose rows and columns are ``columns`` of the result."""
+    """The symmetric matrix of a lower half, with rows and columns moved to ``columns``."""
     for i in range(len(columns)):
         for j in range(i + 1):
             result[columns[i], columns[j]] = lower[i, j]
@@ -175,7 +174,7 @@ def chain_compliance(result, held, lower, columns, chain, sides, numbers, routin
         Number of groups of columns that have begun at each block, or above it, (count,); first of the ``columns`` of
         each group, and the number of them all, (groups + 1,); blocks of B likewise, (count, groups, 2).
     numbers, routines
-        Memory for what BLAS is called with, six integers of 32 bits; ``gearbench.compliance.lapack.addresses``.
+        Memory for the arguments of BLAS, six integers of 32 bits; ``gearbench.compliance.lapack.addresses``.
     """
     sizes, begun, starts = chain[0], sides[0], sides[1]
     count, (_, most, line) = len(begun), held.shape

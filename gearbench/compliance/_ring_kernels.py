@@ -1,7 +1,7 @@
-"""Compiled systems of a ring, and of a tooth on it, with the routines of BLAS and LAPACK that SciPy hands out for C.
+"""Compiled systems of a ring and of a tooth on it, with SciPy's BLAS and LAPACK routines.
 
-One harmonic, or wave, after the other, so that what it needs stays in the processor's cache; Python's lock is not
-needed. Arrays have rows first; LAPACK, which has columns first, sees them transposed.
+One harmonic or wave after the other, so that its data stay in the processor's cache; Python's lock is released. Arrays
+have rows first; LAPACK sees them transposed.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ _call = caller()
 
 @part()
 def _factor(A, size, leading, blas):
-    """L of the matrix at A in the place of its lower half; False if it is not positive definite."""
+    """Replace the lower half of A by L; False if it is not positive definite."""
     routines, letters, _, numbers = blas
     numbers[0], numbers[1], numbers[2] = size, leading, 0
     n = np.int64(numbers.ctypes.data)
@@ -42,7 +42,7 @@ def _factor(A, size, leading, blas):
 
 @part()
 def _solve(L, leading, B, rows, columns, blas):
-    """L⁻¹ B in the place of B (rows, columns)."""
+    """Replace B (rows, columns) by L⁻¹ B."""
     routines, letters, factors, numbers = blas
     numbers[0], numbers[1], numbers[2] = columns, rows, leading
     n = np.int64(numbers.ctypes.data)
@@ -62,7 +62,7 @@ def _multiply(A, B, rows, columns, C, blas):
 
 @part()
 def _square(A, shape, transposed, factor, C, blas):
-    """C + ``factor`` · AᵀA of A (rows, columns), or AAᵀ, in the place of the lower half of C."""
+    """Replace the lower half of C by C + ``factor`` · AᵀA, or AAᵀ, of A (rows, columns)."""
     routines, letters, factors, numbers = blas
     rows, columns = shape
     size = rows if transposed else columns
@@ -99,7 +99,7 @@ def assemble(along, across, K):
 
 @entry(SUMS)
 def condense(along, across, edge, found, routines):
-    """ĉ (harmonic, n, n) of functions along R of which the last one alone, ``edge`` there, moves the rim (R3).
+    """ĉ (harmonic, n, n); only the last function along R, ``edge`` at the rim, moves the rim (R3).
 
     False if a matrix is not positive definite.
     """
@@ -127,7 +127,7 @@ def condense(along, across, edge, found, routines):
 
 @part(FUSED)
 def _lend(P, low, softness):
-    """P (n, low) times L⁻ᵀ in its place, L Lᵀ = ``softness`` − P[low]."""
+    """Replace P (n, low) by P L⁻ᵀ, with L Lᵀ = ``softness`` − P[low]."""
     count = len(low)
     L = np.empty((count, count))
     for i in range(count):

@@ -1,4 +1,4 @@
-"""One-dimensional families of polynomials that Ritz fields are made of, with their derivatives and quadrature.
+"""One-dimensional polynomials of the Ritz fields, with derivatives and quadrature.
 
 Height functions vanish at the clamped root: f_k(ξ) = ∫₀^ξ P_k, shifted Legendre P_k, scaled so that the derivatives
 are orthonormal; they span ξ·(polynomials) and keep the stiffness well conditioned at any order. Width (and thickness)
@@ -33,8 +33,8 @@ def height_functions(count: int, xi: ArrayLike) -> tuple[NDArray, NDArray]:
 def jointed_height_functions(counts: tuple[int, int], joint: float, xi: ArrayLike) -> tuple[NDArray, NDArray]:
     """Height functions of two families that meet at ξ = ``joint``, and their derivatives, each (…, lower + upper).
 
-    The lower ones stay above it as they end there, the upper ones begin there. Together they are continuous, with a
-    kink at the joint, and their derivatives orthogonal.
+    The lower functions are constant above the joint, the upper ones begin there. Sums are continuous with a kink at the
+    joint, and the derivatives are orthogonal.
     """
     xi = np.asarray(xi, dtype=float)
     low, high = xi / joint, (xi - joint) / (1 - joint)
@@ -66,8 +66,8 @@ def width_functions(count: int, eta: ArrayLike) -> tuple[NDArray, NDArray]:
 def axis_functions(count: int, eta: ArrayLike) -> tuple[NDArray, NDArray]:
     """1, t and integrated Legendre functions of t = 2η − 1, alternately even and odd, and their derivatives by η.
 
-    They span the same polynomials as ``width_functions``. In ∫ a b, ∫ a b′ and ∫ a′ b′ each one meets only itself, its
-    neighbours, and the next but one: systems made of them are chains.
+    They span the same polynomials as ``width_functions``. ∫ a b, ∫ a b′ and ∫ a′ b′ vanish beyond the next but one
+    neighbour, so that systems are chains.
     """
     t = 2 * np.asarray(eta, dtype=float) - 1
     p = legendre.legvander(t, max(count, 1)).reshape(*t.shape, -1)
@@ -89,7 +89,7 @@ def gauss(points: int, start: float = 0.0, stop: float = 1.0) -> tuple[NDArray, 
 
 @lru_cache(maxsize=128)
 def _leggauss(points: int) -> tuple[NDArray, NDArray]:
-    """Nodes and weights on [−1, 1], kept: the same few are asked for again and again."""
+    """Nodes and weights on [−1, 1], cached."""
     t, w = legendre.leggauss(points)
     t.flags.writeable = w.flags.writeable = False
     return t, w
@@ -100,9 +100,8 @@ def height_quadrature(
 ) -> tuple[NDArray, NDArray]:
     """Nodes and weights on ξ ∈ [0, 1], one Gauss panel between ``breaks``.
 
-    ``branches``: positions c where the thickness grows like a power of √(ξ − c): the root circle, which a generated
-    fillet meets tangentially, and the base circle, where the involute begins, inside [0, 1] or below it. A panel above
-    one is mapped by ξ = c + t², in which the thickness is smooth.
+    ``branches``: positions c at which the thickness grows like a power of √(ξ − c): root circle and base circle, inside
+    [0, 1] or below it. A panel above such a position is mapped by ξ = c + t², in which the thickness is smooth.
     """
     inside = [x for x in breaks if 1e-6 < x < 1 - 1e-6]
     nodes, weights = [], []
@@ -120,7 +119,7 @@ def height_quadrature(
 
 
 def sampled(most: int, ratio: float) -> NDArray:
-    """0, 1, 2, … and then ever wider apart, up to ``most``, each about ``ratio`` times the one before."""
+    """0, 1, 2, …, then about in geometric progression with ``ratio``, up to ``most``."""
     n = [0, 1, 2, 3, 4, 5]
     while n[-1] < most:
         n.append(min(most, max(n[-1] + 1, round(n[-1] * ratio))))
@@ -128,9 +127,9 @@ def sampled(most: int, ratio: float) -> NDArray:
 
 
 def spline_weights(knots: NDArray, at: NDArray, degree: int) -> NDArray:
-    """Weights of values at ``knots`` in their spline of a ``degree``, not a knot at the ends, (at, knots).
+    """Weights of values at ``knots`` in their not-a-knot spline of a ``degree``, (at, knots).
 
-    Where there are too few knots the degree is the next odd one below.
+    With too few knots the degree is reduced to the next odd one.
     """
     from scipy.interpolate import make_interp_spline
 

@@ -1,4 +1,4 @@
-"""Symmetric positive definite systems whose blocks form a chain: each is coupled to the next two only."""
+"""Symmetric positive definite systems whose blocks form a chain: each block couples only to the next two."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from gearbench.compliance.lapack import addresses
 
 @dataclass(frozen=True, kw_only=True)
 class Sums:
-    """Many matrices, each of them the sum of two given ones times factors.
+    """Many matrices, each a weighted sum of two given ones.
 
     Parameters
     ----------
     matrices
-        Those given.
+        The given matrices.
     which
-        Two numbers of given ones for each matrix, (…, 2).
+        Numbers of two given matrices for each sum, (…, 2).
     factors
-        Their factors, (…, 2); where the second is zero, its matrix does not matter.
+        Weights, (…, 2); if the second is zero, its matrix is ignored.
     """
 
     matrices: Sequence[NDArray]
@@ -31,7 +31,7 @@ class Sums:
     factors: NDArray
 
     def matrix(self, *index: int) -> NDArray:
-        """One of them."""
+        """One of the matrices."""
         (i, j), (a, b) = self.which[index], self.factors[index]
         return a * self.matrices[i] + b * self.matrices[j] if b else a * self.matrices[i]
 
@@ -59,9 +59,9 @@ class Chain:
     Parameters
     ----------
     sizes
-        Of the blocks, (count,).
+        Sizes of the blocks, (count,).
     blocks
-        (apart, i): the block between unknowns i and i + ``apart``, 0, 1, 2; those beyond the end do not matter.
+        (apart, i): the block between unknowns i and i + ``apart``, 0, 1, 2; blocks beyond the end are ignored.
     """
 
     sizes: NDArray
@@ -91,7 +91,7 @@ class Chain:
         return float(np.linalg.cond(K * scale * scale[:, None]))
 
     def compliance(self, right: NDArray | Sides) -> NDArray:
-        """Bᵀ K⁻¹ B of right-hand sides B (n, m): a group of columns costs nothing above the block in which it begins.
+        """Bᵀ K⁻¹ B of right-hand sides B (n, m): a group of columns is free above its first block.
 
         Raises
         ------

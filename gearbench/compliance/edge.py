@@ -1,10 +1,9 @@
-"""Free edge of a tooth's tip in the contact law: softer than a half-space, counted once.
+"""Free edge of a tooth tip in the contact law, which is softer than a half-space.
 
-A contact law stands for the compression of a half-space, the tooth's own compliance for the rest, projected onto a few
-polynomials of R along the flank. Near the edge of the tip the flank is that of a wedge. By how much it is softer than
-a half-space, W(r, r₀), has a logarithm at the edge that these polynomials cannot follow: they hold Π W Π, and the law
-must add W − Π W Π (E4 of docs/theory.md). Whatever is smooth, such as how a wedge is held far away, drops out of
-it.
+A contact law contains the compression of a half-space; the tooth's compliance contains the rest, projected onto a few
+polynomials of R. Near the tip the flank is that of a wedge. Its additional compliance W(r, r₀) has a logarithm at the
+edge that the polynomials cannot represent: they contain Π W Π, so the law adds W − Π W Π (E4 of docs/theory.md).
+Smooth parts, such as the distant support of the wedge, cancel.
 """
 
 from __future__ import annotations
@@ -33,7 +32,7 @@ def tip_angle(gear: Gear) -> float:
 
 
 def edge_distance(gear: Gear, roll: NDArray) -> NDArray:
-    """Length [mm] of the flank from the roll length ℓ to its edge, that of a rounded tip before the rounding."""
+    """Length [mm] of the flank from the roll length ℓ to the edge, without the rounding of a rounded tip."""
     end = gear.tip_radius if gear.tip_rounding else gear.tip_form_radius
     return np.maximum((end**2 - gear.base_radius**2 - roll**2) / (2 * gear.base_radius), 0.0)
 
@@ -54,7 +53,7 @@ def held_by_polynomials(gear: Gear, count: int) -> NDArray:
 
 @lru_cache(maxsize=64)
 def _held_at(gear: Gear, count: int) -> NDArray:
-    """Part that the polynomials hold at a point itself, Σ φ_a φ_b ∬ φ_a W φ_b: a Legendre series in R, on −1 … 1."""
+    """Diagonal of the projected W, Σ φ_a φ_b ∬ φ_a W φ_b, as a Legendre series in R on −1 … 1."""
     W = held_by_polynomials(gear, count)
     scale = np.sqrt((2 * np.arange(count) + 1) / (gear.tip_radius - gear.form_radius))
     return np.einsum("ab,abn->n", W * np.outer(scale, scale), _products(count))
@@ -73,22 +72,22 @@ def _products(count: int) -> NDArray:
 def edge_softening(
     gear: Gear, c: float, mean: float, count: int, roll: NDArray, tilt: NDArray, rho: NDArray, line_load: float
 ) -> tuple[NDArray, NDArray]:
-    """Coefficients a, h [mm²/N] of what the law q (a − h ln q) of a contact on ``gear`` gains near its tip.
+    """Additions to a, h [mm²/N] of the law q (a − h ln q) near the tip of ``gear``.
 
     Parameters
     ----------
     gear
-        The gear whose tip is meant.
+        The gear with the tip.
     c
         c₁ = (1−ν²)/(πE) [mm²/N].
     mean
-        Mean of c₁ of both gears, which the width of the strip follows.
+        Mean of c₁ of both gears, which determines the width of the strip.
     count
-        Number of polynomials of R in the tooth's own compliance.
+        Number of polynomials of R in the compliance of the tooth.
     roll
         Roll length of the touching point [mm].
     tilt
-        Angle [rad] between the flank at its edge and the mate's; zero where the flank itself touches.
+        Angle [rad] between the flank at its edge and the mate's flank; zero if the flank touches.
     rho
         Relative radius of curvature [mm].
     line_load
@@ -100,7 +99,7 @@ def edge_softening(
     R = np.clip(gear.radius_at(roll), low, high)
     held = legendre.legval((2 * R - low - high) / (high - low), _held_at(gear, count))
     if gear.tip_rounding:
-        # the strip lies on the rounding: the edge is as far away as it would be without
+        # the strip lies on the rounding: distance to the edge without the rounding
         return c * (-2 * B * np.log(np.maximum(r, 1e-6 * abs(gear.tip_radius))) - held), np.zeros_like(r)
     half_width = np.sqrt(8 * mean * rho * line_load)
     offset = np.where(tilt > 0, rho * tilt, -r) / half_width

@@ -1,4 +1,4 @@
-"""Hertzian strip on a flank with a kink, such as the start of a linear relief: pressed in more than a smooth one.
+"""Hertzian strip on a flank with a kink, such as the start of a linear relief.
 
 The gap of the two flanks is a parabola whose slope rises by κ at x = 0, of two half-spaces in plane strain. Lengths in
 Hertzian half-widths a_H, displacements in c₁q, c₁ = (1−ν²)/(πE) the mean of both materials (E5 of docs/theory.md):
@@ -21,15 +21,15 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-#: Steps of Newton's method between bounds that close in.
+#: Steps of Newton's method within a shrinking bracket.
 _STEPS = 60
 
 
 def kink_softening(s: NDArray, k: NDArray) -> NDArray:
     """Λ(s, k) of a strip on a convex kink, k ≥ 0.
 
-    What the strip is pressed in more than Hertz's and than the least separation of the flanks, in c₁q. Zero where it
-    does not reach the kink, s ≤ −1 or s ≥ k + 1.
+    Compression of the strip beyond Hertz's and beyond the least separation of the flanks, in c₁q. Zero if it does not
+    reach the kink, s ≤ −1 or s ≥ k + 1.
     """
     s, k = np.broadcast_arrays(np.asarray(s, dtype=float), np.asarray(k, dtype=float))
     value = np.zeros(s.shape)
@@ -54,7 +54,7 @@ def _half_width(phi: NDArray, k: NDArray) -> NDArray:
 
 
 def _part_behind(s: NDArray, k: NDArray) -> NDArray:
-    """φ from 0, the strip ends at the kink, to π, it begins there: s(φ) = kφ/π − L cos φ rises between them."""
+    """φ between 0 (strip ends at the kink) and π (begins there); s(φ) = kφ/π − L cos φ rises in between."""
     low, high = np.zeros_like(s), np.full_like(s, math.pi)
     phi = np.arccos(np.clip((k - 2 * s) / (k + 2), -1.0, 1.0))
     for _ in range(_STEPS):
@@ -69,6 +69,6 @@ def _part_behind(s: NDArray, k: NDArray) -> NDArray:
         low, high = np.where(excess < 0, phi, low), np.where(excess < 0, high, phi)
         new = phi - excess / (share + L * sin + cos**2 * share * L / root)
         new = np.where((new > low) & (new < high), new, (low + high) / 2)
-        # what is found stays: a bound that is the root itself would send it back to the middle
+        # converged values stay: a bound that is the root itself would send them back to the middle
         phi = np.where(found, phi, new)
     return phi

@@ -1,8 +1,7 @@
-"""The few routines of BLAS and LAPACK that small systems are solved with, in place, as SciPy hands them out for C.
+"""BLAS and LAPACK routines for small systems, in place, through SciPy's C interface.
 
-SciPy's own wrappers of them hold Python's lock, and check and copy their arguments for longer than these systems take:
-here other threads go on. Arrays are of double precision, contiguous, rows first, or blocks of such. LAPACK, which has
-columns first, sees them transposed.
+SciPy's Python wrappers hold Python's lock, and check and copy arguments for longer than these systems take. Arrays are
+of double precision, contiguous, rows first, or blocks of such. LAPACK sees them transposed.
 """
 
 from __future__ import annotations
@@ -14,9 +13,9 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-#: Routines by their place among the ``addresses``, for compiled code: dpotrf and so on.
+#: Positions of the routines among the ``addresses``, for compiled code.
 POTRF, TRTRI, TRMM, GEMM, SYRK, TRSM = range(6)
-#: What they are asked for, as letters and factors, which compiled code refers to by where they are.
+#: Letters and factors passed to the routines, at fixed positions for compiled code.
 RIGHT, UPPER, NO, TRANSPOSED = range(4)
 ZERO, ONE, LESS = range(3)
 LETTERS, FACTORS = np.array(list(b"RUNT"), dtype=np.uint8), np.array([0.0, 1.0, -1.0])
@@ -26,7 +25,7 @@ _KINDS = {np.dtype(float): "d", np.dtype(complex): "z"}
 
 
 def cholesky(A: NDArray) -> NDArray:
-    """L of A = L Lᴴ in place of the lower half of A; what is above the diagonal stays.
+    """Replace the lower half of A = L Lᴴ by L; entries above the diagonal stay.
 
     Raises
     ------
@@ -42,7 +41,7 @@ def cholesky(A: NDArray) -> NDArray:
 
 
 def solve_lower(L: NDArray, B: NDArray) -> NDArray:
-    """L⁻¹ B in place of B, both of the same kind."""
+    """Replace B by L⁻¹ B; both real or both complex."""
     rows, columns, one = ctypes.c_int(len(B)), ctypes.c_int(B.shape[1]), (ctypes.c_double * 2)(1.0, 0.0)
     # Xᵀ = Bᵀ U⁻¹
     arguments = (b"R", b"U", b"N", b"N", _at(columns), _at(rows), _at(one))

@@ -1,8 +1,8 @@
-"""Compression of the material just below a loaded flank: the part of its compliance that the contact law stands for.
+"""Compression of the material just below a loaded flank, which the contact law contains.
 
 Contact laws of the Weber–Banaschek kind give the compression of an elastic half-space between its surface and the
-depth t of the tooth's centre line. The tooth's own compliance is therefore that of the flank less this compression
-under the same load. The half-space is mirrored at the two faces of the gear, so that an even line load compresses it
+depth t of the tooth's centre line. The compliance of the tooth is that of the flank minus this compression under
+the same load. The half-space is mirrored at the two faces of the gear, so that an even line load compresses it
 evenly, as in the law; its Fourier components along the line, wave number k, at distance r across it, R² = r² + t², are
 (L2, L1 of docs/theory.md)
 
@@ -26,16 +26,16 @@ from gearbench.compliance.bases import gauss, legendre_functions, sampled
 from gearbench.compliance.outline import roll_angles
 from gearbench.geometry.gear import Gear
 
-#: Waves computed, and waves whose tail is counted by its 1/k law, for each function across the width.
+#: Computed waves, and waves from which the 1/k tail is used, for each function across the width.
 WAVES, TAIL = 3, 30
-#: Each wave computed is about as many times longer than the next one.
+#: Approximate ratio of successive computed waves.
 FARTHER = 1.18
 
 
 def waves_across(gear: Gear) -> int:
     """Number of polynomials in y that resolve waves down to twice the depth t of the flank's middle, at least five.
 
-    Shorter waves of the load compress the flank and bend nothing.
+    Shorter waves of the load only compress the flank.
     """
     middle = 0.5 * (gear.form_radius + gear.tip_radius)
     return int(np.clip(math.ceil(gear.face_width / float(gear.flank_depth(middle))), 5, 40))
@@ -84,8 +84,7 @@ def half_space_compression(gear: Gear, E: float, nu: float, order: tuple[int, in
 def _projected_waves(gear: Gear, E: float, nu: float, p: int, waves: NDArray, points: int) -> NDArray:
     """∬ φ_i(R) ĝ_m(R, R′) φ_j(R′) dR dR′ of ``waves`` m, (wave, p, p), from the half with R nearer to the root than R′.
 
-    In the roll angle everything is analytic but the logarithm at R = R′, and at the tip where that is pointed: points
-    cluster there.
+    In the roll angle everything is analytic except the logarithm at R = R′ and a pointed tip, where points cluster.
     """
     low, high, r_b = gear.form_radius, gear.tip_radius, gear.base_radius
     form, tip = roll_angles(gear)
@@ -112,9 +111,9 @@ def _projected_waves(gear: Gear, E: float, nu: float, p: int, waves: NDArray, po
 
 @lru_cache(maxsize=32)
 def _wave_weights(waves: int, farther: float) -> tuple[NDArray, NDArray]:
-    """Numbers m of the waves computed, and their weights in all ``waves`` of them, (m, computed).
+    """Computed waves m, and their weights in all ``waves``, (m, computed).
 
-    Between them m ĝ_m is interpolated over ln m by a spline of degree five: to 5e-6 on gears in use.
+    In between m ĝ_m is interpolated over ln m by a spline of degree five, to 5e-6 on gears in use.
     """
     from scipy.interpolate import make_interp_spline
 

@@ -20,7 +20,7 @@ from gearbench.geometry.gear import Gear
 #: Positions x = R − r_f, weights dx, half-widths e = R ψ and slopes e′ along the height of a tooth.
 Outline = tuple[NDArray, NDArray, NDArray, NDArray]
 
-#: A panel reaches no farther than this fraction of the way to the radius where the tooth is pointed.
+#: Largest reach of a panel as a fraction of the way to the radius where the tooth is pointed.
 _REACH = 7 / 8
 
 

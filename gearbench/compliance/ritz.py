@@ -1,4 +1,4 @@
-"""The Ritz method: from a stiffness matrix to the compliance of a load functional. Knows no energy in particular."""
+"""The Ritz method: from a stiffness matrix to the compliance of load functionals."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class Ritz:
     stiffness
         K, symmetric positive definite, (n, n).
     loaded
-        Number of amplitudes, the last ones, that loads and measured displacements involve.
+        Number of (last) amplitudes that loads and measured displacements involve.
 
     Raises
     ------

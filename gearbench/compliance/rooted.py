@@ -1,4 +1,4 @@
-"""A solid tooth whose root moves: its stiffness against that, and the compliance of its flank with the root held."""
+"""A solid tooth with moving root: its stiffness against motions of the root, and the compliance of its flank."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from gearbench.compliance.solid import Class, Functionals, Solid
 
 @dataclass(frozen=True, kw_only=True)
 class RootParts:
-    """Condensed to flank and root, (R5) of docs/theory.md; polynomials of the root r = (field, k, j), on [0, 1].
+    """Tooth condensed to flank and root (R5 of docs/theory.md), with polynomials r = (field, k, j) of the root.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ def root_parts(solid: Solid, flank: Functionals, count: int) -> RootParts:
 
 
 def _own(solid: Solid, flank: Functionals, count: int) -> tuple[NDArray, NDArray]:
-    """Stiffness of motions of the root by themselves, and how they displace the flank, its rows as in a chain."""
+    """Stiffness of motions of the root, and the displacement of the flank under them, rows as in a chain."""
     field, across, along, _ = solid.shape
     n, (p, _), (q, _) = field * across, flank.rows.shape, flank.along.shape
     Z = solid.of_axis[:, :, :count, :count].reshape(4, -1)

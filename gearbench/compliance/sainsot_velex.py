@@ -1,8 +1,8 @@
 """Closed form for the foundation of a tooth: a half-ring under linear normal and constant tangential root stress.
 
 Source: Sainsot, Velex, Duverger, Contribution of gear body to tooth deflections – a new bidimensional analytical
-formula, Journal of Mechanical Design 126 (2004) 748–752 (R9 of docs/theory.md). The coefficients are a fit; outside
-its range it means nothing.
+formula, Journal of Mechanical Design 126 (2004) 748–752 (R9 of docs/theory.md). The coefficients are a fit,
+invalid outside its range.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 Coordinates: x = R − r_f along the height, s ∈ [−1, 1] across the tooth at constant radius, θ = s ψ(R), and z along the
 axis in the frame that turns with the screw. Displacements are u_θ, u_R, u_z in cylindrical components, so that nothing
-depends on where along the screw a section stands. With the half-width e = R ψ along the arc, curvature c = 1/R (zero
+depends on the position along the screw. With the half-width e = R ψ along the arc, curvature c = 1/R (zero
 for a straight block), κ = tan β / r and D = ∂_z − κ ∂_θ the strains are (S1 of docs/theory.md)
 
     ε_θθ = ∂_s u_θ / e + c u_R     γ_θR = ∂_R u_θ − c u_θ + ∂_s u_R / e     ∂_R = ∂_x − s (e′/e − c) ∂_s
@@ -38,8 +38,8 @@ from gearbench.threads import lazy
 
 #: Points of quadrature on a panel of an outline beyond one for each function along the height.
 POINTS = 16
-#: Number of functions along the height from which on two families serve better than one, and the share of them that the
-#: lower one has beside half the share of its height: the stress is singular at the root.
+#: Least number of functions along the height for two families, and the share of the lower family beyond half the share
+#: of its height: the stress is singular at the root.
 JOINTED, LEAST_SHARE = 9, 0.25
 
 #: A term of a strain: sign, field (θ, R, z), function of x, function of s, derivative in z.
@@ -77,7 +77,7 @@ class ToothSection:
     Parameters
     ----------
     height
-        From root to tip [mm].
+        Height from root to tip [mm].
     half_width
         e(x) [mm], half the arc thickness, vectorised.
     root_radius
@@ -87,15 +87,15 @@ class ToothSection:
     order
         Numbers of functions across and along the height.
     free
-        Whether the root moves: before the functions that are zero at the root come Legendre polynomials of θ, constant
-        along R (S6), so that the whole tooth follows its root without strain across.
+        Whether the root moves. Legendre polynomials of θ, constant along R (S6), then precede the functions that are
+        zero at the root, so that the whole tooth follows its root without strain across.
     outline
-        Quadrature along the height, by points on a panel, where there is one better than of ``half_width``.
+        Quadrature along the height by points on a panel, if better than that of ``half_width``.
     root_half_width
-        e(0) [mm], where it is known without ``half_width``.
+        e(0) [mm], if known without ``half_width``.
     joint
-        Height [mm] at which the loaded flank begins, if it is not all of it: the load jumps there, and the outline of
-        undercut teeth has a kink. ``JOINTED`` functions along the height, or more, are two families that meet there.
+        Height [mm] at which the loaded flank begins: the load jumps there, and the outline of undercut teeth has a
+        kink. ``JOINTED`` or more functions along the height are two families that meet there.
         Below it the half-width may grow like √x.
     """
 
@@ -172,7 +172,7 @@ class ToothSection:
         (n_s, n_x), terms = self.shape, (2, 2, 3, 3)
         count = self._along.shape[1]
         along = self._along.swapaxes(1, 2).reshape(-1, count * count)
-        # first the sum over pairs of functions of x, of which there are many with the same pair of functions of s
+        # first sum over pairs of functions of x, many of which share a pair of functions of s
         summed = ((lam * of_lam + mu * of_mu) @ along).reshape(36, -1, count, count)
         result, moving = np.empty((2, 2, 3, n_s, n_x, 3, n_s, n_x)), count - self.order[1]
         inner, root = slice(int(self.free), None), slice(0, moving)
@@ -254,7 +254,7 @@ def _monomials(count: int) -> NDArray:
 
 @lru_cache(maxsize=32)
 def _across_factors(order: int) -> tuple[NDArray, NDArray, NDArray]:
-    """∫ a b ds of the functions of s, between those held, one that moves and one held, and those that move.
+    """∫ a b ds of the functions of s: held with held, moving with held, moving with moving.
 
     Moving functions are P_k(σ s) = Σ_l (Σ_m a_km σᵐ (a⁻¹)_ml) P_l(s), with a power m of σ for each. Axes: k, l, kind,
     kind, and the powers.

@@ -23,7 +23,7 @@ from gearbench.compliance.section import ToothSection
 from gearbench.geometry.material import lame
 from gearbench.threads import lazy
 
-#: Functions of the section that go with the even and with the odd functions along the axis.
+#: Functions of the section for the even and for the odd functions along the axis.
 Class = tuple[NDArray, NDArray]
 #: Derivatives along the axis of the pairs of functions that are not orthogonal, (parity of k + l, pair, function):
 #: those of the same parity meet undifferentiated or both differentiated, others one and the other way.
@@ -37,16 +37,16 @@ class Functionals:
     Parameters
     ----------
     rows
-        Of the functions of the section, (p, field·across·height).
+        Coefficients of the functions of the section, (p, field·across·height).
     along
-        Of the functions along the axis, (q, order).
+        Coefficients of the functions along the axis, (q, order).
     """
 
     rows: NDArray
     along: NDArray
 
     def matrix(self) -> NDArray:
-        """In the amplitudes of the solid, (p·q, n)."""
+        """Coefficients of the amplitudes of the solid, (p·q, n)."""
         return np.kron(self.rows, self.along)
 
     def by_rows(self, matrix: NDArray) -> NDArray:
@@ -95,7 +95,7 @@ class Solid:
         return axis_integrals(self.order) * np.array([[b, 1.0], [1.0, 1 / b]])[:, :, None, None]
 
     def _classes(self, rows: NDArray) -> Sequence[Class]:
-        """Symmetry classes of the functions of the section in ``rows`` (field, across, height) of those wanted.
+        """Symmetry classes of the functions of the section selected by ``rows`` (field, across, height).
 
         u_θ bends the tooth where it is even across; u_R and u_z go with it where they are odd. u_θ and u_R go
         together where they have the same parity along the axis, and u_z where it has the other one.
@@ -117,7 +117,7 @@ class Solid:
 
     @lazy
     def root_classes(self) -> Sequence[Class]:
-        """The same of the functions that move the root."""
+        """Symmetry classes of the functions that move the root."""
         root = np.zeros(self.shape[:3], dtype=bool)
         root[:, :, : self.section.free] = True
         return self._classes(root)
@@ -131,7 +131,7 @@ class Solid:
 
     @lazy
     def chains(self) -> Sequence[Chain]:
-        """The systems of the classes: every function along the axis makes a block, and meets the next two."""
+        """The systems of the classes: every function along the axis is a block, coupled to the next two."""
         return [self._chain(chosen) for chosen in self.classes]
 
     def _chain(self, chosen: Class) -> Chain:
@@ -141,7 +141,7 @@ class Solid:
         return Chain(sizes=sizes, blocks=self.blocks(chosen, chosen, k, l))
 
     def blocks(self, left: Class, right: Class, k: NDArray, l: NDArray) -> Sums:
-        """Stiffness between functions of two classes that go with ``k`` and ``l`` along the axis, (…)."""
+        """Stiffness between functions of two classes with the functions ``k`` and ``l`` along the axis, (…)."""
         S, Z, k, l = self.of_section, self.of_axis, *np.broadcast_arrays(k, l)
         matrices = [
             S[i, j][left[a][:, None], right[b]] for a, b in product(range(2), range(2)) for i, j in _DERIVATIVES[a ^ b]
@@ -151,7 +151,7 @@ class Solid:
         return Sums(matrices=matrices, which=which, factors=Z[i, j, k[..., None], l[..., None]])
 
     def loads(self, functionals: Functionals, chosen: Class) -> Sides:
-        """Functionals as right-hand sides of the chain of a class, in groups of those with a polynomial in y."""
+        """Functionals as right-hand sides of the chain of a class, grouped by polynomials in y."""
         k = np.arange(self.order)[::-1]
         along = functionals.along[:, k].T
         which, factors = np.zeros((2, *along.shape, 2))

@@ -30,10 +30,10 @@ from gearbench.compliance.solid import Functionals, Solid
 from gearbench.geometry.gear import Gear
 from gearbench.threads import lazy
 
-#: Eigenvalues of the compliance below this fraction of the largest are rounding, or beyond the basis.
+#: Eigenvalues of the compliance below this fraction of the largest count as rounding.
 RANK_TOLERANCE = 1e-10
-#: Polynomials along the axis that the root of a tooth is joined by at most, and modules of face width for each further
-#: one: a body is too smooth to tell more apart. Six alone make the peak-to-peak STE of helical gears 20 modules wide a
+#: Largest number of polynomials along the axis that join a root to its body, and modules of face width for each further
+#: one. Six alone make the peak-to-peak STE of helical gears 20 modules wide a
 #: tenth too small. On gears wider than ``WIDE`` modules one for each five modules leaves shapes of deflection at a MAC
 #: of 0.97.
 ROOT_AXIS_ORDER, ROOT_STEP, ROOT_STEP_WIDE, WIDE = 6, 5.0, 3.0, 15.0
@@ -41,7 +41,7 @@ ROOT_AXIS_ORDER, ROOT_STEP, ROOT_STEP_WIDE, WIDE = 6, 5.0, 3.0, 15.0
 
 @dataclass(frozen=True, kw_only=True)
 class SolidTooth:
-    """A tooth whose right flank is loaded: ``flank`` is its compliance.
+    """A tooth loaded on its right flank; ``flank`` is its compliance.
 
     Parameters
     ----------
@@ -54,10 +54,10 @@ class SolidTooth:
     measured_at
         See above.
     rooted
-        Whether the tooth will be joined to a body by its root: one system then answers for both.
+        Whether the root of the tooth will be joined to a body; one system then serves both.
     heights
         Number of polynomials in R onto which loads and displacements are projected, by default min(5, order[1]);
-        in y as many as the tooth has, but no more than it can feel (``waves_across``).
+        in y as many as the tooth has, but at most ``waves_across``.
     """
 
     gear: Gear
@@ -75,16 +75,16 @@ class SolidTooth:
 
     @lazy
     def free_solid(self) -> Solid:
-        """The Ritz system of the tooth whose root moves too, as polynomials of s and y."""
+        """The Ritz system of the tooth with moving root (polynomials of s and y)."""
         return self.build(free=True)
 
     def build(self, *, free: bool) -> Solid:
-        """A new Ritz system, held or with moving root; megabytes at high order, so that kept teeth do not keep it.
+        """A new Ritz system, with held or moving root; not cached, because it takes megabytes at high order.
 
         Raises
         ------
         MemoryBudgetError
-            If it needs more memory than there may be.
+            If it exceeds the memory budget.
         """
         gear, (across, along, axis) = self.gear, self.order
         functions = 3 * across * (along + free)
@@ -118,7 +118,7 @@ class SolidTooth:
 
     @property
     def root_axis_order(self) -> int:
-        """Number of polynomials along the axis that the root is joined by to a body."""
+        """Number of polynomials along the axis that join the root to a body."""
         width = self.gear.face_width / self.gear.normal_module
         return min(self.order[2], ROOT_AXIS_ORDER + int(width / (ROOT_STEP_WIDE if width > WIDE else ROOT_STEP)))
 
@@ -154,7 +154,7 @@ class SolidTooth:
 
     @lazy
     def flank(self) -> FlankCompliance:
-        """The compliance for any points of the flank of a driving gear."""
+        """Compliance of the flank of a driving gear."""
         return FlankCompliance(
             gear=self.gear,
             order=self.flank_order,
@@ -167,7 +167,7 @@ class SolidTooth:
         return self._functionals(solid, self._flank_rows(solid))
 
     def _functionals(self, solid: Solid, rows: NDArray) -> Functionals:
-        """Functionals of all polynomials of the flank from those of their part in R, ``rows`` (p, 3, n_s, n_x)."""
+        """Functionals of all polynomials of the flank, from ``rows`` (p, 3, n_s, n_x) of the polynomials in R."""
         p, q = self.flank_order
         along = _axis_projection(q, solid.order) * math.sqrt(self.gear.face_width)
         return Functionals(rows=rows.reshape(p, -1), along=along)

@@ -1,8 +1,8 @@
 """The plate's energy derived symbolically: the oracle of the numerical stiffness.
 
 Kinematics, strains and energy are typed once more, as in the book, and integrated exactly by sympy for thicknesses
-that are constant or linear in the height. Nothing is shared with ``gearbench.compliance.plate`` but the list of
-monomials a basis spans.
+that are constant or linear in the height. Only the list of monomials of a basis is shared
+with ``gearbench.compliance.plate``.
 """
 
 from __future__ import annotations

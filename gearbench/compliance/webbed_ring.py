@@ -1,4 +1,4 @@
-"""Gear body of three rings: a rim on a web on a hub, each by the functions of ``Ring``, joined where they meet.
+"""Gear body of three joined rings: rim, web and hub, each with the functions of ``Ring``.
 
 For every harmonic, web and hub are a foundation of the rim: the stiffness of the web's outer edge, condensed. The web
 is narrower than both; what it shares with them are polynomials across its own width,
@@ -34,11 +34,11 @@ class WebbedRing:
     rim
         The rim: a ring down to the web.
     web
-        Sizes of web and hub, seen as the rim is.
+        Sizes of web and hub, seen like the rim.
     bore_radius
         Radius [mm] at which hub or, without one, web is held.
     seen
-        Number of polynomials along the axis whose amplitudes are asked for; the edges of the web need more of the rim.
+        Number of polynomials along the axis in the result; the edges of the web need more in the rim.
     """
 
     rim: Ring
@@ -47,7 +47,7 @@ class WebbedRing:
     seen: int
 
     def harmonics(self, n: NDArray) -> NDArray:
-        """ĉ_n of the rim's outer edge, as ``Ring.harmonics``; those that do not reach through the rim are its own."""
+        """ĉ_n of the rim's outer edge, as ``Ring.harmonics``; short ones involve only the rim."""
         rim, n = self.rim, np.asarray(n, dtype=float)
         reaching = n * (rim.radius - rim.inner_radius) < LAYER * rim.radius
         q, seen, dtype = rim.order[1], self.seen, self._shared.dtype

@@ -1,4 +1,4 @@
-"""Load on a face of an elastic wedge near its edge: how much softer than a half-space, and a Hertzian strip there.
+"""Load on a face of an elastic wedge near its edge, compared with a half-space, and a Hertzian strip there.
 
 The normal displacement of the loaded face at r under a unit line load at r₀, both counted from the edge of a wedge of
 the angle 2α in plane strain, less that of a half-space, is by Mellin's transform (E1, E2 of docs/theory.md)
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 _OFFSETS = np.concatenate([-np.geomspace(12.0, 1.4, 9), np.linspace(-1.2, 1.2, 17), np.geomspace(1.4, 24.0, 11)])
 #: Angles between which strips are interpolated [rad].
 _ANGLES = np.radians([92.0, 105.0, 120.0, 140.0, 165.0])
-#: Of constant pressure on a strip: good to 0.01 c₁ q, a few nanometres.
+#: Number of elements of constant pressure on a strip: accurate to 0.01 c₁ q, a few nanometres.
 _ELEMENTS = 24
 
 
@@ -61,7 +61,7 @@ def strip_at_edge(angle: float, offset: float, room: float = 2.1) -> float:
 
     The parabola (ξ + σ)²/(2ρ) has its vertex at the ``offset`` σ beyond the edge; the other body is a half-space. A
     strip far from the edge is Hertz's, with the approach 4 (ln 2 + ½) + W. ``room``/(1 + 1.5 σ) is the length of the
-    elements at an edge that touches, a fifth more than ever is loaded.
+    elements at a touching edge, a fifth more than is loaded.
     """
     near = max(0.0, -offset - 1.4)
     far = max(-offset, 0.0) + (1.4 if offset < 0 else room / (1 + 1.5 * offset))
@@ -135,9 +135,9 @@ def _strip_table(angle: float) -> tuple[float, NDArray]:
 def strip_softening(angle: float, offset: NDArray) -> tuple[NDArray, NDArray]:
     """Λ(σ) and dΛ/dσ of a Hertzian strip at the ``offset`` σ [half-widths] beyond the edge of a wedge.
 
-    What a strip is pressed more than in a half-space, in units of c₁ q, lengths in half-widths. Farther than twelve
-    half-widths inside, where it no longer feels the size of the strip, W = −2B ln|σ|; beyond the greatest offset the
-    contact at the edge is self-similar, (4 + 2B) ln σ of an edge pressed in at an angle less what the strip has.
+    Additional compression compared with a half-space, in units of c₁ q, lengths in half-widths. More than twelve
+    half-widths inside W = −2B ln|σ|; beyond the largest offset the contact at the edge is self-similar, (4 + 2B) ln σ
+    of an edge pressed in at an angle minus the share of the strip.
     """
     (first, cubics), B = _strip_table(angle), softness(angle)
     offset = np.asarray(offset, dtype=float)

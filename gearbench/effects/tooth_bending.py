@@ -1,4 +1,4 @@
-"""Bending and shear of the teeth: the tooth models."""
+"""Bending and shear of the teeth themselves: the choice of tooth model."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 Order = Annotated[tuple[Annotated[int, Field(ge=1, le=40)], ...], Field(min_length=2, max_length=3)]
 
-#: Directions counted by ``order``, for each model.
+#: Directions of the functions that ``order`` counts, by model.
 _DIRECTIONS = {"plate": ("height", "face width"), "solid": ("thickness", "height", "face width")}
 
 
@@ -92,11 +92,11 @@ class ToothBending(Tooth):
 
     @property
     def solid_order(self) -> tuple[int, int, int] | None:
-        """Order of solid teeth; None for the default."""
+        """Order of the solid tooth, and of those that a ring is joined to; None is the default."""
         return self.order if self.model == "solid" else None  # type: ignore[return-value]
 
     def missing_levels(self, pair: Pair, beside: Effects) -> list[Level]:
-        """Levels of the finite elements of both gears that are not on disk yet.
+        """Levels of the finite elements of both gears that are solved first, as they are not kept on disk yet.
 
         Raises
         ------
@@ -113,7 +113,7 @@ class ToothBending(Tooth):
         return [level for body in missing for level in levels(body, self.accuracy)]
 
     def compliance(self, lines: ContactLines, beside: Effects) -> LowRank | Dense:
-        """Factor of both teeth, (position, pair, segment, rank); a matrix of all pairs for meshed bodies."""
+        """Factor of both teeth side by side, (position, pair, segment, rank); matrix of all pairs of meshed bodies."""
         flanks = self.flank_compliances(lines, beside)
         return self.both_teeth(lines, beside) if flanks is None else flanks.on(lines)
 
@@ -150,12 +150,12 @@ class ToothBending(Tooth):
         )
 
     def body(self, pair: Pair, index: int, beside: Effects, coast: bool = False) -> Body:
-        """Meshed part of pinion (k = 0) or wheel (k = 1), seen from the loaded flank."""
+        """Part of pinion (k = 0) or wheel (k = 1) that finite elements mesh, seen from the flank that is loaded."""
         return meshed_body(pair, index, on_body=_on_body(beside), coast=coast)
 
 
 def tooth_bending(effects: Effects, model: str) -> ToothBending | None:
-    """The tooth bending of a scene, if it is of this model."""
+    """The tooth bending among the effects of a scene, where it is of this model."""
     tooth = effects.get(ToothBending.name)
     return tooth if isinstance(tooth, ToothBending) and tooth.model == model else None
 

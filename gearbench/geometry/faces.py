@@ -32,7 +32,7 @@ class Faces:
     offsets: tuple[float, float]
 
     def check(self, module: float) -> None:
-        """Refuse, with an ``InputError``, widths out of range for this normal module [mm], and faces without overlap."""
+        """Refuse, with an ``InputError``, widths out of range for this normal module [mm] and separate faces."""
         low, high = WIDTHS
         named = {f"{name}.face_width": own for name, own in zip(GEARS, self.own, strict=True)}
         for key, width in {"face_width": self.width, **named}.items():

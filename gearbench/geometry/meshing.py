@@ -32,7 +32,7 @@ def working_pressure_angle(sections: Iterable[TransverseSection], centre_distanc
 def profile_shift_sum(
     sections: tuple[TransverseSection, TransverseSection], centre_distance: float, backlash: float = 0.0
 ) -> float:
-    """x_1 + x_2 that a centre distance a′ [mm] and a circumferential backlash j_wt [mm] ask for [normal modules] (G3).
+    """x_1 + x_2 [normal modules] from centre distance a′ [mm] and circumferential backlash j_wt [mm] (G3).
 
     x_1 + x_2 = (z_1 + z_2) [(inv α_wt − inv α_t) / (2 tan α_n) − j_wt / (4 a′ tan α_n)].
     """
@@ -89,7 +89,7 @@ class Meshing:
 
     @cached_property
     def tip_path(self) -> tuple[float, float]:
-        """u [mm] at which the wheel's tip would enter and the pinion's leave, if involutes reached so far."""
+        """u [mm] at which the wheel's tip enters and the pinion's tip leaves, for involutes of any length."""
         pinion, wheel = self.gears
         enters = self.tangent_length - _curvature(wheel, wheel.tip_form_radius)
         return enters, _curvature(pinion, pinion.tip_form_radius)
@@ -112,26 +112,26 @@ class Meshing:
 
     @property
     def form_room(self) -> float:
-        """Least length along the path of contact that fillets stay away from the mate's tips [mm]; negative: reached.
+        """Least length along the path of contact between fillets and the mates' tips [mm]; negative: interference.
 
-        Negative on the pinion of a ring: involute interference.
+        A negative value for the pinion of a ring is involute interference.
         """
         (enters, leaves), (first, last) = self.tip_path, self._form_path
         return min(enters - first, last - leaves)
 
     @cached_property
     def has_interference(self) -> tuple[bool, bool]:
-        """Whether the fillet of pinion, wheel is reached by the mate's tip (contact below the form circle)."""
+        """Whether the mate's tip reaches the fillet of pinion, wheel (contact below the form circle)."""
         (enters, leaves), (first, last) = self.tip_path, self._form_path
         room = 1e-12 * abs(self.centre_distance)
         return enters < first - room, leaves > last + room
 
     def path_coordinate(self, index: int, radius: float) -> float:
-        """Position u [mm] on the path of contact of radius R [mm] on one of the gears, at least its base radius."""
+        """Position u [mm] on the path of contact of a radius R [mm] of one gear, at least its base radius."""
         return self.along_path(index, _curvature(self.gears[index], radius))
 
     def along_path(self, index: int, roll: Length) -> Length:
-        """Position u [mm] on the path of contact of a roll length of one of the gears; and the other way round."""
+        """Position u [mm] on the path of contact of a roll length of one gear, and vice versa."""
         return roll if index == 0 else self.tangent_length - roll
 
     def radii(self, u: NDArray) -> tuple[NDArray, NDArray]:
@@ -178,7 +178,7 @@ class Meshing:
         return self.phases_at((self.path_start, self.path_end))
 
     def phases_at(self, positions: Iterable[float], face: Iterable[float] = ()) -> tuple[float, ...]:
-        """Mesh phases in [0, 1) at which an end of the face, or a y of ``face``, passes one of ``positions`` u [mm]."""
+        """Mesh phases in [0, 1) at which an end of the face, or a y in ``face``, passes one of ``positions`` u [mm]."""
         turns = [(u - self.path_start) / self.base_pitch for u in positions]
         lags = [0.0, self.overlap_ratio, *(self.overlap_ratio * y / self.face_width for y in face)]
         # twice, because −1e-17 % 1.0 is 1.0
@@ -210,7 +210,7 @@ class Meshing:
 
     @property
     def largest_sliding(self) -> float:
-        """Largest specific sliding without its sign, at either end of the path of contact, on either gear [–]."""
+        """Largest absolute specific sliding of both gears and both ends of the path of contact [–]."""
         return max(abs(zeta) for gear in self.specific_sliding for zeta in gear)
 
 

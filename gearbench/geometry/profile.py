@@ -2,8 +2,8 @@
 
 A point of the involute has the roll length ℓ: the length of the tangent from the base circle to it. Missing material
 e(ℓ) moves it along that tangent, so that the modified flank is the curve ℓ ↦ (ℓ − e, r_b) on tangents that turn by
-dℓ/r_b (T1 of docs/theory.md). Any flank can be written so: also the arc of a tip rounding. On an internal gear ℓ and
-r_b are negative; ℓ grows from root to tip there too.
+dℓ/r_b (T1 of docs/theory.md). The arc of a tip rounding can also be written so. On an internal gear ℓ and r_b are
+negative; ℓ grows from root to tip there too.
 """
 
 from __future__ import annotations
@@ -31,19 +31,19 @@ class Modification:
     Parameters
     ----------
     gear
-        The gear it is on: 0 the driver, 1 the driven one.
+        Gear: 0 the driver, 1 the driven gear.
     amount
         [mm].
     start, length
-        Of t [mm]; a negative length counts from the tip side towards the root.
+        Start and length of t [mm]; a negative length counts from the tip side towards the root.
     power
         1, 2, …
     arc
-        κ = length/radius where t² is to be an arc, (1 − √(1 − κ²t²))/(1 − √(1 − κ²)); 0 otherwise.
+        κ = length/radius of an arc (1 − √(1 − κ²t²))/(1 − √(1 − κ²)) instead of t²; 0 without.
     along
         x is the radius or the roll length.
     one_sided
-        Whether there is none where t < 0.
+        Whether e = 0 for t < 0.
     """
 
     gear: int
@@ -56,7 +56,7 @@ class Modification:
     one_sided: bool = True
 
     def kink(self, base_radius: float) -> float | None:
-        """Roll length where it begins; None where it has no begin."""
+        """Roll length of its start; None without one."""
         if not self.one_sided:
             return None
         if self.along == "roll":
@@ -69,7 +69,7 @@ class Modification:
         return not self.one_sided or (x - self.start) / self.length > 0
 
     def deviation(self, roll: NDArray, base_radius: float) -> Deviation:
-        """e, e′, e″, continued analytically beyond where it begins."""
+        """e, e′, e″, continued analytically beyond the start."""
         if self.along == "roll":
             x, dx, ddx = roll, np.ones_like(roll), np.zeros_like(roll)
         else:
@@ -154,9 +154,9 @@ class Profile:
     base_radius
         r_b [mm].
     pieces
-        From root to tip, each smooth.
+        Smooth pieces from root to tip.
     has_edge
-        Whether it ends in an edge at the tip; a rounded one ends in the tip circle.
+        Whether it ends in an edge at the tip; a rounded tip ends in the tip circle.
     """
 
     base_radius: float
@@ -175,14 +175,14 @@ class Profile:
 
     @property
     def corners(self) -> list[tuple[float, Piece]]:
-        """Roll lengths of its corners, kinks and both ends, with a piece that reaches each of them."""
+        """Roll lengths of corners, kinks and both ends, each with a piece that reaches it."""
         inner = [(after.low, after) for after in self.pieces[1:] if not after.is_rounding]
         ends = [(self.low, self.pieces[0])]
         return [*ends, *inner, *([(self.high, self.pieces[-1])] if self.has_edge else [])]
 
     @cached_property
     def kinks(self) -> list[tuple[float, float]]:
-        """Roll lengths of its convex kinks, and by how much its slope rises there along the flank."""
+        """Roll lengths of convex kinks, and the increase of slope along the flank there."""
         found = []
         for before, after in pairwise(self.pieces):
             at = np.array(after.low)
@@ -194,7 +194,7 @@ class Profile:
 
 
 def profile(gear: Gear, modifications: tuple[Modification, ...] = ()) -> Profile:
-    """Profile of a flank of ``gear`` with the ``modifications`` on it (those meant for the other gear left out)."""
+    """Profile of a flank of ``gear`` with its ``modifications``."""
     r_b = gear.base_radius
     low, tip = (float(gear.roll_length(R)) for R in (gear.form_radius, gear.tip_form_radius))
     kinks = sorted({k for m in modifications if (k := m.kink(r_b)) is not None and low < k < tip})
@@ -237,7 +237,7 @@ class _Arc:
         return roll - x - S, 1 - y / r_b - dS, x / r_b**2 - ddS
 
     def end(self, tip_radius: float) -> float:
-        """Roll length where it meets the tip circle."""
+        """Roll length at the tip circle."""
         r_b, inner = self.base_radius, self.start - self.radius
         last = math.copysign(math.sqrt(tip_radius**2 - r_b**2), r_b)
         return self.start + r_b * (math.atan2(r_b, inner) - math.atan2(r_b, last))

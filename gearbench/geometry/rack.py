@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from gearbench.errors import InputError
 
-#: ISO 53 tip rounding of the generating rack, in modules, where it fits.
+#: ISO 53 tip rounding of the generating rack [modules], if it fits.
 STANDARD_FILLET_RADIUS = 0.38
 
 
@@ -34,7 +34,7 @@ class Rack:
     fillet
         Radius ρ of the rack tip [mm].
     protuberance
-        s_pr, how far the rounding stands out of the line of the straight flank [mm].
+        s_pr, protrusion of the rounding beyond the line of the straight flank [mm].
 
     Raises
     ------

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from gearbench.geometry.pair import Pair
 from gearbench.strength.section import VirtualTooth
 
-#: Y_S is fitted for notch parameters in this range; outside it the norm takes the nearer end.
+#: Range of notch parameters of the fit of Y_S; the norm clips values outside.
 NOTCH_RANGE = (1.0, 8.0)
 
 
@@ -87,7 +87,7 @@ class RootBending:
 
     @property
     def load_distribution_factor(self) -> float:
-        """f_ε, the share of the load that the overlap leaves on the tooth."""
+        """f_ε, the share of the load on the tooth with overlap."""
         eps_b, eps_an = self.pair.meshing.overlap_ratio, self.virtual_contact_ratio
         if eps_b >= 1:
             return eps_an**-0.5
@@ -130,7 +130,7 @@ class RootBending:
         if member.bore_diameter is None:
             return 1.0
         rim = member.rim_thickness or gear.root_radius - member.bore_diameter / 2
-        # the fit falls below 1 just where the rim is thick enough, at 1.2 h_t
+        # the fit falls below 1 at 1.2 h_t, where the rim is thick enough
         return max(1.0, 1.6 * math.log(2.242 * gear.tooth_height / rim))
 
     @property

@@ -15,7 +15,7 @@ from gearbench.geometry.ring_conditions import radial_room, tip_room
 from gearbench.scene import Scene
 from gearbench.strength.bending import RootBending
 
-#: From the geometry alone.
+#: Numbers from the geometry alone.
 GEOMETRIC: Mapping[str, Callable[[Pair], float]] = MappingProxyType(
     {
         "total_contact_ratio": lambda pair: pair.meshing.total_contact_ratio,
@@ -40,7 +40,7 @@ def contact_pressure(lines: ContactLines, force: NDArray) -> NDArray:
 
     Line contact of two cylinders with their radii of curvature in the normal plane, p = √(q E*/(πρ)) with the line
     load q, 1/E* = (1−ν₁²)/E₁ + (1−ν₂²)/E₂ and ρ =
-    ``ContactLines.curvature_radius``; ρ and q are those of the node of the segment.
+    ``ContactLines.curvature_radius``; ρ and q are taken at the node of the segment.
 
     Parameters
     ----------
@@ -52,6 +52,6 @@ def contact_pressure(lines: ContactLines, force: NDArray) -> NDArray:
     pair = lines.pair
     T = pair.meshing.tangent_length
     length = np.where(lines.length > 0, lines.length, 1.0)
-    # at an interference point ρ = 0: no segment sees less than this
+    # at an interference point ρ = 0: a lower limit
     rho = np.maximum(lines.curvature_radius, 1e-9 * abs(T) / math.cos(pair.meshing.beta_b))
     return np.sqrt(np.maximum(force, 0.0) / length * pair.contact_modulus / (math.pi * rho))

@@ -1,7 +1,7 @@
 """The critical section of a tooth root: where the tangent of the generated fillet makes 30° with the tooth centre line.
 
-A helical tooth is judged in its normal section, as a tooth of the virtual spur gear with z_n = z/(cos²β_b cos β) teeth
-that the same rack generates. Source: ISO 6336-3:2019, 6.2.
+A helical tooth is rated in its normal section, as a tooth of the virtual spur gear with z_n = z/(cos²β_b cos β) teeth
+and the same rack. Source: ISO 6336-3:2019, 6.2.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class RootSection:
 
 @dataclass(frozen=True, kw_only=True)
 class VirtualTooth:
-    """Tooth of the virtual spur gear that stands for the normal section of ``gear``."""
+    """Tooth of the virtual spur gear of the normal section of ``gear``."""
 
     gear: Gear
 
@@ -79,7 +79,7 @@ class VirtualTooth:
     def section(self) -> RootSection:
         """Critical section.
 
-        Where the whole fillet is steeper than 30° (pressure angles above 30°), it is the end of the fillet.
+        If the whole fillet is steeper than 30° (pressure angles above 30°), it is the end of the fillet.
         """
         fillet = self.fillet
         phi = _tangent_parameter(fillet)
