@@ -1,8 +1,15 @@
-"""Tables of the reports that studies write."""
+"""Files that studies write: tables of reports, and Datasets of parts that take long."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from gearbench.results.netcdf import open_result, save
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 def verdicts(checks: Iterable[tuple[str, bool]]) -> list[str]:
@@ -15,3 +22,12 @@ def table(heads: Sequence[str], rows: Iterable[Iterable[str]], texts: int | None
     left = len(heads) if texts is None else texts
     rule = "|" + "---|" * left + "---:|" * (len(heads) - left)
     return [f"| {' | '.join(heads)} |", rule, *(f"| {' | '.join(row)} |" for row in rows)]
+
+
+def kept(path: Path | None, compute: Callable[[], xr.Dataset]) -> xr.Dataset:
+    """Result of ``compute``, read from ``path`` if it exists there, else saved there."""
+    if path is None:
+        return compute()
+    if not path.exists():
+        save(compute(), path)
+    return open_result(path)

@@ -6,7 +6,6 @@ import os
 import re
 from pathlib import Path
 
-import numpy as np
 import pytest
 import xarray as xr
 
@@ -62,26 +61,6 @@ def test_a_disk_that_fails_at_the_end_leaves_the_earlier_file(tmp_path, monkeypa
     assert [p.read_text() for p in tmp_path.iterdir()] == ["before"]
 
 
-def test_a_dataset_that_is_not_written_leaves_nothing(tmp_path, monkeypatch):
-    monkeypatch.setattr(os, "fsync", refuse)
-    with pytest.raises(OSError, match="No space"):
-        save(xr.Dataset({"x": ("i", np.arange(3.0))}), tmp_path / "x.nc")
-    assert list(tmp_path.iterdir()) == []
-    monkeypatch.undo()
-    assert open_result(save(xr.Dataset({"x": ("i", np.arange(3.0))}), tmp_path / "x.nc"))["x"].size == 3
-
-
-def test_two_writers_of_one_name_do_not_take_each_others_files_away(tmp_path):
-    path = tmp_path / "file.txt"
-    with replacing(path) as first:
-        first.write_text("first")
-        write_text(path, "second")
-        assert first.exists()
-        assert path.read_text() == "second"
-    assert path.read_text() == "first"
-    assert os.listdir(tmp_path) == ["file.txt"]
-
-
 #: Refuses new files to everyone, the administrator too.
 SEALED = Path("/proc")
 
@@ -99,26 +78,6 @@ def stored(tmp_path):
 
 
 GEARBOX = ROOT / "tests" / "data" / "sew_3_stage_cylindrical_gearbox_1.0.rexs"
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(not SEALED.is_dir(), reason="no /proc on this system")
-@pytest.mark.parametrize("folder", [SEALED, Path("missing")])
-def test_commands_end_with_one_line_where_they_cannot_write(run, stored, tmp_path, monkeypatch, folder):
-    monkeypatch.chdir(tmp_path)
-    scene = EXAMPLES / "sc.toml"
-    for arguments in (
-        ("simulate", scene, "-o", folder / "a.nc"),
-        ("select", stored, "--csv", folder / "a.csv"),
-        ("select", stored, "--markdown", folder / "a.md"),
-        ("select", stored, "--export", 1, folder / "a.toml"),
-        ("explore", stored, "--export", folder / "a.html"),
-        ("rexs", GEARBOX, "--scene", 2, folder / "a.toml"),
-    ):
-        code, out, err = run(*arguments)
-        assert (code, out) == (2, ""), arguments
-        assert err.count("\n") == 1, arguments
-        assert str(folder) in err
 
 
 def test_commands_leave_nothing_where_the_disk_is_full(run, stored, tmp_path, monkeypatch):

@@ -1,16 +1,13 @@
-"""A scene simulates the effects it names and nothing else: not imported, not allocated, not called, not mentioned."""
+"""A scene simulates the effects it names alone: the others are not imported, so neither called nor allocated for."""
 
 from __future__ import annotations
 
-import inspect
 import json
 import re
 import subprocess
 import sys
-import tracemalloc
 from dataclasses import replace
 from functools import cache
-from importlib import import_module
 from itertools import permutations
 from typing import Any
 
@@ -20,7 +17,6 @@ import tomli_w
 
 from gearbench.contact.gaps import total_gap
 from gearbench.contact.look import scene_lines
-from gearbench.contact.smooth import forget_sums
 from gearbench.contact.transitions import mesh_phases
 from gearbench.effects.base import ComplianceEffect, GapEffect
 from gearbench.effects.registry import EFFECTS, effect_class
@@ -70,8 +66,6 @@ TABLES: dict[str, dict[str, Any]] = {
 EVERY = pytest.mark.parametrize("name", EFFECTS)
 #: Those that can be dropped: without a contact law hardly any scene is complete.
 DROPPED = pytest.mark.parametrize("name", [n for n in EFFECTS if n != "hertz"])
-#: Where a test of each takes long: a compliance and a gap beside others whose code they share.
-SOME = {"gear_body", "tip_relief", "helix_slope"}
 
 
 def compatible(name: str, others: list[str]) -> bool:
@@ -193,89 +187,6 @@ def test_a_scene_of_one_effect_imports_one_effect():
     assert not {
         m for m in found if m.startswith(("gearbench.robustness", "gearbench.optimisation", "gearbench.compliance"))
     }
-
-
-# -- nothing is called ------------------------------------------------------------------------------------------------
-def spy_on(name: str, monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """Put a spy before every function of the effect's module and every method of its classes; returns the calls."""
-    calls: list[str] = []
-    module = import_module(EFFECTS[name][0])
-
-    def spied(function: Any, label: str) -> Any:
-        def call(*args: Any, **kwargs: Any) -> Any:
-            calls.append(label)
-            return function(*args, **kwargs)
-
-        return call
-
-    for key, value in vars(module).items():
-        if inspect.isfunction(value) and value.__module__ == module.__name__:
-            monkeypatch.setattr(module, key, spied(value, key))
-        elif inspect.isclass(value) and value.__module__ == module.__name__:
-            for method, function in list(vars(value).items()):
-                if inspect.isfunction(function) and method not in {"__hash__", "__eq__", "__repr__"}:
-                    monkeypatch.setattr(value, method, spied(function, f"{key}.{method}"))
-    return calls
-
-
-@DROPPED
-def test_nothing_of_a_dropped_effect_is_called(name, monkeypatch):
-    everything = full_with(name)
-    whole, rest = scene(*everything), scene(*without(everything, name))
-    calls = spy_on(name, monkeypatch)
-    simulate(rest)
-    assert calls == []
-    forget_sums()
-    simulate(whole)
-    assert calls  # the spy sees what it is meant to see
-
-
-# -- nothing is allocated ---------------------------------------------------------------------------------------------
-def allocated(of: Scene, module: str) -> int:
-    """Bytes that code of a module's file asks for during a simulation, at their peak."""
-    file = inspect.getsourcefile(import_module(module))
-    assert file is not None
-    effect_frames = tracemalloc.Filter(True, file, all_frames=True)
-    lines, peak = scene_lines(of, mesh_phases(of)[0]), 0
-    tracemalloc.start(25)
-    try:
-        # what each effect hands back is kept, so that it is still there when memory is looked at
-        beside = of.effects_by_name
-        kept = [e.gap(lines) if isinstance(e, GapEffect) else e.compliance(lines, beside) for e in of.effects]
-        peak = sum(s.size for s in tracemalloc.take_snapshot().filter_traces([effect_frames]).statistics("filename"))
-        assert kept
-    finally:
-        tracemalloc.stop()
-    return peak
-
-
-def working_module(name: str) -> str:
-    """Module of the method that computes what an effect adds."""
-    kind = effect_class(name)
-    return (kind.gap if issubclass(kind, GapEffect) else getattr(kind, "compliance")).__module__  # noqa: B009
-
-
-def computes_with(name: str, module: str) -> bool:
-    """Whether an effect computes by code of a module: its own, or what it takes from there."""
-    own = import_module(working_module(name))
-    taken = (value for value in vars(own).values() if inspect.isfunction(value) or inspect.isclass(value))
-    return own.__name__ == module or any(value.__module__ == module for value in taken)
-
-
-@pytest.mark.parametrize(
-    "name", [pytest.param(n, marks=() if n in SOME else pytest.mark.slow) for n in EFFECTS if n != "hertz"]
-)
-def test_nothing_of_a_dropped_effect_is_allocated(name):
-    everything = full_with(name)
-    module, rest_of = working_module(name), everything
-    for other in everything:
-        if other == name or computes_with(other, module):  # shapes on the flank share their code
-            rest_of = without(rest_of, other)
-    whole, rest = scene(*everything), scene(*rest_of)
-    for s in (whole, rest):
-        allocated(s, module)  # tables kept between calls are made now
-    assert allocated(rest, module) == 0
-    assert allocated(whole, module) >= 6 * 5 * 8  # a double for each segment
 
 
 # -- nothing is mentioned ---------------------------------------------------------------------------------------------

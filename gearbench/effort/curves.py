@@ -13,8 +13,7 @@ from gearbench.accuracy.knobs import Setting, label
 from gearbench.accuracy.measure import MEASURED, relative_errors
 from gearbench.effects.teeth import forget_fast_teeth
 from gearbench.effects.tooth_bending import tooth_bending
-from gearbench.effort.apart import apart
-from gearbench.effort.clock import Cost, measured, most_megabytes, timed, unseen
+from gearbench.effort.clock import Cost, apart, measured, most_megabytes, timed, unseen
 from gearbench.results.quantities import QUANTITIES
 from gearbench.scene import Scene
 from gearbench.solution import cycle_values

@@ -22,8 +22,7 @@ from gearbench.compliance.flank import FlankCompliance
 from gearbench.effects.base import ComplianceEffect, Dense, Effects, Flanks, LowRank
 from gearbench.effects.gear_body import GearBody
 from gearbench.effects.tooth_bending import ToothBending, tooth_bending
-from gearbench.effort.apart import apart
-from gearbench.effort.clock import Cost, medians, most_megabytes, timed
+from gearbench.effort.clock import Cost, apart, medians, most_megabytes, timed
 from gearbench.effort.curves import Point, WorkPrecision, run
 from gearbench.errors import GearbenchError
 from gearbench.geometry.action import ContactLines

@@ -1,26 +1,67 @@
 """Work–precision of a scene: error against time of every setting, each against a converged reference of its own.
 
-One setting is turned at a time; the others stay as the scene has them, also in the reference, which is the finest level
-of the setting. The error bar of a reference is its difference to the level before it.
+One setting is changed at a time; the others stay as the scene has them, also in the reference, which is the finest
+level of the setting. The error bar of a reference is its difference to the level before it.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from gearbench.accuracy.knobs import KNOBS
-from gearbench.effort.clock import timed
-from gearbench.effort.curves import as_dataset, knob_curve
+from gearbench.accuracy.measure import relative_errors, scales
+from gearbench.effort.clock import measured, timed
+from gearbench.effort.curves import Point, WorkPrecision, as_dataset, knob_curve
 from gearbench.effort.elements import Meshes, element_curves
-from gearbench.effort.samples import sample_curves
 from gearbench.errors import InputError
 from gearbench.results.provenance import provenance
+from gearbench.robustness.montecarlo import prepare_scene, respond
+from gearbench.robustness.sampling import Sampler
+from gearbench.robustness.statistics import average_error
 from gearbench.scene import Scene
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from gearbench.effort.curves import WorkPrecision
+
+
+COUNTS = (16, 32, 64, 128, 256, 512, 1024)
+SAMPLERS: tuple[tuple[Sampler, str], ...] = (("sobol", "¾ to 1"), ("latin_hypercube", "½"), ("random", "½"))
+#: Samples of the reference, and its seed: none of those that are compared with it.
+REFERENCE, REFERENCE_SEED = 2**14, 987_654
+
+
+def sample_curves(
+    scene: Scene, repeats: int, seeds: int, reference: int = REFERENCE, counts: Sequence[int] = COUNTS
+) -> list[WorkPrecision]:
+    """One curve a sampler, on one thread; errors are RMS values over ``seeds`` draws. None without random errors."""
+    if scene.effect("manufacturing_errors") is None:
+        return []
+    problem = prepare_scene(scene)
+    responses, _ = respond(problem, problem.draw(reference, REFERENCE_SEED, "sobol"))
+    exact = responses.numbers.mean(axis=1)
+    bar = np.array([average_error(values, "sobol") for values in responses.numbers]) / scales(exact)
+
+    def point(sampler: Sampler, count: int) -> Point:
+        answers = [respond(problem, problem.draw(count, i, sampler))[0].numbers.mean(axis=1) for i in range(seeds)]
+        errors = np.sqrt(np.mean([relative_errors(a, exact) ** 2 for a in answers], axis=0))
+        cost = measured(lambda: respond(problem, problem.draw(count, 0, sampler)), max(3, repeats // 2))
+        return Point(label=str(count), size=count, errors=errors, cost=cost)
+
+    return [
+        WorkPrecision(
+            knob=f"samples, {sampler.replace('_', ' ')}",
+            expected=order,
+            points=tuple(point(sampler, count) for count in counts),
+            bar=bar,
+        )
+        for sampler, order in SAMPLERS
+    ]
+
 
 #: Repeats of every timed run.
 REPEATS = 7

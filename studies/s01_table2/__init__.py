@@ -6,8 +6,7 @@ tried on all known rows of the table, with nothing fitted; every one tried is in
 """
 
 from studies.s01_table2.data import compute, scene
-from studies.s01_table2.findings import checks
-from studies.s01_table2.pictures import figures
+from studies.s01_table2.findings import checks, figures
 
 QUESTION = "Which convention of manufacturing errors reproduces Table 2 of the paper?"
 

@@ -1,8 +1,7 @@
 """Number of samples for a robust evaluation: scrambled Sobol points against pseudo-random ones, over 20 seeds."""
 
 from studies.s02_sampling.data import compute, scene
-from studies.s02_sampling.findings import checks
-from studies.s02_sampling.pictures import figures
+from studies.s02_sampling.findings import checks, figures
 
 QUESTION = "Are 256 Sobol points at least as accurate as 1000 pseudo-random samples?"
 

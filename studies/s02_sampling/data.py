@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from gearbench.effort.curves import as_dataset
-from gearbench.effort.samples import sample_curves
+from gearbench.effort.workprecision import sample_curves
 from gearbench.library.garambois2017 import gear
 from gearbench.scene import Scene
 

@@ -1,10 +1,12 @@
-"""Errors of the means, and how the samplers compare."""
+"""Errors of the means by sampler and number of samples: checks, and the figure."""
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING
 
-from studies.s02_sampling.data import QUANTITIES
+from gearbench.plotting import BLUE, ORANGE, new_figure, write_figure
+from studies.s02_sampling.data import COUNTS, QUANTITIES
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -31,3 +33,26 @@ def checks(dataset: xr.Dataset) -> list[tuple[str, bool]]:
         text = f"{100 * sobol:.2f} % with 256 Sobol points, {100 * random:.2f} % with 1000 pseudo-random samples"
         found.append((f"{quantity}: error {text}", sobol <= random))
     return found
+
+
+def figures(dataset: xr.Dataset, folder: Path) -> None:
+    """Error of the means against the number of samples."""
+    figure, axes = new_figure(1, 2, (10, 4.5), sharey=True)
+    styles = {"sobol": (BLUE, "o", "scrambled Sobol"), "random": (ORANGE, "s", "pseudo-random")}
+    for axis, quantity in zip(axes[0], QUANTITIES, strict=True):
+        for sampler, (colour, marker, label) in styles.items():
+            error = 100 * relative_error(dataset, sampler, quantity)
+            axis.loglog(COUNTS, error.T, marker, color=colour, alpha=0.35, ms=4)
+            axis.loglog(COUNTS, (error**2).mean("gear") ** 0.5, f"-{marker}", color=colour, label=label)
+        axis.set(xlabel="samples [–]", title=quantity.replace("_", " "))
+        axis.set_xticks(COUNTS, [str(count) for count in COUNTS])
+        axis.minorticks_off()
+        axis.grid(alpha=0.3)
+    axes[0, 0].set_ylabel("RMS error of the mean over the seeds [%]")
+    axes[0, 0].legend(frameon=False)
+    gain = {quantity: random / sobol for quantity in QUANTITIES for sobol, random in [compared(dataset, quantity)]}
+    figure.suptitle(
+        "256 Sobol points against 1000 pseudo-random samples: errors smaller by a factor of "
+        f"{gain['m_k']:.1f} (m k) and {gain['m_ste']:.1f} (m ste)"
+    )
+    write_figure(figure, folder / "sampling.png")

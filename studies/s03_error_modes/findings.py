@@ -1,8 +1,14 @@
-"""Bounds of the shapes of manufacturing errors."""
+"""Bounds of the shapes of manufacturing errors, and a map of each over the flank."""
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gearbench.plotting import new_figure, write_figure
+from studies.s03_error_modes.data import MEANING
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -14,3 +20,15 @@ def checks(dataset: xr.Dataset) -> list[tuple[str, bool]]:
         (f"{kind}: gap between 0 and 1 µm for an error of 1 µm", bool((v >= -1e-12).all() and (v <= 1 + 1e-12).all()))
         for kind, v in dataset.data_vars.items()
     ]
+
+
+def figures(dataset: xr.Dataset, folder: Path) -> None:
+    """One figure for each error."""
+    for kind, meaning in MEANING.items():
+        figure, ((axis,),) = new_figure(1, 1, (5.2, 3.6))
+        y, radius = dataset["face_position"], dataset["radius"]
+        filled = axis.contourf(y, radius, dataset[kind], levels=np.linspace(0, 1, 11), cmap="cividis")
+        figure.colorbar(filled, ax=axis, label="gap for an error of 1 µm [µm]")
+        axis.set(xlabel="position along the face width y [mm]", ylabel="radius on the pinion R [mm]")
+        axis.set_title(f"{kind.replace('_', ' ')}\n{meaning}", fontsize=9)
+        write_figure(figure, folder / f"{kind}.png")

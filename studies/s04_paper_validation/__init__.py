@@ -1,8 +1,7 @@
 """Figure 4 of the paper, and its claims on accuracy, deflection shapes and time, against our finite elements."""
 
 from studies.s04_paper_validation.data import compute, scene
-from studies.s04_paper_validation.findings import checks
-from studies.s04_paper_validation.pictures import figures
+from studies.s04_paper_validation.findings import checks, figures
 
 QUESTION = "Does the paper's 9-unknown plate come within 10 % of finite elements, 1000 times faster, as claimed?"
 

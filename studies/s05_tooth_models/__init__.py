@@ -6,8 +6,7 @@ that was fitted to them.
 """
 
 from studies.s05_tooth_models.data import compute, scene
-from studies.s05_tooth_models.findings import checks
-from studies.s05_tooth_models.pictures import figures
+from studies.s05_tooth_models.findings import checks, figures
 
 QUESTION = "How far are the fast tooth models from finite elements, over the range of gears in use?"
 

@@ -13,7 +13,7 @@ from gearbench.optimisation.designs import Designs
 from gearbench.robustness.montecarlo import Responses, prepare_scene, respond
 from gearbench.scene import Resolution, Scene
 from studies.s01_table2.data import COLUMNS, UNITS, statistics
-from studies.s06_paper_fronts.compare import wide
+from studies.s06_paper_fronts.findings import wide
 from studies.s06_paper_fronts.search import MODULE, TOOLS, search, study
 
 if TYPE_CHECKING:

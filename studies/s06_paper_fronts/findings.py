@@ -1,4 +1,7 @@
-"""The fronts against Table 2."""
+"""Fronts and single gears compared, and the fronts against Table 2.
+
+All objectives are minimised; ``F`` holds them as (point, objective).
+"""
 
 from __future__ import annotations
 
@@ -7,11 +10,47 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from studies.s06_paper_fronts.compare import coverage, distance, lead, shares
+from gearbench.optimisation.front import hypervolume
 from studies.s06_paper_fronts.search import TOOLS
 
 if TYPE_CHECKING:
     import xarray as xr
+
+
+#: A gear belongs to the wide front if it is worse than some gear of the front by at most this much in both objectives.
+WIDE = 0.10
+
+
+def coverage(A: NDArray, B: NDArray) -> float:
+    """Share of the points of B that some point of A equals or dominates (Zitzler & Thiele 1999)."""
+    return float(np.mean([np.any(np.all(b >= A, axis=1)) for b in B])) if len(B) else float("nan")
+
+
+def reference_point(*fronts: NDArray) -> NDArray:
+    """Worst of each objective over all the fronts, and 10 % more, (objective,)."""
+    return 1.1 * np.max([F.max(axis=0) for F in fronts], axis=0)
+
+
+def shares(ours: NDArray, theirs: NDArray) -> tuple[float, float]:
+    """Hypervolumes of two fronts, as shares of the box below their common reference point."""
+    reference = reference_point(ours, theirs)
+    return hypervolume(ours / reference), hypervolume(theirs / reference)
+
+
+def lead(point: NDArray, front: NDArray) -> float:
+    """By which share ``point`` beats some point of the front in both objectives; negative where it beats none."""
+    return float(np.max(np.min(1 - point / front, axis=1)))
+
+
+def distance(point: NDArray, front: NDArray) -> float:
+    """By which share the front must become better to reach ``point``; negative where it goes beyond it."""
+    return float(np.min(np.max(front / point, axis=1)) - 1)
+
+
+def wide(F: NDArray, front: NDArray, share: float = WIDE) -> NDArray:
+    """Points that are worse than some point of the front by at most ``share`` in every objective, (point,)."""
+    return np.array([np.min(np.max(f / front, axis=1)) <= 1 + share for f in F], dtype=bool)
+
 
 #: A row of the table may beat a front by no more than this in both objectives.
 LEAD = 0.02

@@ -9,9 +9,8 @@ import numpy as np
 
 from gearbench.plotting import BLUE, GREEN, ORANGE, legend_below, new_figure, write_figure
 from studies.s06_paper_fronts import tables
-from studies.s06_paper_fronts.compare import WIDE
 from studies.s06_paper_fronts.data import SHOWN
-from studies.s06_paper_fronts.findings import LEAD, front, measures
+from studies.s06_paper_fronts.findings import LEAD, WIDE, front, measures
 from studies.s06_paper_fronts.search import MODULE, TOOLS
 
 if TYPE_CHECKING:

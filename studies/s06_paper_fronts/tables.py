@@ -10,8 +10,7 @@ import numpy as np
 
 from studies.report import table, verdicts
 from studies.s01_table2.data import COLUMNS, UNITS
-from studies.s06_paper_fronts.compare import distance, lead
-from studies.s06_paper_fronts.findings import checks, front, measures
+from studies.s06_paper_fronts.findings import checks, distance, front, lead, measures
 from studies.s06_paper_fronts.search import MODULE, TOOLS, study
 
 if TYPE_CHECKING:

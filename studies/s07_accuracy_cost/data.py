@@ -20,6 +20,7 @@ from gearbench.effort.workprecision import cost
 from gearbench.library.garambois2017 import case, gear
 from gearbench.scene import Scene
 from gearbench.validation.reference import meshed_flanks
+from studies.report import kept
 from studies.s07_accuracy_cost.gears import gear_cost, gears
 from studies.s07_accuracy_cost.promises import (
     FIRST_DRAW,
@@ -80,7 +81,7 @@ def compute(*, quick: bool = False, folder: Path | None = None) -> xr.Dataset:
 
     Each part is kept in ``folder``, where a run goes on; nothing is kept of the quick size.
     """
-    return join([_kept(part, None if quick or folder is None else folder / f"{n}.nc") for n, part in _parts(quick)])
+    return join([kept(None if quick or folder is None else folder / f"{n}.nc", part) for n, part in _parts(quick)])
 
 
 def _parts(quick: bool) -> Iterator[tuple[str, Callable[[], xr.Dataset]]]:
@@ -94,17 +95,6 @@ def _parts(quick: bool) -> Iterator[tuple[str, Callable[[], xr.Dataset]]]:
         yield kind, partial(_promised, kind, quick)
     if not quick:
         yield "front", _fronts
-
-
-def _kept(compute: Callable[[], xr.Dataset], path: Path | None) -> xr.Dataset:
-    """Result of ``compute``, read from ``path`` if it exists."""
-    from gearbench.results.netcdf import open_result, save
-
-    if path is None:
-        return compute()
-    if not path.exists():
-        save(compute(), path)
-    return open_result(path)
 
 
 def join(parts: list[xr.Dataset]) -> xr.Dataset:

@@ -1,8 +1,7 @@
 """Contact off the line of action on gears in use: spur and helical, relieved or not, light to twice nominal load."""
 
 from studies.s09_contact_in_use.data import compute, scene
-from studies.s09_contact_in_use.findings import checks
-from studies.s09_contact_in_use.pictures import figures
+from studies.s09_contact_in_use.findings import checks, figures
 
 QUESTION = "On gears in use, does contact off the line keep the fast teeth within 1 % of contact finite elements?"
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -23,6 +24,7 @@ from gearbench.scene import Load, Resolution, Scene
 from gearbench.scene_file import parse_scene, read_scene
 from gearbench.validation.contact import model_cycle
 from gearbench.validation.reference import reference_scene
+from studies.report import kept
 from studies.s05_tooth_models.pairs import draw, in_use
 from studies.s08_contact.data import scene as spur_scene
 
@@ -100,17 +102,10 @@ def compute(*, quick: bool = False, folder: Path | None = None) -> xr.Dataset:
     """Curves of all pairs; those of the contact finite elements are kept in ``folder``, where a run goes on."""
     if quick:
         return collected([with_models(contact_curve(spur_scene("spur"), 2))])
-    from gearbench.results.netcdf import open_result, save
-
-    rows = []
-    for number, each in enumerate(scenes()):
-        path = folder / f"{number:02d}.nc" if folder is not None else None
-        if path is not None and path.exists():
-            rows.append(open_result(path))
-            continue
-        rows.append(contact_curve(each, PHASES))
-        if path is not None:
-            save(rows[-1], path)
+    rows = [
+        kept(folder and folder / f"{number:02d}.nc", partial(contact_curve, each, PHASES))
+        for number, each in enumerate(scenes())
+    ]
     return collected([with_models(row) for row in rows])
 
 

@@ -1,14 +1,20 @@
-"""Limits: contact finite elements know their error, and the fast teeth with contact off the line keep to them."""
+"""Limits of contact finite elements and of the fast teeth off the line, and pictures of errors and curves."""
 
 from __future__ import annotations
 
+import math
 import tomllib
+from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from gearbench.plotting import BLUE, GREEN, ORANGE, new_figure, write_figure
 from studies.s09_contact_in_use.data import residual
 
 if TYPE_CHECKING:
     import xarray as xr
+
 
 #: RMS over the cycle of what the fast teeth miss, and the error bar of the contact finite elements, over the mean [%].
 RESIDUAL, BAR = 1.0, 0.5
@@ -31,3 +37,58 @@ def checks(dataset: xr.Dataset) -> list[tuple[str, bool]]:
         error = float(bar[row])
         found.append((f"{name}: error bar of contact finite elements {error:.2f} % (limit {BAR:g} %)", error <= BAR))
     return found
+
+
+_STYLES = {
+    "fast": ("contact on the line", "s", ORANGE),
+    "fast_off_line": ("contact off the line", "o", GREEN),
+    "lines_off_line": ("contact off the line, teeth of finite elements", "x", BLUE),
+}
+
+
+def figures(dataset: xr.Dataset, folder: Path) -> None:
+    """residual.png and curves.png."""
+    _residuals(dataset, folder / "residual.png")
+    _curves(dataset, folder / "curves.png")
+
+
+def _residuals(dataset: xr.Dataset, path: Path) -> None:
+    figure, axes = new_figure(1, 1, (7.5, 0.27 * dataset.sizes["design"] + 1.6))
+    axis, off = axes[0, 0], residual(dataset)
+    rows = np.arange(dataset.sizes["design"])
+    for model, (label, marker, color) in _STYLES.items():
+        axis.plot(off.sel(model=model), rows, marker, color=color, label=label, ms=5)
+    axis.axvline(RESIDUAL, color="black", lw=0.8)
+    axis.set_xscale("log")
+    axis.set_yticks(rows, names(dataset), fontsize=8)
+    axis.invert_yaxis()
+    axis.set_xlabel("RMS off contact finite elements over the cycle [% of the mean STE]")
+    axis.legend(frameon=False, fontsize=8, loc="lower right")
+    kept = int((off.sel(model="fast_off_line") <= RESIDUAL).sum())
+    axis.set_title(f"Contact off the line: {kept} of {len(rows)} pairs within {RESIDUAL:g} %", fontsize=10)
+    write_figure(figure, path)
+
+
+def _curves(dataset: xr.Dataset, path: Path) -> None:
+    count = dataset.sizes["design"]
+    columns = min(4, count)
+    figure, axes = new_figure(math.ceil(count / columns), columns, (3.0 * columns, 1.9 * math.ceil(count / columns)))
+    titles = names(dataset)
+    for row, axis in enumerate(axes.ravel()):
+        if row >= count:
+            axis.set_axis_off()
+            continue
+        here = dataset.isel(design=row)
+        for model in ("fast", "fast_off_line"):
+            label, _, color = _STYLES[model]
+            curve = here.model_transmission_error.sel(model=model)
+            axis.plot(here.mesh_phase, curve, "--" if model == "fast" else "-", color=color, label=label, lw=1.2)
+        axis.plot(here.mesh_phase, here.transmission_error, "o", ms=3, color="black", label="contact finite elements")
+        axis.set_title(titles[row], fontsize=8)
+        axis.tick_params(labelsize=7)
+        if row % columns == 0:
+            axis.set_ylabel("STE [µm]", fontsize=8)
+        if row >= count - columns:
+            axis.set_xlabel("mesh phase", fontsize=8)
+    axes[0, 0].legend(frameon=False, fontsize=6)
+    write_figure(figure, path)

@@ -6,8 +6,7 @@ paper's remain, and what the plate said about each of them.
 """
 
 from studies.s10_fronts_on_bodies.data import compute, scene
-from studies.s10_fronts_on_bodies.findings import checks
-from studies.s10_fronts_on_bodies.pictures import figures
+from studies.s10_fronts_on_bodies.findings import checks, figures
 
 QUESTION = "What do the paper's fronts become on teeth and bodies as finite elements have them?"
 

@@ -1,15 +1,18 @@
-"""Plate and solid compared: shares of the fronts that remain, shifts of the rows, and what an engineer would quote."""
+"""Plate and solid compared: shares of the fronts that remain, shifts of the rows, figures and report."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.optimisation.front import non_dominated
 from gearbench.optimisation.verify import rank_correlation
-from studies.s06_paper_fronts.compare import lead, shares
+from gearbench.plotting import BLUE, GREY, ORANGE, legend_below, new_figure, write_figure
+from studies.report import table, verdicts
+from studies.s06_paper_fronts.findings import lead, shares
 from studies.s06_paper_fronts.search import MODULE, TOOLS
 from studies.s10_fronts_on_bodies.data import MODELS
 
@@ -73,3 +76,64 @@ def checks(dataset: xr.Dataset) -> list[tuple[str, bool]]:
 
 
 _VOLUMES = ("solid's front", "plate's front, judged by the solid")
+
+
+_ACROSS, _UP = "m$_k$ [%]", "m$_{ste}$ [µm]"
+
+
+def figures(dataset: xr.Dataset, folder: Path) -> None:
+    """Write ``fronts.png``, ``table_2.png`` and ``report.md``."""
+    write_figure(fronts(dataset), folder / "fronts.png")
+    write_figure(rows(dataset), folder / "table_2.png")
+    (folder / "report.md").write_text("\n".join(report(dataset)) + "\n", encoding="utf-8")
+
+
+def fronts(dataset: xr.Dataset) -> Any:
+    """For each tool: the solid's front, the plate's front as the solid judges it, the rows of Table 2."""
+    from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
+
+    figure, axes = new_figure(1, len(TOOLS), (13.0, 5.0))
+    for axis, tool in zip(axes.ravel(), TOOLS, strict=True):
+        solid, plate = points(dataset, tool, "solid", "solid"), points(dataset, tool, "plate", "solid")
+        was, theirs = points(dataset, tool, "plate", "plate"), row_points(dataset, tool, "solid")
+        axis.plot(*was.T, ".", color=GREY, label="front on the plate, judged by the plate")
+        axis.plot(*plate.T, "s", color=ORANGE, mfc="none", label="the same gears on solid teeth and bodies")
+        axis.plot(*solid[np.argsort(solid[:, 0])].T, "o-", color=BLUE, ms=4, label="front on solid teeth and bodies")
+        axis.plot(*theirs.T, "x", color="black", label="rows of Table 2, solid on body")
+        axis.set(title=f"tool {tool}, m$_n$ = {MODULE[tool]:g} mm", xlabel=_ACROSS, ylabel=_UP, yscale="log")
+        axis.yaxis.set(major_locator=LogLocator(subs=(1, 2, 3, 5)), major_formatter=StrMethodFormatter("{x:g}"))
+        axis.yaxis.set_minor_formatter(NullFormatter())
+    legend_below(figure, axes.ravel()[0], 2)
+    return figure
+
+
+def rows(dataset: xr.Dataset) -> Any:
+    """Rows of Table 2: solid over plate, of both objectives, over the total contact ratio."""
+    figure, axes = new_figure(1, 1, (8.0, 5.0))
+    axis = axes[0, 0]
+    ratio = dataset["row_contact_ratio"].values
+    for name, colour, marker, label in (("m_k", BLUE, "o", "m$_k$"), ("m_ste", ORANGE, "s", "m$_{ste}$")):
+        change = 100 * (dataset[f"row_{name}_solid"].values / dataset[f"row_{name}_plate"].values - 1)
+        axis.plot(ratio, change, marker, color=colour, label=label)
+    axis.axhline(0.0, color=GREY, lw=0.8)
+    axis.set(xlabel="total contact ratio", ylabel="solid on its body over clamped plate [%]")
+    axis.legend(frameon=False)
+    return figure
+
+
+def report(dataset: xr.Dataset) -> list[str]:
+    """Lines of the report: checks, the fronts, and every row of Table 2 under both models."""
+    lines = ["# The paper's fronts on solid teeth and their bodies", ""]
+    lines += verdicts(checks(dataset))
+    found = {tool: measures(dataset, tool) for tool in TOOLS}
+    heads = ("", *(f"tool {tool}, m_n {MODULE[tool]:g} mm" for tool in TOOLS))
+    lines += ["", *table(heads, [(n, *(f"{found[t][n]:.4g}" for t in TOOLS)) for n in found[1]], texts=1)]
+    lines += ["", "# Table 2", "", "Each cell: paper / plate / solid on its body.", ""]
+    body = []
+    for i, name in enumerate(dataset["row"].values):
+        cells = [
+            " / ".join(f"{float(dataset[f'row_{column}_{kind}'][i]):.2f}" for kind in ("paper", "plate", "solid"))
+            for column in ("m_k", "m_ste")
+        ]
+        body.append((str(name), f"{float(dataset['row_contact_ratio'][i]):.2f}", *cells))
+    return lines + table(("gear", "ε_γ", "m_k [%]", "m_ste [µm]"), body, texts=1)

@@ -5,8 +5,7 @@ rims from 1.5 modules to solid bodies. Drawn before anything is computed, none l
 """
 
 from studies.s11_gears_in_use.data import compute, scene
-from studies.s11_gears_in_use.findings import checks
-from studies.s11_gears_in_use.pictures import figures
+from studies.s11_gears_in_use.findings import checks, figures
 
 QUESTION = "How far are the fast tooth models from finite elements of whole gears, on all gears in use?"
 

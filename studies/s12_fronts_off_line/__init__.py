@@ -5,8 +5,7 @@ searched anew here: each is judged once more with ``[effects.off_line_contact]``
 """
 
 from studies.s12_fronts_off_line.data import compute, scene
-from studies.s12_fronts_off_line.findings import checks
-from studies.s12_fronts_off_line.pictures import figures
+from studies.s12_fronts_off_line.findings import checks, figures
 
 QUESTION = "What do Table 2 and the paper's fronts become where flanks may touch off the line of action?"
 

@@ -1,9 +1,7 @@
 """The command line as a user meets it: results, files, and one clear line for every fault."""
 
 import json
-import os
 import re
-import subprocess
 import sys
 import tomllib
 
@@ -75,12 +73,6 @@ def test_json_is_one_object_with_every_scalar(run):
     assert 0 <= summary["complementarity_residual_max"] < 1e-9
 
 
-def test_json_says_the_accuracy(run):
-    summary = json.loads(run("simulate", EXAMPLES / "sc.toml", "--accuracy", "1%", "--json")[1])
-    assert summary["accuracy_requested"] == 0.01
-    assert 0 < summary["accuracy_estimated"] <= 0.01
-
-
 def test_names_are_no_formulas_in_plots():
     from matplotlib.cbook import is_math_text
 
@@ -102,19 +94,6 @@ def test_names_are_text_in_plots_and_on_the_terminal(run, tmp_path, name):
     assert list((tmp_path / "plots").glob("*.png"))
 
 
-@pytest.mark.parametrize("name", ["a [/b] c", "gear [red]A[/red]", "gear :gear: B"])
-def test_names_are_text(run, tmp_path, name):
-    scene = tmp_path / "scene.toml"
-    scene.write_text(f'name = "{name}"\n{GOOD}', encoding="utf-8")
-    code, out, err = run("plan", scene)
-    assert (code, err) == (0, "")
-    assert f"{name}: spur" in out
-
-
-def test_quiet_prints_nothing(run, tmp_path):
-    assert run("simulate", EXAMPLES / "sc.toml", "-q", "-o", tmp_path / "o.nc") == (0, "", "")
-
-
 def test_robust_writes_samples_and_statistics(run, tmp_path):
     target = tmp_path / "robust.nc"
     code, out, _ = run("robust", EXAMPLES / "gear55_robust.toml", "--samples", 64, "--seed", 3, "-o", target)
@@ -126,23 +105,6 @@ def test_robust_writes_samples_and_statistics(run, tmp_path):
         for name in ("mean", "std", "max"):
             assert f"transmission_error_rms_{name}" in dataset
             assert f"mesh_stiffness_rms_{name}_standard_error" in dataset
-
-
-def test_the_same_seed_gives_the_same_samples_on_any_number_of_threads(run, tmp_path):
-    for threads in (1, 2):
-        run(
-            "robust",
-            EXAMPLES / "gear55_robust.toml",
-            "--samples",
-            200,
-            "--threads",
-            threads,
-            "-o",
-            tmp_path / f"{threads}.nc",
-            "-q",
-        )
-    one, two = (xr.load_dataset(tmp_path / f"{n}.nc", engine="h5netcdf") for n in (1, 2))
-    xr.testing.assert_identical(one.drop_attrs(), two.drop_attrs())
 
 
 def test_plots_are_drawn_where_asked(run, tmp_path):
@@ -163,20 +125,6 @@ def test_no_line_runs_through_the_legend_of_a_density(run, tmp_path):
     assert axes.get_legend().get_window_extent().y0 >= axes.get_window_extent().y1
 
 
-def test_plan_lists_what_runs_and_nothing_else(run):
-    code, out, _ = run("plan", EXAMPLES / "sc.toml")
-    assert code == 0
-    assert "tooth_bending" in out
-    assert "hertz" in out
-    assert "crowning" not in out
-    assert "robust" not in out
-    _, out, _ = run("plan", EXAMPLES / "gear55_robust.toml", "--json")
-    plan = json.loads(out)
-    names = [part["name"] for part in plan["parts"]]
-    effects = ["tooth_bending", "hertz", "tip_relief", "manufacturing_errors"]
-    assert names == ["contact lines", *effects, "contact", "robust"]
-
-
 def test_doctor_is_content_where_the_tests_run(run):
     code, out, _ = run("doctor")
     assert code == 0, out
@@ -193,14 +141,6 @@ def test_doctor_names_the_extra_that_brings_a_missing_package(run, monkeypatch):
 
 def test_version(run):
     assert run("--version") == (0, f"gearbench {__version__}\n", "")
-
-
-@pytest.mark.parametrize("command", ["simulate", "robust", "plan", "doctor"])
-@pytest.mark.parametrize("option", ["--help", "-h"])
-def test_help_shows_what_a_command_is_for(run, command, option):
-    code, out, _ = run(command, option)
-    assert code == 0
-    assert "Example" in out or command == "doctor"
 
 
 #: What is replaced by what in the good scene, the key that must be named, and what else must be said.
@@ -270,12 +210,6 @@ def test_bad_input_is_one_line_and_exit_code_2(run, tmp_path, old, new, key, say
     assert [path.name for path in tmp_path.iterdir()] == ["scene.toml"]
 
 
-def test_the_unchanged_scene_of_these_tests_is_fine(run, tmp_path):
-    scene = tmp_path / "scene.toml"
-    scene.write_text(GOOD, encoding="utf-8")
-    assert run("simulate", scene, "-q") == (0, "", "")
-
-
 @pytest.mark.parametrize("kind", ["missing", "folder", "binary"])
 def test_unreadable_files(run, tmp_path, kind):
     scene = tmp_path / "scene.toml"
@@ -307,24 +241,6 @@ def test_results_are_not_written_under_the_name_of_another_format(run, tmp_path)
     assert not target.exists()
 
 
-def test_a_full_disk_leaves_the_earlier_file(run, tmp_path, monkeypatch):
-    import gearbench.files
-
-    target = tmp_path / "out.nc"
-    target.write_text("earlier")
-
-    def full(*_: object) -> None:
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr(gearbench.files.os, "fsync", full)
-    code, _, err = run("simulate", EXAMPLES / "sc.toml", "-o", target)
-    assert code == 1
-    assert "No space left on device" in err
-    assert err.count("\n") == 1
-    assert target.read_text() == "earlier"
-    assert [path.name for path in tmp_path.iterdir()] == ["out.nc"]
-
-
 def test_robust_without_random_errors_says_what_is_missing(run):
     code, _, err = run("robust", EXAMPLES / "sc.toml")
     assert code == 2
@@ -337,14 +253,6 @@ def test_usage_errors_exit_with_2(run):
     assert run("robust", EXAMPLES / "sc.toml", "--samples", 0)[0] == 2
     assert run("robust", EXAMPLES / "gear55_robust.toml", "--samples", 1)[0] == 2  # has no scatter
     assert run("no-such-command")[0] == 2
-
-
-def test_in_a_process_of_its_own(tmp_path):
-    command = [sys.executable, "-m", "gearbench", "simulate", str(tmp_path / "none.toml")]
-    done = subprocess.run(command, capture_output=True, text=True, env={**os.environ, "NO_COLOR": "1"})
-    assert done.returncode == 2
-    assert done.stderr.count("\n") == 1
-    assert "Traceback" not in done.stderr
 
 
 def test_examples_are_the_published_pairs():

@@ -15,7 +15,7 @@ from gearbench.effects.helix_slope import HelixSlope
 from gearbench.effort import workprecision
 from gearbench.effort.clock import peak_megabytes
 from gearbench.effort.curves import WorkPrecision, as_dataset, knob_curve, observed_order
-from gearbench.effort.samples import sample_curves
+from gearbench.effort.workprecision import sample_curves
 from gearbench.library.garambois2017 import case, gear
 from gearbench.results.netcdf import open_result
 from tests.support.paths import EXAMPLES, ROOT

@@ -118,25 +118,6 @@ def test_units_in_brackets_are_shown(run, monkeypatch):
     assert "[N·m]" in run("simulate", "--help")[1]
 
 
-@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
-def test_completion_scripts(monkeypatch, shell):
-    monkeypatch.setattr(sys, "argv", ["gearbench"])
-    code = "import sys; sys.argv = ['gearbench', '--show-completion']; from gearbench.cli import main; main()"
-    environment = {**os.environ, "_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION": "1"}
-    command = [sys.executable, "-c", code.replace("completion'", f"completion', '{shell}'")]
-    done = subprocess.run(command, capture_output=True, text=True, env=environment)
-    assert done.returncode == 0, done.stderr
-    assert "_GEARBENCH_COMPLETE" in done.stdout
-
-
-def test_commands_are_completed():
-    code = "import sys; sys.argv = ['gearbench']; from gearbench.cli import main; main()"
-    environment = {"_GEARBENCH_COMPLETE": "complete_bash", "COMP_WORDS": "gearbench si", "COMP_CWORD": "1"}
-    command = [sys.executable, "-c", code]
-    done = subprocess.run(command, capture_output=True, text=True, env={**os.environ, **environment})
-    assert done.stdout.split() == ["simulate"]
-
-
 def test_no_escape_sequences_in_a_pipe():
     environment = {k: v for k, v in os.environ.items() if k not in ("NO_COLOR", "FORCE_COLOR")}
     for arguments in (["doctor"], ["simulate", EXAMPLES / "sc.toml"]):
@@ -209,12 +190,6 @@ def test_verbose_tells_on_the_error_stream_and_leaves_no_trace(run):
     assert "Newton steps" in err
     assert not logging.getLogger("gearbench").handlers
     assert run("simulate", EXAMPLES / "sc.toml")[2] == ""
-
-
-def test_bad_input_stays_one_line_where_more_is_told(run, tmp_path):
-    code, out, err = run("simulate", tmp_path / "none.toml", "-v")
-    assert (code, out) == (2, "")
-    assert err.count("\n") == 1
 
 
 def test_a_failure_tells_where_it_happened_if_asked(run, tmp_path, monkeypatch):

@@ -21,8 +21,7 @@ from gearbench.dynamics.revolution import revolution_response
 from gearbench.dynamics.scatter import BLOCK, robust_response
 from gearbench.dynamics.size import bearings, in_blocks
 from gearbench.effects.waviness import Wave, Waviness
-from gearbench.effort.apart import apart
-from gearbench.effort.clock import most_megabytes
+from gearbench.effort.clock import apart, most_megabytes
 from gearbench.errors import InputError
 from gearbench.hunting.cycles import hunting_memory
 from gearbench.hunting.run import hunting_cycle

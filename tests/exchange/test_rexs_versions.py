@@ -130,12 +130,6 @@ def test_a_stage_is_the_same_in_every_version(tmp_path, name):
     assert scene.load.torque == 150.0
 
 
-def test_load_cases_are_those_of_the_first_spectrum(tmp_path):
-    path = tmp_path / "model.rexs"
-    path.write_text(DIALECTS["1.5"], encoding="utf-8")
-    assert list(read_document(path).load_cases) == [7, 8]
-
-
 def test_a_byte_order_mark_is_no_part_of_the_text(tmp_path):
     path = tmp_path / "model.rexs"
     path.write_text(MODEL, encoding="utf-8-sig")
@@ -159,14 +153,6 @@ def test_a_packed_model_may_stand_beside_the_files_that_it_refers_to(tmp_path, n
     assert load(tmp_path / name) == EXPECTED
 
 
-def test_two_models_in_one_packed_file_are_refused(tmp_path):
-    with zipfile.ZipFile(tmp_path / "two.rexsz", "w") as archive:
-        for name in ("a.rexs", "b.rexs.xml", "c.gde"):
-            archive.writestr(name, MODEL)
-    with pytest.raises(InputError, match=r"holds a\.rexs, b\.rexs\.xml: .*one \.rexs file"):
-        read_document(tmp_path / "two.rexsz")
-
-
 def test_tools_that_do_not_agree_are_named(tmp_path):
     second = """    <component id="32" name="worm" type="hob">
       <attribute id="addendum_coefficient_reference_profile" unit="none">1.2</attribute>
@@ -179,11 +165,3 @@ def test_tools_that_do_not_agree_are_named(tmp_path):
     (tmp_path / "model.rexs").write_text(text, encoding="utf-8")
     with pytest.raises(InputError, match=r"component 31\.addendum_coefficient_reference_profile|component 32"):
         read_rexs(tmp_path / "model.rexs")
-
-
-@pytest.mark.parametrize("version", ["0.9", "1.8", "2.0.0", "DEV", ""])
-def test_other_versions_are_refused(tmp_path, version):
-    path = tmp_path / "model.rexs"
-    path.write_text(replaced(MODEL, ('version="1.6"', f'version="{version}"')), encoding="utf-8")
-    with pytest.raises(InputError, match=r"must be one of 1\.0, 1\.1"):
-        read_document(path)

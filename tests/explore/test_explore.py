@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from matplotlib.path import Path as Outline
 from numpy.testing import assert_allclose, assert_array_equal
 
 from gearbench.errors import InputError
@@ -15,7 +14,6 @@ from gearbench.explore.controls import moved, positions, values
 from gearbench.explore.flank_map import flank_map
 from gearbench.explore.model import density, picture
 from gearbench.explore.stored import open_results
-from gearbench.geometry.tooth_shapes import mesh, outline
 from gearbench.library.garambois2017 import case, gear
 from gearbench.optimisation.front import non_dominated
 from gearbench.results.netcdf import save
@@ -140,10 +138,6 @@ def test_a_picture_agrees_with_simulate_and_robust(robust_scene):
     assert_allclose(shown.scatter.transmission_error, samples["transmission_error_rms"], rtol=1e-12)
 
 
-def test_without_errors_there_is_no_scatter():
-    assert picture(case(1)).scatter is None
-
-
 def test_errors_of_a_wider_class_scatter_more(robust_scene):
     std = []
     for iso_class in (4, 6, 8):
@@ -171,39 +165,6 @@ def test_density_is_one_in_total_and_a_peak_where_nothing_scatters():
     x, y = density(np.random.default_rng(0).normal(5, 2, 256))
     assert_allclose(np.trapezoid(y, x), 1, atol=5e-3)  # tails beyond three widths: 0.3 %
     assert_allclose(density(np.full(5, 3.0))[0], 3.0)
-
-
-@pytest.mark.parametrize("scene", [case(1), case(2), gear("SC").scene()], ids=["case 1", "case 2", "SC"])
-@pytest.mark.parametrize("phase", [0.0, 0.37, 0.9])
-def test_teeth_touch_where_contact_is_and_never_overlap(scene, phase):
-    drawn = mesh(scene.pair)
-    pinion, wheel = drawn.at(phase)
-    contacts = drawn.contacts(phase)
-    assert len(contacts) in {
-        int(scene.pair.meshing.transverse_contact_ratio),
-        int(scene.pair.meshing.transverse_contact_ratio) + 1,
-    }
-    for point in contacts:
-        for outlined in (pinion, wheel):
-            # 16 points on a flank: the polygon leaves the involute by less than 1 % of the module
-            assert distance(outlined, point) < 0.01 * scene.pair.normal_module
-    for one, other in ((pinion, wheel), (wheel, pinion)):
-        inside = one[Outline(other).contains_points(one)]
-        assert all(distance(other, point) < 0.01 * scene.pair.normal_module for point in inside)
-
-
-def distance(outlined, point):
-    """Distance of a point from a polygon."""
-    a, b = outlined, np.roll(outlined, -1, axis=0)
-    t = np.clip(np.einsum("ij,ij->i", point - a, b - a) / np.maximum(np.einsum("ij,ij->i", b - a, b - a), 1e-30), 0, 1)
-    return np.hypot(*(a + t[:, None] * (b - a) - point).T).min()
-
-
-def test_an_outline_is_closed_by_its_body_and_has_the_teeth_asked_for():
-    pinion = case(1).pair.gears[0]
-    radius = np.hypot(*outline(pinion, 2).T)
-    assert np.isclose(radius, pinion.tip_radius).sum() == 2 * 5
-    assert radius.min() < pinion.root_radius
 
 
 @pytest.mark.slow

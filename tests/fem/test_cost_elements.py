@@ -13,8 +13,7 @@ from fem_reference.section import Body
 from fem_reference.tooth_mesh import tooth_mesh
 from gearbench.accuracy.knobs import with_resolution
 from gearbench.effects.tooth_bending import ToothBending
-from gearbench.effort.apart import apart
-from gearbench.effort.clock import Cost
+from gearbench.effort.clock import Cost, apart
 from gearbench.effort.curves import Point, WorkPrecision, as_dataset
 from gearbench.effort.elements import ELEMENTS, Meshes, all_meshes, element_curves, with_blocks
 from gearbench.errors import GearbenchError

@@ -10,7 +10,6 @@ from gearbench.dynamics.model import Model
 from gearbench.dynamics.waves import rms
 from gearbench.errors import InputError
 from gearbench.optimisation.problem import evaluate, scene_of
-from gearbench.optimisation.run import optimise
 from gearbench.optimisation.study_file import parse_study
 from gearbench.results.cycle import fourier_rows
 from gearbench.robustness.montecarlo import prepare_scene, respond
@@ -90,27 +89,6 @@ def test_several_torques_count_as_of_any_response(samples):
         study = parse_study(tables(samples=0, objectives=["mesh_force_mean"]))
         data = response(scene_of(study, (4.0, 0.0)), speed=study.speeds.values, harmonics=5)
         assert_allclose(two, np.sqrt((data["mesh_force_rms"].values ** 2).mean()), rtol=1e-9)
-
-
-def small():
-    given = tables(samples=4, objectives=["mesh_force_mean", "mesh_stiffness_rms_mean"], count=3, harmonics=3)
-    given["algorithm"] = {"population": 4, "generations": 3, "seed": 2}
-    return parse_study(given | {"constraints": {"mesh_force": {"max": 1e6}}})
-
-
-def test_search_runs_resumes_and_does_not_depend_on_threads(tmp_path):
-    study = small()
-    whole = optimise(study, directory=tmp_path / "a", threads=2)
-    (tmp_path / "b").mkdir()
-    for number in (1, 2):
-        name = f"generation_{number:04d}.nc"
-        (tmp_path / "b" / name).write_bytes((tmp_path / "a" / name).read_bytes())
-    (tmp_path / "b" / "study.toml").write_bytes((tmp_path / "a" / "study.toml").read_bytes())
-    again = optimise(study, directory=tmp_path / "b", resume=True, threads=1)
-    assert again.attrs["data_sha256"] == whole.attrs["data_sha256"]
-    assert whole["mesh_force_mean"].attrs["units"] == "N"
-    kept = whole["mesh_force"].values
-    assert np.isfinite(kept).all()
 
 
 def test_limit_of_the_force():

@@ -17,7 +17,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from gearbench.errors import InputError
 from gearbench.optimisation.conditions import Condition, parse_band, parse_condition, parse_ranking
 from gearbench.optimisation.designs import Designs
-from gearbench.optimisation.listing import csv_text, markdown_name, markdown_text
+from gearbench.optimisation.listing import csv_text, markdown_text
 from gearbench.optimisation.run import optimise
 from gearbench.optimisation.select import Resonance, chosen_scene, open_designs, select
 from gearbench.optimisation.study import Algorithm, Robustness
@@ -239,18 +239,6 @@ def test_texts_and_numbers_are_not_compared(designs, condition):
         select(designs, where=[parse_condition(condition)])
 
 
-def test_texts_are_no_rank(designs):
-    with pytest.raises(InputError, match="must be a number"):
-        select(designs, rank={"law": 1.0})
-
-
-def test_study_without_feasible_design_is_said_to_have_none(designs):
-    dataset = designs.dataset.copy()
-    dataset["feasible"] = dataset["feasible"] * 0
-    with pytest.raises(InputError, match="no feasible design"):
-        select(Designs(dataset))
-
-
 # -- export -----------------------------------------------------------------------------------------------------------
 
 
@@ -320,10 +308,6 @@ def test_text_is_no_formula_in_a_spreadsheet(designs, text):
     dataset = designs.dataset.assign(law=designs.dataset["law"].astype(object).where(False, text))
     rows = list(csv.DictReader(csv_text(select(Designs(dataset))).splitlines()))
     assert {row["law"] for row in rows} == {f"'{text}"}
-
-
-def test_names_are_text_in_markdown():
-    assert markdown_name("a [b](c) <i>|*d*\n# e") == r"a \[b\](c) \<i\>\|\*d\* # e"
 
 
 def test_list_is_printed_and_written(run, folder, designs, tmp_path):

@@ -15,7 +15,8 @@ from gearbench.optimisation.problem import scene_of
 from gearbench.optimisation.store import Store
 from gearbench.optimisation.study import Algorithm, Robustness
 from gearbench.results.netcdf import open_result, save
-from studies.s06_paper_fronts import checks, compare, compute, figures
+from studies.s06_paper_fronts import checks, compute, figures
+from studies.s06_paper_fronts import findings as compare
 from studies.s06_paper_fronts import search as searching
 from studies.s06_paper_fronts.data import macro_and_micro
 from studies.s06_paper_fronts.findings import front

@@ -54,13 +54,6 @@ def test_the_page_says_what_the_stored_gears_show(kept):
 _COUNTS = ("not dominated on the line", "of these, not dominated off the line")
 
 
-def test_a_gear_whose_rank_changes_is_found(kept):
-    worse = kept.copy(deep=True)
-    own = worse["row_module"].values == 2.0
-    worse["row_m_ste"].values[own, :, 1] = worse["row_m_ste"].values[own, :, 1][::-1]
-    assert any("tool 3" in text for text, holds in checks(worse) if not holds)
-
-
 @pytest.mark.slow
 def test_figures_come_from_the_stored_dataset(kept, tmp_path):
     figures(kept, tmp_path)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from gearbench.library.garambois2017 import table_2
 from gearbench.results.netcdf import open_result
-from studies.s06_paper_fronts.compare import coverage, distance, lead
+from studies.s06_paper_fronts.findings import coverage, distance, lead
 from studies.s06_paper_fronts.search import TOOLS
 from studies.s06_paper_fronts.search import study as plate_study
 from studies.s10_fronts_on_bodies import checks, figures
@@ -97,12 +97,6 @@ def test_rows_of_the_table_beside_the_fronts(kept):
 def _gain(point: NDArray, front: NDArray) -> float:
     """By which share some gear of the front is better than ``point`` in both objectives."""
     return float(np.max(np.min(1 - front / point, axis=1)))
-
-
-def test_a_row_that_beats_the_front_is_found(kept):
-    better = kept.copy(deep=True)
-    better["row_m_k_solid"].values[list(kept["row"].values).index("55")] *= 0.5
-    assert next(text for text, holds in checks(better) if not holds).startswith("tool 3: no row leads")
 
 
 def test_figures_come_from_the_stored_dataset(kept, tmp_path):

@@ -9,8 +9,6 @@ from html.parser import HTMLParser
 
 import pytest
 
-from gearbench.errors import InputError
-from gearbench.files import make_folder
 from gearbench.library.garambois2017 import case
 from gearbench.results.netcdf import open_result
 from gearbench.validation import report
@@ -137,9 +135,3 @@ def test_a_failure_leaves_what_was_there(dataset, html, tmp_path, monkeypatch, s
         report.write(dataset, tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["report.html"]
     assert (tmp_path / "report.html").read_text() == "before"
-
-
-def test_a_folder_that_cannot_be_is_refused(tmp_path):
-    (tmp_path / "file").write_text("")
-    with pytest.raises(InputError, match=r"output = .*must be a folder"):
-        make_folder("output", tmp_path / "file" / "below")
