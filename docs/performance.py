@@ -41,10 +41,10 @@ def settings(dataset: xr.Dataset) -> Iterator[Row]:
     yield "scene", "setting", "expected order", orders, "time for 1 % [ms]", "time for 0.1 % [ms]"
     for name in dict.fromkeys(dataset["setting_scene"].values.tolist()):
         part = diagram(dataset, name)
-        for knob in part["knob"].values.tolist():
-            seen = " ".join(_order(p) for p in part["observed_order"].sel(knob=knob).values)
-            times = [_milliseconds(cheapest(part, knob, error)) for error in (0.01, 0.001)]
-            yield name, knob.replace("_", " "), str(part["expected_order"].sel(knob=knob).values), seen, *times
+        for setting in part["knob"].values.tolist():
+            seen = " ".join(_order(p) for p in part["observed_order"].sel(knob=setting).values)
+            times = [_milliseconds(cheapest(part, setting, error)) for error in (0.01, 0.001)]
+            yield name, setting.replace("_", " "), str(part["expected_order"].sel(knob=setting).values), seen, *times
 
 
 def elements(dataset: xr.Dataset) -> Iterator[Row]:
@@ -52,10 +52,10 @@ def elements(dataset: xr.Dataset) -> Iterator[Row]:
     cost = ("mesh", "unknowns", "time [s]", "memory [MB]")
     yield "scene", "elements", "observed order", *(f"{part} for {e} %" for e in ("1", "0.3") for part in cost)
     for name, part in meshed(dataset).items():
-        for knob in part["knob"].values.tolist():
-            order = _order(float(part["compliance_order"].sel(knob=knob)))
-            cheap = [cell for error in (0.01, 0.003) for cell in _mesh(cheapest_mesh(part, knob, error))]
-            yield name, knob.replace("_", " "), order, *cheap
+        for setting in part["knob"].values.tolist():
+            order = _order(float(part["compliance_order"].sel(knob=setting)))
+            cheap = [cell for error in (0.01, 0.003) for cell in _mesh(cheapest_mesh(part, setting, error))]
+            yield name, setting.replace("_", " "), order, *cheap
 
 
 def models(dataset: xr.Dataset) -> Iterator[Row]:

@@ -22,7 +22,8 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.accuracy.knobs import (
+from gearbench.accuracy.measure import COVERED, largest_errors
+from gearbench.accuracy.settings import (
     GAUSS_POINTS,
     SEGMENTS,
     SOLID_ORDER,
@@ -31,7 +32,6 @@ from gearbench.accuracy.knobs import (
     with_order,
     with_resolution,
 )
-from gearbench.accuracy.measure import COVERED, largest_errors
 from gearbench.budget import MemoryBudgetError
 from gearbench.effects.tooth_bending import tooth_bending
 from gearbench.errors import InputError
@@ -87,7 +87,7 @@ class Choice(Generic[R]):
     names
         Of the numbers.
     settings
-        The settings chosen, in words by knob.
+        The settings chosen, in words by setting.
     trials, seconds
         Number of runs, and time of all but the one that is the answer [s].
     """
@@ -220,7 +220,7 @@ class _Search(Generic[R]):
     @property
     def most(self) -> _At:
         """The finest settings."""
-        n, g = (knob.levels(self.scene)[-1] for knob in (SEGMENTS, GAUSS_POINTS))
+        n, g = (setting.levels(self.scene)[-1] for setting in (SEGMENTS, GAUSS_POINTS))
         return _At(n=n, g=g, order=max(0, len(self.orders) - 1))
 
     def scene_at(self, at: _At) -> Scene:
@@ -335,9 +335,9 @@ class _Search(Generic[R]):
         return InputError("accuracy", self.requested, f"{reached}, because {why}: ask for less, or give these settings")
 
 
-def _coarser(level: int, knob: int) -> int:
+def _coarser(level: int, setting: int) -> int:
     """Segments (0) or Gauss points (1) of a companion."""
-    return max(1, round(COARSER[knob] * level))
+    return max(1, round(COARSER[setting] * level))
 
 
 def _listed(settings: dict[str, str]) -> str:

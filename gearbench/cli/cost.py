@@ -71,9 +71,9 @@ def _print_json(scene: Scene, dataset: xr.Dataset, written: list[Path]) -> None:
         }
         for row in (dataset.isel(setting=i) for i in range(dataset.sizes["setting"]))
     ]
-    knobs = map(str, dataset["knob"].values)
     orders = {
-        knob: dict(zip(names, dataset["observed_order"].sel(knob=knob).values.tolist(), strict=True)) for knob in knobs
+        str(each["knob"].values): dict(zip(names, each.values.tolist(), strict=True))
+        for each in dataset["observed_order"].transpose("knob", "quantity")
     }
     print_json(scene, dataset, observed_order=orders, settings=rows, files=written)
 
@@ -84,7 +84,7 @@ def _print(scene: Scene, dataset: xr.Dataset, written: list[Path]) -> None:
     _print_table(pair_line(scene), dataset)
     print("error: the largest of mean STE, RMS STE, mean k, RMS k, relative; ±: of its reference")
     print("order: of each of the four, – where errors are not clear of their reference")
-    print("time, memory: of a run with the other knobs as in the scene; medians")
+    print("time, memory: of a run with the other settings as in the scene; medians")
     if "compliance_error" in dataset:
         print("meshes by cells across the tooth; compliance: error of the flanks' compliance, and its order")
         print("finite elements: of a process of its own, both gears meshed and solved, memory beside libraries")
@@ -93,25 +93,25 @@ def _print(scene: Scene, dataset: xr.Dataset, written: list[Path]) -> None:
 
 
 def _print_table(title: str, dataset: xr.Dataset) -> None:
-    """One row a level, and after each knob the orders observed."""
+    """One row a level, and after each setting the orders observed."""
     from gearbench.cli.table import print_columns
 
     elements = "compliance_error" in dataset
     compliance = ("compliance",) if elements else ()
     names = ("setting", "level", "error", "±", *compliance, "time", "memory", "order observed")
     table = []
-    for knob in dataset["knob"].values:
-        rows = dataset.isel(setting=dataset["setting_knob"].values == knob)
-        orders = [*rows["observed_order"].sel(knob=knob).values]
+    for setting in dataset["knob"].values:
+        rows = dataset.isel(setting=dataset["setting_knob"].values == setting)
+        orders = [*rows["observed_order"].sel(knob=setting).values]
         if elements and rows["compliance_error"].notnull().any():
-            orders.append(rows["compliance_order"].sel(knob=knob).values)
+            orders.append(rows["compliance_order"].sel(knob=setting).values)
         order = ", ".join(f"{p:.1f}" if p == p else "–" for p in orders)
         for i in range(rows.sizes["setting"]):
             row = rows.isel(setting=i)
             worst = int(row["error"].values.argmax())
             flank = f"{float(row['compliance_error']):.1e}" if elements and row["compliance_error"].notnull() else ""
             cells = (
-                str(knob) if i == 0 else "",
+                str(setting) if i == 0 else "",
                 str(row["level"].values),
                 f"{float(row['error'][worst]):.1e}",
                 f"{float(row['error_bar'][worst]):.0e}",

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.accuracy.knobs import Setting, label
 from gearbench.accuracy.measure import MEASURED, relative_errors
+from gearbench.accuracy.settings import Setting, label
 from gearbench.effects.teeth import forget_fast_teeth
 from gearbench.effects.tooth_bending import tooth_bending
 from gearbench.effort.clock import Cost, apart, measured, most_megabytes, timed, unseen
@@ -55,7 +55,7 @@ class WorkPrecision:
 
     Parameters
     ----------
-    knob, expected
+    setting, expected
         Name of the setting, and its order of convergence in words.
     points
         Its levels, coarse to fine.
@@ -65,7 +65,7 @@ class WorkPrecision:
         The same of the flanks' compliance.
     """
 
-    knob: str
+    setting: str
     expected: str
     points: tuple[Point, ...]
     bar: NDArray
@@ -100,15 +100,17 @@ def observed_order(sizes: NDArray, errors: NDArray, bar: float, points: int = 6)
     return float(-np.polyfit(np.log(sizes[clear]), np.log(errors[clear]), 1)[0])
 
 
-def knob_curve(scene: Scene, knob: Setting, repeats: int) -> WorkPrecision:
-    """Error and cost of each level of ``knob`` but those of its reference, whose difference is the error bar."""
-    before, exact = (cycle_values(finest) for finest in knob.finest(scene))
+def setting_curve(scene: Scene, setting: Setting, repeats: int) -> WorkPrecision:
+    """Error and cost of each level of ``setting`` but those of its reference, whose difference is the error bar."""
+    before, exact = (cycle_values(finest) for finest in setting.finest(scene))
     points = []
-    for level in knob.tried(scene):
-        values, cost = run(knob.with_level(scene, level), repeats, prepares=knob.prepares)
-        point = Point(label=label(level), size=knob.size(level), errors=relative_errors(values, exact), cost=cost)
+    for level in setting.tried(scene):
+        values, cost = run(setting.with_level(scene, level), repeats, prepares=setting.prepares)
+        point = Point(label=label(level), size=setting.size(level), errors=relative_errors(values, exact), cost=cost)
         points.append(point)
-    return WorkPrecision(knob=knob.name, expected=knob.order, points=tuple(points), bar=relative_errors(before, exact))
+    return WorkPrecision(
+        setting=setting.name, expected=setting.order, points=tuple(points), bar=relative_errors(before, exact)
+    )
 
 
 def run(scene: Scene, repeats: int, *, prepares: bool = False) -> tuple[NDArray, Cost]:
@@ -163,10 +165,10 @@ def as_dataset(curves: Sequence[WorkPrecision]) -> xr.Dataset:
     return xr.Dataset(
         {name: (*given, QUANTITIES[names.get(name, name)].attrs) for name, given in table.items()},
         coords={
-            "setting_knob": ("setting", np.repeat([c.knob for c in curves], lengths)),
+            "setting_knob": ("setting", np.repeat([c.setting for c in curves], lengths)),
             "level": ("setting", rows("label")),
             "size": ("setting", rows("size")),
-            "knob": [c.knob for c in curves],
+            "knob": [c.setting for c in curves],
             "expected_order": ("knob", [c.expected for c in curves]),
             "quantity": list(MEASURED),
         },

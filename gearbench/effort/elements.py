@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.accuracy.knobs import FE_ACCURACY, label
 from gearbench.accuracy.measure import relative_errors
+from gearbench.accuracy.settings import FE_ACCURACY, label
 from gearbench.compliance.flank import FlankCompliance
 from gearbench.effects.base import ComplianceEffect, Dense, Effects, Flanks, LowRank
 from gearbench.effects.gear_body import GearBody
@@ -112,7 +112,7 @@ def element_curves(scene: Scene, meshes: Meshes | None = None) -> list[WorkPreci
     points[FE_ACCURACY.name] = FE_ACCURACY.order, _accuracy_points(scene, tried.accuracies, exact)
     bar = 0.5 * relative_errors(before.values, exact.values), 0.5 * exact.distance(before.blocks)
     return [
-        WorkPrecision(knob=name, expected=order, points=tuple(found), bar=bar[0], compliance_bar=bar[1])
+        WorkPrecision(setting=name, expected=order, points=tuple(found), bar=bar[0], compliance_bar=bar[1])
         for name, (order, found) in points.items()
     ]
 

@@ -13,38 +13,23 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
 
-#: Colour and marker of the knobs, in the order of the dataset; no more than as many in one diagram.
-STYLES = (
-    (BLUE, "o"),
-    (ORANGE, "s"),
-    (GREEN, "^"),
-    (PURPLE, "D"),
-    ("#E69F00", "v"),
-    ("#56B4E9", "P"),
-    ("black", "X"),
-    (GREY, "*"),
-    (BLUE, "<"),
-    (ORANGE, ">"),
-    (GREEN, "p"),
-    (PURPLE, "h"),
-    ("#E69F00", "d"),
-    ("#56B4E9", "H"),
-)
+#: Colour and marker of the settings, in the order of the dataset.
+STYLES = tuple(zip((BLUE, ORANGE, GREEN, PURPLE, "#E69F00", "#56B4E9", GREY) * 2, "os^DvP*<>phdHX", strict=True))
 #: Errors below rounding are drawn here.
 LEAST = 1e-14
 
 
 def work_precision_diagram(dataset: xr.Dataset, axes: Axes, *, across: str = "processor_seconds") -> None:
-    """Largest error of the four numbers against ``across``, a curve a knob; bars: uncertainty of the reference."""
-    for (colour, marker), knob in zip(STYLES, dataset["knob"].values, strict=False):
-        rows = dataset.isel(setting=dataset["setting_knob"].values == knob)
+    """Largest error of the four numbers against ``across``, a curve a setting; bars: uncertainty of the reference."""
+    for (colour, marker), setting in zip(STYLES, dataset["knob"].values, strict=False):
+        rows = dataset.isel(setting=dataset["setting_knob"].values == setting)
         worst = rows["error"].values.argmax(axis=1)
         picked = np.arange(len(worst)), worst
         error = np.maximum(rows["error"].values[picked], LEAST)
         bar = np.minimum(rows["error_bar"].values[picked], 0.9 * error), rows["error_bar"].values[picked]
         x = (1e3 if across.endswith("seconds") else 1) * rows[across].values
         style = {"color": colour, "marker": marker, "ms": 4.5, "lw": 1.3, "elinewidth": 0.7, "capsize": 2}
-        axes.errorbar(x, error, bar, label=str(knob).replace("_", " "), **style)
+        axes.errorbar(x, error, bar, label=str(setting).replace("_", " "), **style)
     axes.set(xscale="log", yscale="log")
     axes.set_xlabel("processor time of a run [ms]" if across.endswith("seconds") else "largest memory [MB]")
     axes.grid(alpha=0.3)
@@ -63,14 +48,14 @@ def draw_cost(dataset: xr.Dataset, folder: Path) -> list[Path]:
 
 def finding(dataset: xr.Dataset, error: float = 0.01) -> str:
     """Factor by which Gauss panels reach an error faster than uniform phases."""
-    needed = {knob: cheapest(dataset, knob, error) for knob in ("gauss_points", "positions")}
+    needed = {setting: cheapest(dataset, setting, error) for setting in ("gauss_points", "positions")}
     gauss, uniform = (f"{1e3 * t:.2g} ms" if t is not None else "no level" for t in needed.values())
     return f"{100 * error:g} % takes {gauss} with Gauss panels, {uniform} with uniform phases"
 
 
-def cheapest(dataset: xr.Dataset, knob: str, error: float) -> float | None:
+def cheapest(dataset: xr.Dataset, setting: str, error: float) -> float | None:
     """Processor time [s] of the first level from which on the error stays below ``error``; None if there is none."""
-    rows = dataset.isel(setting=dataset["setting_knob"].values == knob)
+    rows = dataset.isel(setting=dataset["setting_knob"].values == setting)
     above = np.flatnonzero(rows["error"].values.max(axis=1) > error)
     first = above[-1] + 1 if above.size else 0
     return float(rows["processor_seconds"].values[first]) if first < rows.sizes["setting"] else None

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gearbench.accuracy.knobs import KNOBS
 from gearbench.accuracy.measure import relative_errors, scales
+from gearbench.accuracy.settings import SETTINGS
 from gearbench.effort.clock import measured, timed
-from gearbench.effort.curves import Point, WorkPrecision, as_dataset, knob_curve
+from gearbench.effort.curves import Point, WorkPrecision, as_dataset, setting_curve
 from gearbench.effort.elements import Meshes, element_curves
 from gearbench.errors import InputError
 from gearbench.results.provenance import provenance
@@ -54,7 +54,7 @@ def sample_curves(
 
     return [
         WorkPrecision(
-            knob=f"samples, {sampler.replace('_', ' ')}",
+            setting=f"samples, {sampler.replace('_', ' ')}",
             expected=order,
             points=tuple(point(sampler, count) for count in counts),
             bar=bar,
@@ -68,7 +68,7 @@ REPEATS = 7
 
 
 def cost(scene: Scene, repeats: int = REPEATS, seeds: int = 8, meshes: Meshes | None = None) -> xr.Dataset:
-    """Work–precision of all settings that ``scene`` has: ``knobs.KNOBS``, finite elements, samples.
+    """Work–precision of all settings that ``scene`` has: ``settings.SETTINGS``, finite elements, samples.
 
     Parameters
     ----------
@@ -83,10 +83,11 @@ def cost(scene: Scene, repeats: int = REPEATS, seeds: int = 8, meshes: Meshes | 
 
     Returns
     -------
-    Dataset over ``setting`` (one level of one knob) and ``quantity``: relative ``error`` and ``error_bar`` of its
-    reference, ``seconds``, ``processor_seconds``, ``megabytes``; over ``knob`` and ``quantity``: ``observed_order``.
+    Dataset over ``setting`` (one level of one setting) and ``quantity``: relative ``error`` and ``error_bar`` of its
+    reference, ``seconds``, ``processor_seconds``, ``megabytes``; over ``knob`` (a setting with all its levels) and
+    ``quantity``: ``observed_order``.
     Of finite elements also ``compliance_error``, its error bar and ``unknowns`` over ``setting``, ``compliance_order``
-    over ``knob``; NaN for the other knobs.
+    over ``knob``; NaN for the other settings.
 
     Raises
     ------
@@ -100,7 +101,7 @@ def cost(scene: Scene, repeats: int = REPEATS, seeds: int = 8, meshes: Meshes | 
     def curves() -> list[WorkPrecision]:
         """A curve for each setting of the scene."""
         return [
-            *(knob_curve(scene, knob, repeats) for knob in KNOBS.values() if knob.applies(scene)),
+            *(setting_curve(scene, setting, repeats) for setting in SETTINGS.values() if setting.applies(scene)),
             *element_curves(scene, meshes),
             *sample_curves(scene, repeats, seeds),
         ]

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gearbench.accuracy.knobs import SOLID_ORDER, label, with_resolution
 from gearbench.accuracy.measure import MEASURED, relative_errors
+from gearbench.accuracy.settings import SOLID_ORDER, label, with_resolution
 from gearbench.effects.base import Effect
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.effort.curves import as_dataset, run
@@ -110,11 +110,11 @@ def join(parts: list[xr.Dataset]) -> xr.Dataset:
 
 
 def _diagram(name: str, scene: Scene, repeats: int) -> xr.Dataset:
-    """Work–precision of a scene, its knobs as rows of ``curve``."""
+    """Work–precision of a scene, its settings as rows of ``curve``."""
     quick = repeats == 1
     if name in gears():
         found = gear_cost(scene)
-    elif name.endswith(MESHED):  # the other knobs are as with solid teeth, and slow
+    elif name.endswith(MESHED):  # the other settings are as with solid teeth, and slow
         found = as_dataset(element_curves(scene, FEW_MESHES if quick else None))
     else:
         found = cost(scene, repeats=repeats, seeds=3 if quick else 12)

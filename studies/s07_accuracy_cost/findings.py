@@ -75,9 +75,9 @@ def checks(dataset: xr.Dataset) -> list[tuple[str, bool]]:
     return found
 
 
-def _order(dataset: xr.Dataset, scene: str, knob: str) -> float:
+def _order(dataset: xr.Dataset, scene: str, setting: str) -> float:
     """Median over the quantities of the order observed."""
-    return float(np.nanmedian(diagram(dataset, scene)["observed_order"].sel(knob=knob)))
+    return float(np.nanmedian(diagram(dataset, scene)["observed_order"].sel(knob=setting)))
 
 
 def scaling_part(dataset: xr.Dataset) -> xr.Dataset:

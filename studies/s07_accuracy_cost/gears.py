@@ -6,8 +6,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from gearbench.accuracy.knobs import GAUSS_POINTS, SEGMENTS, SOLID_ORDER, solid_orders
-from gearbench.effort.curves import as_dataset, knob_curve
+from gearbench.accuracy.settings import GAUSS_POINTS, SEGMENTS, SOLID_ORDER, solid_orders
+from gearbench.effort.curves import as_dataset, setting_curve
 from gearbench.scene_file import read_scene
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ _GEARS = Path(__file__).parents[2] / "examples" / "gears"
 #: Timed runs of each setting.
 REPEATS = 3
 #: Settings on levels that wide helical pairs on their bodies have time for; the last two of each are the reference.
-KNOBS = (
+SETTINGS = (
     replace(SEGMENTS, levels=lambda _: (2, 4, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192)),
     replace(GAUSS_POINTS, levels=lambda _: (1, 2, 3, 4, 5, 6, 8, 12, 16, 24, 32, 48, 64)),
     replace(SOLID_ORDER, levels=lambda scene: solid_orders(scene)[:8]),
@@ -32,5 +32,5 @@ def gears() -> dict[str, Scene]:
 
 
 def gear_cost(scene: Scene) -> xr.Dataset:
-    """Work–precision of ``KNOBS``; see ``gearbench.effort.workprecision.cost``."""
-    return as_dataset([knob_curve(scene, knob, REPEATS) for knob in KNOBS])
+    """Work–precision of ``SETTINGS``; see ``gearbench.effort.workprecision.cost``."""
+    return as_dataset([setting_curve(scene, setting, REPEATS) for setting in SETTINGS])

@@ -68,7 +68,7 @@ def _within_one_percent(part: xr.Dataset) -> str:
     words = {"segments": "segments", "gauss_points": "Gauss panels", "positions": "uniform phases"}
     if "positions" not in part["knob"].values:
         words = {"segments": "segments", "gauss_points": "Gauss panels", "solid order": "order"}
-    found = {knob: cheapest(part, knob, 0.01) for knob in words}
+    found = {setting: cheapest(part, setting, 0.01) for setting in words}
     return "1 % by " + ", ".join(f"{words[k]} {f'{_number(1e3 * t)} ms' if t else '–'}" for k, t in found.items())
 
 
@@ -86,9 +86,9 @@ def draw_elements(dataset: xr.Dataset, folder: Path) -> None:
             (row[2], part["processor_seconds"], four, "processor time [s]", "STE and k, largest of four"),
         )
         for axis, x, y, across, of in columns:
-            for (colour, marker), knob in zip(STYLES, part["knob"].values, strict=False):
-                mine = part["setting_knob"].values == knob
-                axis.plot(x.values[mine], y.values[mine], marker=marker, color=colour, ms=5, lw=1.3, label=str(knob))
+            for (colour, marker), setting in zip(STYLES, part["knob"].values, strict=False):
+                mine = part["setting_knob"].values == setting
+                axis.plot(x.values[mine], y.values[mine], marker=marker, color=colour, ms=5, lw=1.3, label=str(setting))
             axis.set(xscale="log", yscale="log", xlabel=across, ylabel=f"relative error: {of} [–]")
             if "memory" in across:  # less than a decade: as numbers, not as powers side by side
                 axis.xaxis.set_minor_locator(LogLocator(subs=(2, 3, 5)))
@@ -108,17 +108,17 @@ def draw_elements(dataset: xr.Dataset, folder: Path) -> None:
 def element_finding(name: str, part: xr.Dataset, error: float = 0.01) -> str:
     """Time that each element needs for an error of the compliance."""
     words = []
-    for knob in part["knob"].values.tolist():
-        first = cheapest_mesh(part, knob, error)
-        if knob.startswith("mesh"):
+    for setting in part["knob"].values.tolist():
+        first = cheapest_mesh(part, setting, error)
+        if setting.startswith("mesh"):
             taken = "no mesh" if first is None else f"{float(first['processor_seconds']):.2g} s"
-            words.append(f"{knob.removeprefix('mesh, ')} {taken}")
+            words.append(f"{setting.removeprefix('mesh, ')} {taken}")
     return f"{name}: {100 * error:g} % of the compliance by {', '.join(words)}"
 
 
-def cheapest_mesh(part: xr.Dataset, knob: str, error: float) -> xr.Dataset | None:
-    """The first level of a knob from which on the compliance is within ``error``; None if there is none."""
-    rows = part.isel(setting=part["setting_knob"].values == knob)
+def cheapest_mesh(part: xr.Dataset, setting: str, error: float) -> xr.Dataset | None:
+    """The first level of a setting from which on the compliance is within ``error``; None if there is none."""
+    rows = part.isel(setting=part["setting_knob"].values == setting)
     above = np.flatnonzero(rows["compliance_error"].values > error)
     first = above[-1] + 1 if above.size else 0
     return rows.isel(setting=first) if first < rows.sizes["setting"] else None

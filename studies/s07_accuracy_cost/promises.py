@@ -10,8 +10,8 @@ import numpy as np
 from pydantic import ValidationError
 
 from gearbench.accuracy.choose import choose
-from gearbench.accuracy.knobs import GAUSS_POINTS, SEGMENTS, SOLID_ORDER, with_order, with_resolution
 from gearbench.accuracy.measure import MEASURED, covered, relative_errors
+from gearbench.accuracy.settings import GAUSS_POINTS, SEGMENTS, SOLID_ORDER, with_order, with_resolution
 from gearbench.effects.base import Effect
 from gearbench.effects.crowning import Crowning
 from gearbench.effects.helix_slope import HelixSlope

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gearbench.accuracy.knobs import with_resolution
+from gearbench.accuracy.settings import with_resolution
 from gearbench.effort.clock import times
 from gearbench.library.garambois2017 import case, gear
 from gearbench.robustness.montecarlo import prepare_scene, respond

@@ -10,8 +10,8 @@ import pytest
 from pydantic import ValidationError
 
 from gearbench.accuracy.choose import choose
-from gearbench.accuracy.knobs import KNOBS, POSITIONS, SOLID_ORDER, with_resolution
 from gearbench.accuracy.measure import COVERED, FLOOR, HARMONIC_FLOOR, HARMONICS, covered, relative_errors, scales
+from gearbench.accuracy.settings import POSITIONS, SETTINGS, SOLID_ORDER, with_resolution
 from gearbench.contact.phases import gauss_phases
 from gearbench.contact.transitions import mesh_phases
 from gearbench.effects.crowning import Crowning
@@ -103,17 +103,17 @@ def test_made_up_errors_are_found_out(accuracy):
     assert np.array_equal(choice.run, answers(choice.scene))
 
 
-@pytest.mark.parametrize("knob", ["segments", "gauss_points"])
-def test_only_what_the_estimate_blames_is_raised(knob):
+@pytest.mark.parametrize("setting", ["segments", "gauss_points"])
+def test_only_what_the_estimate_blames_is_raised(setting):
     def answers(scene: Scene) -> np.ndarray:
-        return np.array([1.0, 1.0, 1.0, 100.0]) * (1 + 5 / getattr(scene.resolution, knob) ** 2)
+        return np.array([1.0, 1.0, 1.0, 100.0]) * (1 + 5 / getattr(scene.resolution, setting) ** 2)
 
     def none(_: Scene) -> np.ndarray:
         return np.ones(4)
 
-    other = {"segments": "gauss_points", "gauss_points": "segments"}[knob]
+    other = {"segments": "gauss_points", "gauss_points": "segments"}[setting]
     first, chosen = (choose(asking(case(1), 0.001), run).scene.resolution for run in (none, answers))
-    assert getattr(chosen, knob) > getattr(first, knob)
+    assert getattr(chosen, setting) > getattr(first, setting)
     assert getattr(chosen, other) == getattr(first, other)
 
 
@@ -261,16 +261,17 @@ def test_nothing_of_the_choice_is_imported_unless_asked_for():
     assert done.stdout.strip() == "[]"
 
 
-@pytest.mark.parametrize("knob", [knob for knob in KNOBS.values() if knob.applies(case(2))], ids=lambda k: k.name)
-def test_knobs_turn_only_themselves(knob):
+@pytest.mark.parametrize("setting", [each for each in SETTINGS.values() if each.applies(case(2))], ids=lambda k: k.name)
+def test_settings_change_only_themselves(setting):
     scene = case(2)
-    for level in knob.levels(scene):
-        turned = knob.with_level(scene, level)
+    for level in setting.levels(scene):
+        turned = setting.with_level(scene, level)
         assert turned.pair == scene.pair
         assert turned.load == scene.load
         assert [e.name for e in turned.effects] == [e.name for e in scene.effects]
-    assert knob.applies(scene)
-    assert (knob.with_level(scene, knob.levels(scene)[0]).resolution.positions is not None) == (knob is POSITIONS)
+    assert setting.applies(scene)
+    coarsest = setting.with_level(scene, setting.levels(scene)[0])
+    assert (coarsest.resolution.positions is not None) == (setting is POSITIONS)
 
 
 @pytest.mark.parametrize("points", [1, 2, 3])

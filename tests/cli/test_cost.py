@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gearbench.accuracy.knobs import GAUSS_POINTS, PLATE_ORDER, POSITIONS, SEGMENTS, Setting, with_resolution
 from gearbench.accuracy.measure import MEASURED
+from gearbench.accuracy.settings import GAUSS_POINTS, PLATE_ORDER, POSITIONS, SEGMENTS, Setting, with_resolution
 from gearbench.effects.helix_slope import HelixSlope
 from gearbench.effort import workprecision
 from gearbench.effort.clock import peak_megabytes
-from gearbench.effort.curves import WorkPrecision, as_dataset, knob_curve, observed_order
+from gearbench.effort.curves import WorkPrecision, as_dataset, observed_order, setting_curve
 from gearbench.effort.workprecision import sample_curves
 from gearbench.library.garambois2017 import case, gear
 from gearbench.results.netcdf import open_result
@@ -39,14 +39,14 @@ segments = 4
 
 
 @pytest.mark.slow
-def test_cost_prints_every_knob_and_writes_dataset_and_plot(run, tmp_path):
+def test_cost_prints_every_setting_and_writes_dataset_and_plot(run, tmp_path):
     scene = tmp_path / "small.toml"
     scene.write_text(SMALL, encoding="utf-8")
     code, out, err = run("cost", scene, "-o", tmp_path / "cost", "--repeats", 1)
     assert (code, err) == (0, "")
-    for knob in ("segments", "gauss_points", "positions"):
-        assert knob in out
-    assert "plate order" not in out  # no tooth, no knob for it
+    for setting in ("segments", "gauss_points", "positions"):
+        assert setting in out
+    assert "plate order" not in out  # no tooth, no setting for it
     dataset = open_result(tmp_path / "cost" / "cost.nc")
     assert list(dataset["quantity"].values) == list(MEASURED)
     assert (dataset["seconds"] > 0).all()
@@ -108,7 +108,7 @@ def slanted(slope: float) -> WorkPrecision:
     """Segments of case 2 with a gap that varies along the lines."""
     scene = with_resolution(case(2), gauss_points=6)
     scene = replace(scene, effects=(*scene.effects, HelixSlope(pinion=slope)))
-    return knob_curve(scene, replace(SEGMENTS, levels=lambda scene: SEGMENTS.levels(scene)[:-4]), repeats=1)
+    return setting_curve(scene, replace(SEGMENTS, levels=lambda scene: SEGMENTS.levels(scene)[:-4]), repeats=1)
 
 
 def test_segments_gain_digits_at_every_one_where_the_gap_varies_but_flanks_touch_all_along():
@@ -123,19 +123,19 @@ def test_segments_are_of_second_order_where_flanks_part():
 
 
 def test_segments_gain_digits_at_every_one_for_a_helical_pair_that_touches_all_along():
-    found = knob_curve(with_resolution(case(2), gauss_points=6), SEGMENTS, repeats=1)
+    found = setting_curve(with_resolution(case(2), gauss_points=6), SEGMENTS, repeats=1)
     assert np.all(found.order[[0, 2]] > 4.0)
 
 
 def test_segments_are_exact_for_a_spur_pair_without_gaps():
     """The load is even along the contact lines: one segment is as good as any number."""
-    found = knob_curve(with_resolution(gear("SC").scene(), gauss_points=3), SEGMENTS, repeats=1)
+    found = setting_curve(with_resolution(gear("SC").scene(), gauss_points=3), SEGMENTS, repeats=1)
     assert found.errors.max() < 1e-11  # rounding of sums of some hundred segments
 
 
 def test_gauss_points_gain_digits_at_every_point_and_uniform_phases_at_first_order():
     scene = gear("SC").scene()
-    gauss, uniform = (knob_curve(scene, knob, repeats=1) for knob in (GAUSS_POINTS, POSITIONS))
+    gauss, uniform = (setting_curve(scene, setting, repeats=1) for setting in (GAUSS_POINTS, POSITIONS))
     worst = gauss.errors.max(axis=1)
     clear = worst > 1e-11
     assert np.all(worst[1:][clear[1:]] < 0.3 * worst[:-1][clear[1:]])
@@ -146,7 +146,7 @@ def test_gauss_points_gain_digits_at_every_point_and_uniform_phases_at_first_ord
 
 
 def test_orders_of_plates_converge_and_the_paper_is_one_of_them():
-    found = knob_curve(with_resolution(case(1), segments=4, gauss_points=2), PLATE_ORDER, repeats=1)
+    found = setting_curve(with_resolution(case(1), segments=4, gauss_points=2), PLATE_ORDER, repeats=1)
     assert found.points[1].label == "paper"
     mean = found.errors[:, 0]
     assert np.all(np.diff(mean) < 0)
@@ -155,7 +155,7 @@ def test_orders_of_plates_converge_and_the_paper_is_one_of_them():
 
 def test_samplers_are_of_their_orders():
     scene = with_resolution(gear("SC").scene(errors=True), segments=4, gauss_points=2)
-    curves = {c.knob: c for c in sample_curves(scene, repeats=1, seeds=6, reference=2**12)}
+    curves = {c.setting: c for c in sample_curves(scene, repeats=1, seeds=6, reference=2**12)}
     sobol, random = (curves[f"samples, {name}"] for name in ("sobol", "random"))
     # pseudo-random samples: ½, from six draws of each number
     np.testing.assert_allclose(np.median(random.order), 0.5, atol=0.25)
@@ -172,15 +172,15 @@ def test_the_order_observed_leaves_out_what_is_not_clear():
     assert np.isnan(observed_order(sizes, errors, 1.0))
 
 
-def test_a_knob_from_elsewhere_is_measured_with_the_others(monkeypatch):
-    """A knob is its name, its levels and how to turn it; here doubled segments, which are exact for a spur pair."""
+def test_a_setting_from_elsewhere_is_measured_with_the_others(monkeypatch):
+    """A setting is its name, its levels and how to turn it; here doubled segments, which are exact for a spur pair."""
     double = Setting(
         name="doubled segments",
         levels=lambda _: (1, 2, 4, 8),
         with_level=lambda scene, level: with_resolution(scene, segments=2 * level),
         order="exact",
     )
-    monkeypatch.setattr(workprecision, "KNOBS", {double.name: double})
+    monkeypatch.setattr(workprecision, "SETTINGS", {double.name: double})
     dataset = workprecision.cost(with_resolution(gear("SC").scene(), gauss_points=2), repeats=1)
     assert list(dataset["knob"].values) == ["doubled segments"]
     rows = dataset.isel(setting=dataset["setting_knob"].values == double.name)
@@ -194,7 +194,7 @@ def test_memory_is_that_of_the_arrays_made():
 
 def test_curves_are_rows_of_one_dataset():
     scene = with_resolution(gear("SC").scene(), segments=2, gauss_points=2)
-    made = [knob_curve(scene, knob, repeats=1) for knob in (GAUSS_POINTS, POSITIONS)]
+    made = [setting_curve(scene, setting, repeats=1) for setting in (GAUSS_POINTS, POSITIONS)]
     dataset = as_dataset(made)
     assert dataset.sizes["setting"] == sum(len(c.points) for c in made)
     assert list(dataset["knob"].values) == ["gauss_points", "positions"]

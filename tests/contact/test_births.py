@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 
 from gearbench import read_scene
-from gearbench.accuracy.knobs import with_order
+from gearbench.accuracy.settings import with_order
 from gearbench.contact.look import scene_lines
 from gearbench.contact.transitions import transitions
 from gearbench.effects.hertz import Hertz
 from gearbench.effects.off_line_contact import OffLineContact
 from gearbench.library.garambois2017 import gear
 from gearbench.scene import Load, Resolution, Scene
-from studies.s07_accuracy_cost.bodies import wide_scenes
 from tests.support.paths import ROOT
+from tests.support.wide_pairs import wide_scenes
 
 
 def off_line(name: str, share: float = 1.0) -> Scene:

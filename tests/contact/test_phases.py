@@ -24,7 +24,7 @@ from gearbench.effects.tooth_bending import ToothBending
 from gearbench.geometry.pair import Member, Pair
 from gearbench.results.cycle import fluctuation_rms, mean, relative_rms
 from gearbench.scene import Load, Resolution, Scene
-from studies.s07_accuracy_cost.bodies import wide_scenes
+from tests.support.wide_pairs import wide_scenes
 
 SPUR = Pair(normal_module=3.0, face_width=24.0, centre_distance=90.0, pinion=Member(teeth=24), wheel=Member(teeth=36))
 HELICAL = replace(SPUR, helix_angle=18.0, centre_distance=94.6)

@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose
 from fem_reference.mesh_family import MOST_UNKNOWNS, mesh_cells, unknowns
 from fem_reference.section import Body
 from fem_reference.tooth_mesh import tooth_mesh
-from gearbench.accuracy.knobs import with_resolution
+from gearbench.accuracy.settings import with_resolution
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.effort.clock import Cost, apart
 from gearbench.effort.curves import Point, WorkPrecision, as_dataset
@@ -31,7 +31,7 @@ def meshed(k: int, effect: ToothBending) -> Scene:
 @pytest.fixture(scope="module")
 def curves() -> dict[str, WorkPrecision]:
     tried = Meshes(levels={"hex8": (2, 3), "hex20": (2, 3), "hex27": (2, 3)}, reference=(3, 4, 5), accuracies=(0.1,))
-    return {found.knob: found for found in element_curves(meshed(1, ToothBending(model="finite_elements")), tried)}
+    return {found.setting: found for found in element_curves(meshed(1, ToothBending(model="finite_elements")), tried)}
 
 
 @pytest.mark.slow
@@ -106,7 +106,7 @@ def test_tetrahedra_beside_the_clamped_root_are_not_turned_inside_out(m):
 def test_errors_of_flanks_are_rows_of_their_own(curves):
     nan = float("nan")
     points = [replace(p, compliance_error=nan, unknowns=nan) for p in curves["mesh, hex20"].points]
-    plain = replace(curves["mesh, hex20"], knob="other", points=tuple(points), compliance_bar=nan)
+    plain = replace(curves["mesh, hex20"], setting="other", points=tuple(points), compliance_bar=nan)
     dataset = as_dataset([plain, curves["mesh, hex20"]])
     assert np.isnan(dataset["compliance_error"].values[:2]).all()
     assert np.array_equal(dataset["compliance_error"].values[2:], curves["mesh, hex20"].column("compliance_error"))
@@ -131,7 +131,9 @@ def test_the_table_has_the_cheapest_mesh_of_an_accuracy():
         )
         for m, error, unknowns, taken in rows
     ]
-    made = WorkPrecision(knob="mesh, hex20", expected="2", points=tuple(points), bar=np.zeros(4), compliance_bar=1e-4)
+    made = WorkPrecision(
+        setting="mesh, hex20", expected="2", points=tuple(points), bar=np.zeros(4), compliance_bar=1e-4
+    )
     name = f"case 9, {MESHED}"
     dataset = as_dataset([made]).rename_dims(knob="curve").reset_index("knob").rename(knob="curve_knob")
     dataset = dataset.assign_coords(setting_scene=("setting", [name] * 3), curve_scene=("curve", [name]))

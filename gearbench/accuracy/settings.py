@@ -1,8 +1,8 @@
-"""The knobs that settle the numerical error of a simulation: their names, their levels, how to turn them.
+"""The settings that decide the numerical error of a simulation: their names, their levels, how to change them.
 
-A knob never changes the model: a plate stays a plate, a solid a solid. The order of the Ritz functions is a knob
+A setting never changes the model: a plate stays a plate, a solid a solid. The order of the Ritz functions is a setting
 of the choice of accuracy only where the scene leaves it to the program, which it does for the solid tooth.
-The work–precision of every registered knob is measured.
+The work–precision of every registered setting is measured.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Any
 from gearbench.effects.tooth_bending import tooth_bending
 from gearbench.scene import Resolution, Scene
 
-#: Level of a knob: a whole number, functions in each direction, a tolerance, or the name of a basis.
+#: Level of a setting: a whole number, functions in each direction, a tolerance, or the name of a basis.
 Level = int | float | tuple[int, ...] | str
 
 
@@ -27,9 +27,9 @@ class Setting:
     name
         As in tables and figures.
     levels
-        The levels for a scene, coarse to fine; none where the knob does not apply.
+        The levels for a scene, coarse to fine; none where the setting does not apply.
     with_level
-        The scene with the knob at a level.
+        The scene with the setting at a level.
     order
         Order p of convergence, error ~ size^−p, in words.
     size
@@ -37,7 +37,7 @@ class Setting:
     prepares
         Whether it settles parts that are set up once for a pair.
     limit
-        Scenes that answer the limit of the knob, the last but one and the finest; its own two finest levels, which
+        Scenes that answer the limit of the setting, the last but one and the finest; its own two finest levels, which
         then are not tried, where it is not given.
     """
 
@@ -50,7 +50,7 @@ class Setting:
     limit: Callable[[Scene], tuple[Scene, Scene]] | None = None
 
     def applies(self, scene: Scene) -> bool:
-        """Whether the scene has this knob."""
+        """Whether the scene has this setting."""
         return len(self.levels(scene)) > 0
 
     def tried(self, scene: Scene) -> tuple[Any, ...]:
@@ -178,6 +178,6 @@ FE_ACCURACY = Setting(
     order="1 in the accuracy asked of the mesh",
     size=lambda level: 1 / level,
 )
-#: Every knob of a single simulation by name: those whose work–precision is measured, here or elsewhere. The accuracy of
-#: finite elements is with their meshes, see ``elements``.
-KNOBS = {knob.name: knob for knob in (SEGMENTS, GAUSS_POINTS, POSITIONS, PLATE_ORDER, SOLID_ORDER)}
+#: Every setting of a single simulation by name, whose work–precision is measured. The accuracy of finite elements is
+#: with their meshes, see ``gearbench.effort.elements``.
+SETTINGS = {setting.name: setting for setting in (SEGMENTS, GAUSS_POINTS, POSITIONS, PLATE_ORDER, SOLID_ORDER)}
