@@ -12,7 +12,7 @@ import json
 import os
 import warnings
 import zipfile
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -23,6 +23,7 @@ import numpy as np
 from fem_reference.refinement import default_order, refined_compliance
 from fem_reference.section import Body
 from gearbench.compliance.flank import FlankCompliance
+from gearbench.compliance.lugs import Anchors
 from gearbench.errors import InputError
 from gearbench.files import write_bytes
 from gearbench.geometry.gear import Gear
@@ -38,7 +39,18 @@ SOURCES = (
     *(f"geometry/{name}.py" for name in ("ring_conditions", "section", "web")),
     *(
         f"compliance/{name}.py"
-        for name in ("_chain_kernels", "bases", "chain", "flank", "lapack", "local", "outline", "section", "solid")
+        for name in (
+            "_chain_kernels",
+            "bases",
+            "chain",
+            "flank",
+            "lapack",
+            "local",
+            "lugs",
+            "outline",
+            "section",
+            "solid",
+        )
     ),
 )
 
@@ -106,12 +118,14 @@ def _payload(result: FlankCompliance) -> dict[str, Any]:
     meta = {"order": list(result.order), "error": result.error, "attrs": dict(result.attrs)}
     text = json.dumps(meta, sort_keys=True)
     correction = np.zeros_like(result.blocks) if result.correction is None else result.correction
-    arrays = np.ascontiguousarray([result.blocks, correction])
-    return {"arrays": arrays, "meta": np.array(text), "checksum": np.array(_checksum(arrays, text))}
+    arrays = {"arrays": np.ascontiguousarray([result.blocks, correction])}
+    if result.anchors is not None:
+        arrays |= {"reach": result.anchors.reach, "own": result.anchors.own}
+    return {**arrays, "meta": np.array(text), "checksum": np.array(_checksum(arrays, text))}
 
 
-def _checksum(arrays: np.ndarray, meta: str) -> str:
-    return hashlib.sha256(arrays.tobytes() + meta.encode()).hexdigest()
+def _checksum(arrays: dict[str, np.ndarray], meta: str) -> str:
+    return hashlib.sha256(b"".join(each.tobytes() for each in arrays.values()) + meta.encode()).hexdigest()
 
 
 def store(path: Path, result: FlankCompliance) -> None:
@@ -129,13 +143,16 @@ def load(path: Path, gear: Gear) -> FlankCompliance | None:
     """Return the entry, or None if there is none that is whole."""
     try:
         with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as stored:
-            arrays, text, checksum = stored["arrays"], str(stored["meta"]), str(stored["checksum"])
+            arrays = {name: stored[name] for name in stored.files if name not in ("meta", "checksum")}
+            text, checksum = str(stored["meta"]), str(stored["checksum"])
         if checksum != _checksum(arrays, text):
             return None
-        meta, (blocks, correction) = json.loads(text), arrays
+        meta, (blocks, correction) = json.loads(text), arrays.pop("arrays")
+        anchors = Anchors(**arrays) if arrays else None
         order = (int(meta["order"][0]), int(meta["order"][1]))
         attrs = {**meta["attrs"], "cached": True}
         error = float(meta["error"])
-        return FlankCompliance(gear=gear, order=order, blocks=blocks, error=error, correction=correction, attrs=attrs)
+        found = FlankCompliance(gear=gear, order=order, blocks=blocks, error=error, attrs=attrs, anchors=anchors)
+        return replace(found, correction=None if anchors else correction)
     except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
         return None

@@ -18,8 +18,10 @@ from scipy.interpolate import CubicSpline
 from scipy.linalg import cho_factor, cho_solve
 
 from fem_reference.axis import FaceFunctions
+from fem_reference.outside import Outside
 from fem_reference.sector import Section
 from fem_reference.solver import schur_complement
+from gearbench.compliance.lugs import Anchors, often
 from gearbench.geometry.material import Material
 
 
@@ -72,8 +74,8 @@ def _tensor(parts: Sequence[sp.csr_array], free: NDArray, integrals: NDArray, th
 
 def flank_blocks(
     section: Section, axis: FaceFunctions, there: NDArray, material: Material, order: tuple[int, int], n: int
-) -> NDArray:
-    """C_d, d = −n … n, (2n+1, p·q, p·q) [mm/N] of the surface under polynomial loads on the right flank.
+) -> tuple[NDArray, Anchors | None]:
+    """C_d, d = −n … n, (2n+1, p·q, p·q) [mm/N] of the surface under polynomial loads on the right flank, and lugs.
 
     Parameters
     ----------
@@ -84,10 +86,17 @@ def flank_blocks(
     order
         Numbers p, q of polynomials of the loads along height and face width.
     """
-    S, face = condensed_sector(section, axis, there, material, order)
-    return (
-        -S[None] if section.body.bore_radius is None else circulant_compliance(S, face, abs(section.body.gear.teeth), n)
-    )
+    body, loads = section.body, order[0] * order[1]
+    z = abs(body.gear.teeth)
+    if body.support != (0.0, 0.0):
+        S, face = condensed_sector(section, axis, there, material, order)
+        return (-S[None] if body.bore_radius is None else circulant_compliance(S, face, z, n)), None
+    outside = Outside(section=section, axis=axis)
+    S, face = condensed_sector(section, axis, there, material, order, outside.functionals(body.lugs))
+    grip = material.E / abs(section.held_radius) if body.lugs else math.inf
+    waves = wave_compliance(S, face, z, rigid=outside.rigid(S.shape[0] - 2 * face, grip))
+    anchors = None if body.lugs is None else outside.anchors(waves, loads, grip)
+    return blocks_of_waves(waves[:, :loads, :loads], z, n), anchors
 
 
 def condensed_sector(
@@ -120,12 +129,29 @@ def condensed_sector(
 
 def circulant_compliance(S: NDArray, face: int, z: int, n: int, loads: int | None = None) -> NDArray:
     """C_d, d = −n … n, from the condensed sector S: left face, right face, loads; under the first ``loads`` of them."""
+    return blocks_of_waves(wave_compliance(S, face, z, loads), z, n)
+
+
+def wave_compliance(
+    S: NDArray, face: int, z: int, loads: int | None = None, rigid: tuple[list[NDArray], float] | None = None
+) -> NDArray:
+    """Ĉ of the waves k = 0 … z/2 from the condensed sector S, (k, load, load); see ``circulant_compliance``.
+
+    ``rigid``: combinations (load, …) of the loads that hold the waves 0 and 1 of a free ring by springs, and their
+    stiffness.
+    """
     L, R, F = slice(0, face), slice(face, 2 * face), slice(2 * face, None)
     diagonal, waves, found = S[L, L] + S[R, R], wave_numbers(z), []
     for k in waves:
         turn = np.exp(2j * math.pi * k / z)
         A = diagonal + turn * S[L, R] + np.conj(turn) * S[R, L]
         B = S[L, F] + np.conj(turn) * S[R, F]
+        if rigid is not None and k < len(rigid[0]):
+            e, stiffness = rigid[0][k], rigid[1]
+            held, own = B @ e, e.conj().T @ S[F, F] @ e - np.eye(e.shape[1]) / stiffness
+            X = np.linalg.solve(np.block([[A, -held], [-held.conj().T, own]]), np.vstack([B, -e.conj().T @ S[F, F]]))
+            found.append(B.conj().T @ X[:face] - S[F, F] - S[F, F] @ e @ X[face:])
+            continue
         X = cho_solve(cho_factor(A, lower=True, overwrite_a=True), B[:, :loads])
         found.append(B.conj().T @ X - S[F, F][:, :loads])
     k, values = np.arange(z // 2 + 1), np.array(found)
@@ -133,9 +159,13 @@ def circulant_compliance(S: NDArray, face: int, z: int, n: int, loads: int | Non
         # smooth in log k beyond the first few: those left out are interpolated
         smooth = CubicSpline(np.log(waves[1:]), values[1:], bc_type="natural")
         values = np.concatenate([values[:1], smooth(np.log(k[1:]))])
-    weight = np.where((k == 0) | (2 * k == z), 1.0, 2.0) / z
-    phase = np.exp(2j * math.pi * np.outer(np.arange(-n, n + 1), k) / z)
-    return np.tensordot(phase * weight, values, 1).real
+    return values
+
+
+def blocks_of_waves(values: NDArray, z: int, n: int) -> NDArray:
+    """C_d, d = −n … n, of the compliance of the waves k = 0 … z/2."""
+    phase = np.exp(2j * math.pi / z * np.outer(np.arange(-n, n + 1), np.arange(z // 2 + 1)))
+    return np.tensordot(phase * often(z) / z, values, 1).real
 
 
 def wave_numbers(z: int, dense: int = 12, growth: float = 1.15) -> NDArray:

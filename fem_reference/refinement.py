@@ -25,6 +25,7 @@ from fem_reference.solver import available_solver
 from gearbench.budget import memory_limit, require, sector_memory
 from gearbench.compliance.flank import FlankCompliance
 from gearbench.compliance.local import half_space_compression, waves_across
+from gearbench.compliance.lugs import Anchors
 from gearbench.errors import GearbenchError
 from gearbench.geometry.gear import Gear
 from gearbench.geometry.material import Material
@@ -168,15 +169,15 @@ def refined_compliance(
     start = time.perf_counter()
     order = order or default_order(body.gear)
     pending = [*levels(body, accuracy, order)]
-    found: list[np.ndarray] = []
+    found: list[FlankCompliance] = []
     while True:
         level = pending.pop(0)
-        found.append(blocks_of(level, material, order))
+        found.append(solved(level, material, order))
         _LOG.info("level %d: %d unknowns, %.1f s so far", level.number, level.unknowns, time.perf_counter() - start)
         if pending:
             continue
-        step = STEP * (found[-1] - found[-2])
-        error = float(np.linalg.norm(step) / np.linalg.norm(found[-1] + step))
+        ahead = _ahead(found[-2], found[-1])
+        error = _difference(ahead, found[-1])
         _LOG.info("estimated error of the compliance %.1e, wanted %.1e", error, accuracy)
         if error <= accuracy:
             break
@@ -190,14 +191,29 @@ def refined_compliance(
         "element": f"quadrilaterals of degree {level.number} × {level.axis.count} polynomials", "level": level.number,
         "seconds": time.perf_counter() - start,
     }  # fmt: skip
-    blocks = found[-1] + step
-    return FlankCompliance(gear=body.gear, order=order, blocks=blocks, error=error, correction=step, attrs=attrs)
+    return replace(ahead, error=error, attrs=attrs)
 
 
-def blocks_of(level: Level, material: Material, order: tuple[int, int]) -> np.ndarray:
-    """Blocks C_d (2n+1, p·q, p·q) [mm/N] of a level, the compression of the half-space taken out of C_0."""
+def _ahead(coarse: FlankCompliance, fine: FlankCompliance) -> FlankCompliance:
+    """The finer of two levels and a share of what it adds to the coarser one."""
+    step, anchors = STEP * (fine.blocks - coarse.blocks), fine.anchors
+    if anchors is None or coarse.anchors is None:
+        return replace(fine, blocks=fine.blocks + step, correction=step)
+    own, reach = (STEP * (getattr(anchors, name) - getattr(coarse.anchors, name)) for name in ("own", "reach"))
+    return replace(fine, blocks=fine.blocks + step, anchors=Anchors(reach=anchors.reach + reach, own=anchors.own + own))
+
+
+def _difference(one: FlankCompliance, other: FlankCompliance) -> float:
+    """Relative difference (Frobenius norm) of all blocks, or of some teeth in a row of a ring on lugs."""
+    teeth = [(i, j) for i in range(NEIGHBOURS) for j in range(NEIGHBOURS)]
+    a, b = (f.blocks if f.anchors is None else np.array([f.at(*each) for each in teeth]) for f in (one, other))
+    return float(np.linalg.norm(a - b) / np.linalg.norm(a))
+
+
+def solved(level: Level, material: Material, order: tuple[int, int]) -> FlankCompliance:
+    """Compliance of the flanks by a level, the compression of the half-space taken out of C_0."""
     gear = level.body.gear
     n = 0 if level.body.bore_radius is None else min((abs(gear.teeth) - 1) // 2, NEIGHBOURS)
-    blocks = flank_blocks(level.section, level.axis, level.there, material, order, n)
+    blocks, anchors = flank_blocks(level.section, level.axis, level.there, material, order, n)
     blocks[n] -= half_space_compression(gear, material.E, material.nu, order, points=24)
-    return blocks
+    return FlankCompliance(gear=gear, order=order, blocks=blocks, anchors=anchors)

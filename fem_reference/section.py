@@ -16,6 +16,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from gearbench.compliance.lugs import Lugs
 from gearbench.errors import GearbenchError, InputError
 from gearbench.geometry.gear import Gear
 from gearbench.geometry.web import Web
@@ -56,8 +57,10 @@ class Body:
         Number of neighbouring teeth on the sector, odd, the loaded one in the middle; ``gear.teeth`` makes the
         whole gear.
     support
-        Stiffness of springs at the bore or outside, radial and along it [N/mm³]; None where it is held firmly. Of the
-        condensed sector only.
+        Stiffness of springs at the bore or outside, radial and along it [N/mm³], both 0 of a free ring; None where it
+        is held firmly. Of the condensed sector only.
+    lugs
+        Lugs that hold a ring which is free besides.
     rest
         Model of the rest of the gear beyond the sector: "ring" (the body without teeth, coarse; the default),
         or nothing, the cut faces being "clamped" or "free". Only the ring keeps the stiffness of the body: on five
@@ -74,6 +77,7 @@ class Body:
     web: Web | None = None
     teeth: int = 1
     support: tuple[float, float] | None = None
+    lugs: Lugs | None = None
     rest: Literal["ring", "clamped", "free"] = "ring"
 
     def __post_init__(self) -> None:

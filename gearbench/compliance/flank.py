@@ -21,6 +21,7 @@ from gearbench.geometry.gear import Gear
 from gearbench.threads import lazy
 
 if TYPE_CHECKING:
+    from gearbench.compliance.lugs import Anchors
     from gearbench.geometry.action import ContactLines
 
 #: Directions of the compliance of a flank below this fraction of its greatest are not felt on the contact lines, nor
@@ -71,6 +72,8 @@ class FlankCompliance:
     own
         What each tooth deflects besides under its own loads, (p·q, p·q) [mm/N], in no direction negative together with
         block 0; of ``joined`` compliances that ``flank_matrix`` takes.
+    anchors
+        What lugs take from the ``blocks``, from tooth to tooth; tooth 0 is that of pair 0.
     """
 
     gear: Gear
@@ -82,6 +85,7 @@ class FlankCompliance:
     correction: NDArray | None = None
     attrs: Mapping[str, Any] = field(default_factory=dict)
     own: NDArray | None = None
+    anchors: Anchors | None = None
 
     @property
     def neighbours(self) -> int:
@@ -93,6 +97,14 @@ class FlankCompliance:
         if abs(d) > self.neighbours:
             return np.zeros(self.blocks.shape[1:])
         return self.blocks[self.neighbours + (-d if self.driven else d)]
+
+    def at(self, i: int, j: int) -> NDArray:
+        """C between the teeth of pairs i and j, counted from the one that carries pair 0."""
+        found = self.block(i - j)
+        if self.anchors is None:
+            return found
+        side = -1 if self.driven else 1
+        return found + self.anchors.between(side * i, side * j)
 
     def shapes(self, height: ArrayLike, y: ArrayLike) -> NDArray:
         """φ (…, p·q) [1/mm] at height x = R − r_f and y [mm] along its own face, counted as on the contact lines."""
@@ -108,7 +120,7 @@ class FlankCompliance:
         least = max(tolerance, self.rank_tolerance)
         if (pairs, least) not in self._roots:
             if pairs == 1:
-                basis, matrix = np.eye(len(self.block(0))), self.block(0)
+                basis, matrix = np.eye(len(self.block(0))), self.at(0, 0)
             else:
                 basis, blocks = self.between(pairs, tolerance)
                 matrix = blocks.reshape(2 * (pairs * basis.shape[1],))
@@ -116,47 +128,54 @@ class FlankCompliance:
             self._roots[pairs, least] = basis @ half
         return self._roots[pairs, least]
 
-    def between(self, pairs: int, tolerance: float = 0.0) -> tuple[NDArray, NDArray]:
-        """Directions B (p·q, k) that a tooth feels, and B C_{i−j} B (pair, k, pair, k) of neighbouring ``pairs``.
+    def between(self, pairs: int, tolerance: float = 0.0, first: int = 0) -> tuple[NDArray, NDArray]:
+        """Directions B (p·q, k) that a tooth feels, and B C_{i−j} B (pair, k, pair, k) of ``pairs`` from the ``first``.
 
         Without the directions of one tooth whose compliance is within a tenth of ``tolerance``, or ``rank_tolerance``,
         of zero: tooth 0 does not feel them, nor do its neighbours. Negative ones are raised to zero in the matrix of
         all the teeth: one left out by itself would take with it the motion by which its neighbours feel it.
         """
-        least = max(tolerance, self.rank_tolerance)
-        if (pairs, least) not in self._between:
+        least, first = max(tolerance, self.rank_tolerance), 0 if self.anchors is None else first
+        if (pairs, least, first) not in self._between:
             value, basis = self._felt(0.1 * least, negative=True)
             k = basis.shape[1]
-            small = {d: basis.T @ self.block(d) @ basis for d in range(-pairs + 1, pairs)} | {0: np.diag(value)}
-            matrix = np.block([[small[i - j] for j in range(pairs)] for i in range(pairs)])
+            teeth = range(first, first + pairs)
+            if self.anchors is None:
+                small = {d: basis.T @ self.block(d) @ basis for d in range(-pairs + 1, pairs)} | {0: np.diag(value)}
+                matrix = np.block([[small[i - j] for j in teeth] for i in teeth])
+            else:
+                matrix = np.block([[basis.T @ self.at(i, j) @ basis for j in teeth] for i in teeth])
             if not _is_positive(matrix):
                 matrix = gram(_positive_root(matrix, least))
-            self._between[pairs, least] = basis, matrix.reshape(pairs, k, pairs, k)
-        return self._between[pairs, least]
+            self._between[pairs, least, first] = basis, matrix.reshape(pairs, k, pairs, k)
+        return self._between[pairs, least, first]
 
-    def same_tooth(self, pairs: int, tolerance: float = 0.0) -> NDArray:
-        """Square root (k, rank) of B C_0 B of ``between``; (p·q, rank) of all where a tooth has its ``own`` besides.
+    def same_tooth(self, pairs: int, tolerance: float = 0.0, first: int = 0) -> list[NDArray]:
+        """Square roots (k, rank) of B C_ii B of ``between``, by pair; (p·q, rank) if a tooth has its ``own`` besides.
 
         Negative directions, which are as small as those left out between teeth, are left out.
         """
-        if (pairs, tolerance) not in self._same_tooth:
-            basis, matrix = self.between(pairs, tolerance)
-            first = matrix[0, :, 0]
-            if self.own is not None:
-                root = _positive_root(self.own + basis @ first @ basis.T, self.rank_tolerance)
-            elif _is_diagonal(first):
-                root = np.sqrt(np.maximum(first, 0.0))
-            else:
-                root = _positive_root(first, self.rank_tolerance)
-            self._same_tooth[pairs, tolerance] = root
-        return self._same_tooth[pairs, tolerance]
+        first = 0 if self.anchors is None else first
+        if (pairs, tolerance, first) not in self._same_tooth:
+            basis, matrix = self.between(pairs, tolerance, first)
+            alike = 1 if self.anchors is None else pairs
+            roots = [self._of_one(basis, matrix[i, :, i]) for i in range(alike)]
+            self._same_tooth[pairs, tolerance, first] = roots * (pairs // alike)
+        return self._same_tooth[pairs, tolerance, first]
+
+    def _of_one(self, basis: NDArray, block: NDArray) -> NDArray:
+        if self.own is not None:
+            return _positive_root(self.own + basis @ block @ basis.T, self.rank_tolerance)
+        if _is_diagonal(block):
+            return np.sqrt(np.maximum(block, 0.0))
+        return _positive_root(block, self.rank_tolerance)
 
     def _felt(self, tolerance: float, *, negative: bool = False) -> tuple[NDArray, NDArray]:
         """Compliances above ``tolerance`` of the greatest, (rank,), and their directions, (p·q, rank).
 
         ``negative``: those as far below zero too.
         """
-        value, vector = np.linalg.eigh(self.block(0))
+        value, vector = np.linalg.eigh(self.at(0, 0))
         felt = (np.abs(value) if negative else value) > tolerance * value[-1]
         return value[felt], vector[:, felt]
 
@@ -165,11 +184,11 @@ class FlankCompliance:
         return {}
 
     @lazy
-    def _between(self) -> dict[tuple[int, float], tuple[NDArray, NDArray]]:
+    def _between(self) -> dict[tuple[int, float, int], tuple[NDArray, NDArray]]:
         return {}
 
     @lazy
-    def _same_tooth(self) -> dict[tuple[int, float], NDArray]:
+    def _same_tooth(self) -> dict[tuple[int, float, int], list[NDArray]]:
         return {}
 
     def factor(self, height: ArrayLike, y: ArrayLike, pair: int = 0, pairs: int = 1) -> NDArray:
@@ -204,11 +223,12 @@ def joined(own: FlankCompliance, shared: FlankCompliance) -> FlankCompliance:
     """
     if (own.gear, own.order, own.driven) != (shared.gear, shared.order, shared.driven) or own.neighbours:
         raise ValueError("only compliances on the same polynomials add up, one of them of single teeth")
-    total = shared.block(0) + own.block(0)
+    alone = shared.at(0, 0)
+    total = alone + own.block(0)
     if not shared.neighbours:
         return replace(shared, blocks=total[None])
     value, vector = np.linalg.eigh(total)
-    return replace(shared, own=(vector * np.maximum(value, 0.0)) @ vector.T - shared.block(0))
+    return replace(shared, own=(vector * np.maximum(value, 0.0)) @ vector.T - alone)
 
 
 def gram(factor: NDArray) -> NDArray:
@@ -283,13 +303,25 @@ def _felt(flank: FlankCompliance, lines: ContactLines, index: int) -> tuple[NDAr
 
     And Ψ (line, segment, rank) of the same tooth.
     """
-    shapes, pairs = _on_lines(flank, lines, index), lines.shape[1]
+    shapes, pairs, first = _on_lines(flank, lines, index), lines.shape[1], int(lines.index[0])
     tolerance = NEGLIGIBLE if flank.own is None else NEGLIGIBLE_SHARED
-    basis, matrix = flank.between(pairs, tolerance)
-    X = _times(shapes, basis)
-    if flank.own is None:
-        return X, matrix, _times(X, flank.same_tooth(pairs, tolerance))
-    return X, matrix, _times(shapes, flank.same_tooth(pairs, tolerance))
+    basis, matrix = flank.between(pairs, tolerance, first)
+    X, roots = _times(shapes, basis), flank.same_tooth(pairs, tolerance, first)
+    seen = X if flank.own is None else shapes
+    if flank.anchors is None:
+        return X, matrix, _times(seen, roots[0])
+    ends = np.cumsum(np.count_nonzero(lines.active, axis=0))[:-1]
+    width, found = max(root.shape[1] for root in roots), np.split(seen, ends)
+    return (
+        X,
+        matrix,
+        np.concatenate([_times(part, _wide(root, width)) for part, root in zip(found, roots, strict=True)]),
+    )
+
+
+def _wide(root: NDArray, width: int) -> NDArray:
+    """A square root with columns of zeros up to a ``width``."""
+    return np.pad(root, ((0, 0), (0, width - root.shape[1])))
 
 
 def _times(X: NDArray, C: NDArray) -> NDArray:

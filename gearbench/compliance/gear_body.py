@@ -26,8 +26,9 @@ from numpy.typing import NDArray
 from gearbench.compliance.bases import spline_weights
 from gearbench.compliance.flank import FlankCompliance
 from gearbench.compliance.lapack import addresses, cholesky, solve_lower
+from gearbench.compliance.lugs import Anchors, Lugs, often, tractions
 from gearbench.compliance.ring import APART as RING_APART
-from gearbench.compliance.ring import APART_ON_SPRINGS, Ring, harmonic_weights
+from gearbench.compliance.ring import APART_ON_SPRINGS, FIRM, Ring, harmonic_weights, rigid_motions
 from gearbench.compliance.solid_tooth import SolidTooth
 from gearbench.geometry.web import Web
 from gearbench.threads import lazy
@@ -41,6 +42,9 @@ FINEST = 30.0
 #: hold the body; degree of the spline between them.
 LONG, APART, DEGREE = 5, 0.4, 7
 CLOSER = 0.1
+#: Functions along the radius of a ring on lugs, and the greatest n ln(r_i/r_o) they resolve at its outside; n w of the
+#: shortest harmonics of the tractions on lugs of the half-angle w.
+FINE, RESOLVED, SHORT = 16, 16.0, 24.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,7 +62,10 @@ class ToothedRing:
     order
         Number of functions along the radius of the ring; along the axis it has those of the tooth.
     support
-        Stiffness of springs at ``bore_radius``, radial and along the edge [N/mm³]; None where the body is held firmly.
+        Stiffness of springs at ``bore_radius``, radial and along the edge [N/mm³], both 0 of a free ring; None where
+        the body is held firmly.
+    lugs
+        Lugs that a ring of the same ``support`` as a free one is held by; all teeth are then different.
     """
 
     tooth: SolidTooth
@@ -66,6 +73,7 @@ class ToothedRing:
     web: Web | None = None
     order: int = 6
     support: tuple[float, float] | None = None
+    lugs: Lugs | None = None
 
     @property
     def axis_order(self) -> int:
@@ -87,8 +95,8 @@ class ToothedRing:
 
     @property
     def _apart(self) -> float:
-        """Steps between the waves computed."""
-        return APART if self.support is None else CLOSER
+        """Steps between the waves computed; all of them where there are lugs, as far apart as they may be."""
+        return APART if self.support is None else CLOSER if self.lugs is None else 0.01 / abs(self.tooth.gear.teeth)
 
     @property
     def _phase(self) -> NDArray:
@@ -106,8 +114,9 @@ class ToothedRing:
             screw=math.tan(gear.beta) / gear.pitch_radius,
             E=self.tooth.E,
             nu=self.tooth.nu,
-            order=(self.order, axis),
+            order=(self.order if self.lugs is None else FINE, axis),
             support=self.support,
+            grip=FIRM if self.lugs is None else 1.0,
         )
         if web is None:
             return ring
@@ -204,7 +213,72 @@ class ToothedRing:
         """The compliance for any points of the flanks of a driving tooth and its ``neighbours`` on each side."""
         tooth = self.tooth
         blocks = self.blocks(neighbours)
-        return FlankCompliance(gear=tooth.gear, order=tooth.flank_order, blocks=blocks)
+        return FlankCompliance(gear=tooth.gear, order=tooth.flank_order, blocks=blocks, anchors=self.anchors)
+
+    @lazy
+    def anchors(self) -> Anchors | None:
+        """What the lugs take from the compliance of the teeth (R13)."""
+        ring, z, q, lugs = self.ring, abs(self.tooth.gear.teeth), self.axis_order, self.lugs
+        if lugs is None or not isinstance(ring, Ring):
+            return None
+        half, depth = lugs.length / 2 / abs(self.bore_radius), abs(math.log(self.bore_radius / ring.radius))
+        most, last = math.ceil(SHORT / half), math.floor(RESOLVED / depth)
+        numbers, weights = harmonic_weights(min(most, last), APART_ON_SPRINGS)
+        edges = np.tensordot(weights, ring.edges(numbers), 1)
+        n = np.arange(most + 1)
+        b = tractions(lugs, ring, n)
+        held, at = self._held_motions(ring), b.shape[2]
+        b = np.concatenate([b, np.zeros((*b.shape[:2], held[0].shape[1] + 2 * held[1].shape[1]), complex)], axis=2)
+        b[0, :, at : at + 2] = 1j * held[0] / math.sqrt(2 * math.pi)  # both along θ and z
+        b[1, :, at + 2 :] = np.hstack([held[1], 1j * held[1]]) / (2 * math.sqrt(math.pi))
+        # beyond those resolved the edge is a half-space
+        solved = np.minimum(n, len(edges) - 1)
+        own = edges[solved, 3 * q :, 3 * q :] * (np.maximum(solved, 1) / np.maximum(n, 1))[:, None, None]
+        twice = np.where(n == 0, 1.0, 2.0)[:, None, None]
+        C = 2 * math.pi * np.real(np.sum(twice * (np.conj(np.swapaxes(b, 1, 2)) @ (own @ b)), axis=0))
+        moved = edges[:, : 3 * q, 3 * q :] @ b[: len(edges)]
+        waves = self._rooted(moved)
+        sign = np.real(self._phase) + np.imag(self._phase)
+        S, phi = self.tooth_parts[0] * sign[:, None] * sign, self.tooth_parts[1] * self._phase
+        parts = self._joint(S, waves)
+        weight = often(z)[:, None, None]
+        C -= z * np.real(np.sum(weight * (np.conj(np.swapaxes(waves, 1, 2)) @ (S @ parts)), axis=0))
+        turn = np.exp(2j * math.pi / z * np.outer(np.arange(z), np.arange(z // 2 + 1)))
+        reach = np.real(np.tensordot(turn, weight * (phi @ parts), 1))
+        rigid = np.full(C.shape[0] - at, -1 / (ring.grip * ring.E))
+        return Anchors(reach=reach, own=C + np.diag(np.concatenate([lugs.yields, rigid])))
+
+    def _held_motions(self, ring: Ring) -> list[NDArray]:
+        """Motions of the outside that the springs of a free ring resist, of harmonics 0 and 1."""
+        K, _ = replace(ring, support=None, held=False).stiffness(np.array([0.0, 1.0]))
+        return [rigid_motions(free, self.axis_order) for free in K]
+
+    def _rooted(self, moved: NDArray) -> NDArray:
+        """Motions of the root of tooth 0 in the waves m = 0 … z/2, (m, root, …), in the phases of its functions.
+
+        ``moved``: amplitudes of the rim in the harmonics n = 0, 1, …, (n, field·j, …).
+        """
+        gear, across, q = self.tooth.gear, self.tooth.order[0], self.axis_order
+        z, psi, last = abs(gear.teeth), abs(gear.root_half_angle), len(moved) - 1
+        odd = ((-1.0) ** (np.array([1, 0, 1])[:, None] + np.arange(q))).ravel()[:, None]
+        found = np.zeros((z // 2 + 1, 3, across, q, moved.shape[2]), complex)
+        for n in range(-last, last + 1):
+            m = n % z
+            if m > z // 2:
+                continue
+            bessel = _legendre_transform(across, np.array([n * psi]))[0] * math.sqrt(self.root_arc)
+            rim = moved[n] if n >= 0 else odd * np.conj(moved[-n])
+            found[m] += bessel[:, None, None] * rim.reshape(3, 1, q, -1)
+        return found.reshape(z // 2 + 1, 3 * across * q, -1)
+
+    def _joint(self, S: NDArray, moved: NDArray) -> NDArray:
+        """(1 + B S)⁻¹ of motions of the root, (m, root, …): what teeth leave of the ring's motion."""
+        weights, c = self._harmonics
+        ((parts, taken),) = _seen_together(self.tooth.order[0], self.axis_order, False)
+        order = np.concatenate(parts)
+        B = np.empty((len(weights), len(order), len(order)))
+        B[:, order[:, None], order] = (weights @ c).reshape(len(weights), -1)[:, taken]
+        return np.linalg.solve(np.eye(len(order)) + B @ S, moved)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -33,6 +33,8 @@ from gearbench.geometry.material import lame
 LAYER = 7.0
 #: Grading of the functions along ln R towards the rim: their points lie e^1.5 times denser there than at the bore.
 GRADING = 1.5
+#: Stiffness [E] that holds motions as a rigid body; what is left of them is 10⁻⁶ of the deformation.
+FIRM = 1e6
 #: Each harmonic computed over the one before, about; of a ring on springs, which hold long waves and not short ones.
 APART, APART_ON_SPRINGS = 1.45, 1.1
 
@@ -54,7 +56,10 @@ class Ring:
     held
         Whether it is held at r_i. If not, one more function along R, the first, is 1 there and 0 at r_o.
     support
-        Stiffness of springs that hold r_i, radial and along the edge [N/mm³]; None where it is held firmly.
+        Stiffness of springs that hold r_i, radial and along the edge [N/mm³]; None where it is held firmly. Both 0: it
+        is free but for motions as a rigid body.
+    grip
+        Stiffness against these motions [E].
     """
 
     inner_radius: float
@@ -66,6 +71,7 @@ class Ring:
     order: tuple[int, int]
     held: bool = True
     support: tuple[float, float] | None = None
+    grip: float = FIRM
 
     def harmonics(self, n: NDArray) -> NDArray:
         """ĉ_n (harmonic, 3·q, 3·q) [mm²/N·1/mm]: amplitudes (U, V, W) × g_j/√b on the rim per unit traction × r_o⁻¹.
@@ -89,19 +95,36 @@ class Ring:
 
     def _on_springs(self, n: NDArray) -> NDArray:
         """``harmonics`` where r_i moves on its springs; short ones do not reach so far."""
-        radial, along = self.support or (0.0, 0.0)
-        firm = replace(self, support=None)
-        result, reaching = firm.harmonics(n), n * abs(math.log(self.inner_radius / self.radius)) < 1.2 * LAYER
-        K, edge = replace(firm, held=False).stiffness(n[reaching])
-        q, size = self.order[1], 3 * self.order[1]
-        springs = np.repeat([along, radial, along], q) * abs(self.inner_radius)
-        K[:, np.arange(size), np.arange(size)] += springs
-        moved = np.zeros((K.shape[1], size))
-        moved[-size:] = edge[-1] * np.eye(size)
+        result, reaching = replace(self, support=None).harmonics(n), self.reaching(n)
+        result[reaching] = self.edges(n[reaching])[:, : result.shape[1], : result.shape[1]]
+        return result
+
+    def reaching(self, n: NDArray) -> NDArray:
+        """Whether harmonics reach from one edge to the other."""
+        return n * abs(math.log(self.inner_radius / self.radius)) < 1.2 * LAYER
+
+    def edges(self, n: NDArray) -> NDArray:
+        """``harmonics`` of both edges on springs, (harmonic, 2·3·q, 2·3·q): amplitudes at r_o, then at r_i."""
+        K, edge = replace(self, support=None, held=False).stiffness(n)
+        size = 3 * self.order[1]
+        for harmonic, number in zip(K, n, strict=True):
+            harmonic[:size, :size] += self._springs(harmonic, int(number))
+        moved = np.zeros((K.shape[1], 2 * size))
+        moved[-size:, :size] = edge[-1] * np.eye(size)
+        moved[:size, size:] = np.eye(size)
         L = np.linalg.cholesky(K)
         half = np.linalg.solve(L, np.broadcast_to(moved, (len(K), *moved.shape)))
-        result[reaching] = _transposed(half) @ half
-        return result
+        return _transposed(half) @ half
+
+    def _springs(self, free: NDArray, n: int) -> NDArray:
+        """Stiffness of the springs at r_i against harmonic n, (3·q, 3·q); ``free`` is that of the ring without them."""
+        assert self.support is not None
+        radial, along = self.support
+        springs = np.diag(np.repeat([along, radial, along], self.order[1]) * abs(self.inner_radius))
+        if along or n > 1 or (n and radial):
+            return springs
+        e = rigid_motions(free, self.order[1])
+        return springs + self.grip * self.E * e @ e.T
 
     @property
     def _classes(self) -> list[NDArray]:
@@ -213,6 +236,14 @@ def harmonic_weights(most: int, apart: float = APART) -> tuple[NDArray, NDArray]
         weights[1:, 1:] = spline_weights(np.log(some[1:]), np.log(n), 5) * some[1:] / n[:, None]
     weights.flags.writeable = False
     return some, weights
+
+
+def rigid_motions(free: NDArray, q: int) -> NDArray:
+    """Motions of the inner edge (3·q, 2) that cost a free ring of this stiffness nothing, orthonormal.
+
+    Harmonic 0: a turn and a shift along the axis; harmonic 1: a shift across it and a tilt.
+    """
+    return np.linalg.qr(np.linalg.eigh(free)[1][: 3 * q, :2])[0]
 
 
 def _transposed(matrices: NDArray) -> NDArray:

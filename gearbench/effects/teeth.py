@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     from fem_reference.section import Body
     from gearbench.compliance.flank import FlankCompliance
     from gearbench.compliance.gear_body import ToothedRing
+    from gearbench.compliance.lugs import Lugs
     from gearbench.compliance.plate import PlateTooth
     from gearbench.compliance.solid_tooth import SolidTooth
 
@@ -107,7 +109,7 @@ def solid_flank(pair: Pair, index: int, order: tuple[int, int, int] | None, root
 
 def toothed_ring(pair: Pair, index: int, order: tuple[int, int, int] | None, coast: bool = False) -> ToothedRing:
     """Body of pinion (k = 0) or wheel (k = 1) as a ring, or rim, web and hub, with solid teeth, as if it drove."""
-    held = require_bores(pair)[index] / 2, own_support(pair, index)
+    held = require_bores(pair)[index] / 2, *own_support(pair, index, coast)
     return _toothed_ring(pair.gears[index], pair.materials[index], order, held, own_web(pair, index, coast))
 
 
@@ -116,13 +118,13 @@ def _toothed_ring(
     gear: Gear,
     material: Material,
     order: tuple[int, int, int] | None,
-    held: tuple[float, tuple[float, float] | None],
+    held: tuple[float, tuple[float, float] | None, Lugs | None],
     web: Web | None,
 ) -> ToothedRing:
     from gearbench.compliance.gear_body import ToothedRing
 
     tooth = solid_tooth(gear, material, order, True)
-    return ToothedRing(tooth=tooth, bore_radius=held[0], web=web, support=held[1])
+    return ToothedRing(tooth=tooth, bore_radius=held[0], web=web, support=held[1], lugs=held[2])
 
 
 @lru_cache(maxsize=256)
@@ -137,10 +139,10 @@ def ring_flank(
         If the body yields so much more than its teeth that rounding rules.
     """
     # faces that are alike look alike from the coast flanks
-    web = own_web(pair, index, False)
-    coast = coast and web is not None and web != web.mirrored(pair.gears[index].face_width)
+    web, (_, lugs) = own_web(pair, index, False), own_support(pair, index)
+    coast = coast and (lugs is not None or (web is not None and web != web.mirrored(pair.gears[index].face_width)))
     try:
-        return replace(toothed_ring(pair, index, order, coast).flank(neighbours), driven=index == 1)
+        return in_mesh(toothed_ring(pair, index, order, coast).flank(neighbours), pair, index, coast)
     except np.linalg.LinAlgError:
         allowed = (
             f"body of the {GEARS[index]} too soft beside its teeth for double precision: bore, rim or web too thin"
@@ -192,14 +194,37 @@ def meshed_body(pair: Pair, index: int, *, on_body: bool, coast: bool = False) -
     wanted = 3 + 2 * int(np.ceil((pair.meshing.transverse_contact_ratio + pair.meshing.overlap_ratio) / 2))
     most = abs(gear.teeth) - 2 - (abs(gear.teeth) + 1) % 2
     web = own_web(pair, index, coast)
-    bore, support = require_bores(pair)[index] / 2, own_support(pair, index)
-    return Body(gear=gear, bore_radius=bore, web=web, teeth=min(wanted, most), support=support)
+    bore, (support, lugs) = require_bores(pair)[index] / 2, own_support(pair, index, coast)
+    return Body(gear=gear, bore_radius=bore, web=web, teeth=min(wanted, most), support=support, lugs=lugs)
 
 
-def own_support(pair: Pair, index: int) -> tuple[float, float] | None:
-    """Stiffness of the springs that hold a body, radial and along the edge [N/mm³]; None where it is held firmly."""
+def own_support(pair: Pair, index: int, coast: bool = False) -> tuple[tuple[float, float] | None, Lugs | None]:
+    """Stiffness of the springs all around a body, radial and along the edge [N/mm³], and its lugs.
+
+    Both stiffnesses are 0 where lugs hold it, None where it is held firmly. Teeth, and the angles of lugs, are counted
+    as on a driving gear; a driven one is seen in a mirror, and so are the coast flanks.
+    """
     support = pair.members[index].support
-    return None if support is None else support.per_area(pair.gears[index].face_width)
+    springs = None if support is None else support.per_area(pair.gears[index].face_width)
+    if support is None or not support.lugs:
+        return springs, None
+    from gearbench.compliance.lugs import Lugs
+
+    angles = tuple(_side(index, coast) * math.radians(angle) for angle in support.lugs)
+    return (0.0, 0.0), Lugs(angles=angles, length=support.lug_length or 0.0, springs=springs)
+
+
+def in_mesh(flank: FlankCompliance, pair: Pair, index: int, coast: bool) -> FlankCompliance:
+    """Flank of a gear as it stands in its mesh: whether it drives, and which of its teeth carries tooth pair 0."""
+    support, anchors = pair.members[index].support, flank.anchors
+    if support is not None and anchors is not None:
+        anchors = anchors.turned(_side(index, coast) * support.tooth)
+    return replace(flank, driven=index == 1, anchors=anchors)
+
+
+def _side(index: int, coast: bool) -> int:
+    """−1 where a gear is seen in a mirror."""
+    return 1 if (index == 0) != coast else -1
 
 
 def own_web(pair: Pair, index: int, coast: bool) -> Web | None:
@@ -215,7 +240,7 @@ def own_web(pair: Pair, index: int, coast: bool) -> Web | None:
         web = make_web(gear, bore, member.rim_thickness, member.web_thickness, member.web_offset, member.hub_diameter)
     except InputError as error:
         raise InputError("", f"pair.{GEARS[index]}.{error.key} = {error.value:.6g}", error.allowed) from None
-    return web.mirrored(gear.face_width) if (index == 1) != coast else web
+    return web.mirrored(gear.face_width) if _side(index, coast) < 0 else web
 
 
 def require_bores(pair: Pair) -> tuple[float, float]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
@@ -12,7 +11,7 @@ from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from gearbench.effects.base import Dense, Effects, Flanks, LowRank, refuse_foreign_keys
-from gearbench.effects.teeth import Tooth, meshed_body, meshed_flank, of_both, plate_tooth, solid_flank
+from gearbench.effects.teeth import Tooth, in_mesh, meshed_body, meshed_flank, of_both, plate_tooth, solid_flank
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.gear import Gear
@@ -144,10 +143,8 @@ class ToothBending(Tooth):
         """
         if self.model == "solid":
             return solid_flank(pair, index, self.solid_order, _rooted(beside))
-        return replace(
-            meshed_flank(self.body(pair, index, beside, coast), pair.materials[index], self.accuracy),
-            driven=index == 1,
-        )
+        found = meshed_flank(self.body(pair, index, beside, coast), pair.materials[index], self.accuracy)
+        return in_mesh(found, pair, index, coast)
 
     def body(self, pair: Pair, index: int, beside: Effects, coast: bool = False) -> Body:
         """Part of pinion (k = 0) or wheel (k = 1) that finite elements mesh, seen from the flank that is loaded."""

@@ -116,6 +116,9 @@ class Train:
                 raise InputError(f"meshes.{number}.name", mesh.name, "given twice: each name at most once")
             if self.shaft(mesh.driver) == self.shaft(mesh.driven):
                 raise InputError(f"meshes.{mesh.name}", self.shaft(mesh.driver), "carries both gears: must be on two")
+            for gear, member in zip(mesh.gears, mesh.pair.members, strict=True):
+                if len(self.meshes) > 1 and member.support is not None and member.support.lugs:
+                    raise InputError(f"gears.{gear}.support.lugs", list(member.support.lugs), "are of a single pair")
 
     def shaft(self, gear: str) -> str:
         """Shaft of a gear."""

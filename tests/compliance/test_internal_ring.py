@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from gearbench.compliance.gear_body import ToothedRing
+from gearbench.compliance.lugs import Lugs
 from gearbench.compliance.ring import LAYER, Ring
 from gearbench.compliance.solid_tooth import SolidTooth
 from gearbench.geometry.gear import Gear
@@ -121,6 +123,54 @@ def test_springs_alone_by_statics():
     # a force of tractions cos θ along both directions, one half each: displacement r_i/(r_o k)
     push = np.array([1.0, -1.0]) if found[1, 0, 1] < 0 else np.array([1.0, 1.0])
     assert push @ found[1, :2, :2] @ push / 2 == pytest.approx(r_i / (r_o * k), rel=5e-3)
+
+
+@pytest.mark.parametrize("screw", [0.0, -0.012])
+def test_a_free_ring_is_one_on_soft_springs_less_their_motion_as_a_rigid_body(screw):
+    """And its harmonics from 2 upwards are those without any spring."""
+    n, size = np.array([0.0, 1.0, 2.0, 7.0]), {"order": (8, 3), "inner_radius": -60.0, "radius": -R_O, "screw": screw}
+    free, soft = (ring(**size, support=(k, k)).harmonics(n) for k in (0.0, 1e-4))
+    assert_allclose(soft[2:], free[2:], rtol=0, atol=1e-5 * np.abs(free[2:]).max())
+    for k in (0, 1):
+        # the springs add two motions; the rest is what the free ring deforms
+        value, vector = np.linalg.eigh(soft[k])
+        rest = np.eye(len(value)) - vector[:, -2:] @ vector[:, -2:].T
+        assert value[-2] > 1e3 * np.abs(free[k]).max()
+        assert_allclose(rest @ soft[k] @ rest, rest @ free[k] @ rest, rtol=0, atol=1e-3 * np.abs(free[k]).max())
+
+
+@pytest.mark.parametrize("helix", [0.0, pytest.param(25.0, marks=pytest.mark.slow)])
+def test_lugs_that_surround_a_ring_are_springs_all_around(helix):
+    """Three polynomials on each of twelve lugs resolve the displacement of the outside."""
+    g, count, springs = gear(36 if helix else 41, helix, 8.0), 12, (20.0, 200.0)
+    tooth = SolidTooth(gear=g, E=E, nu=NU, order=(4, 4, 4), rooted=True)
+    outside = abs(g.root_radius) + 5.0
+    around = Lugs(
+        angles=tuple(0.1 + 2 * math.pi * np.arange(count) / count),
+        length=2 * math.pi * outside / count,
+        springs=springs,
+    )
+    on_lugs = ToothedRing(tooth=tooth, bore_radius=-outside, support=(0.0, 0.0), lugs=around).flank(9)
+    held = ToothedRing(tooth=tooth, bore_radius=-outside, support=springs, order=16).flank(9)
+    for i, j in ((0, 0), (1, 0), (5, 5), (9, 2)):
+        assert_allclose(on_lugs.at(i, j), held.at(i, j), rtol=0, atol=1e-3 * np.abs(held.at(0, 0)).max())
+    # the driven one of a pair counts its teeth the other way round
+    other = replace(on_lugs, driven=True)
+    assert_allclose(other.at(3, 1), on_lugs.at(-3, -1), rtol=0, atol=1e-12 * np.abs(held.at(0, 0)).max())
+
+
+def test_three_lugs_hold_by_statics():
+    """A stiff ring on three lugs at equal angles: a torque turns it against their tangential springs alone."""
+    g = gear(41, 0.0, 8.0)
+    stiff, outside = SolidTooth(gear=g, E=1e5 * E, nu=NU, order=(2, 2, 2), rooted=True), abs(g.root_radius) + 12.0
+    lugs = Lugs(angles=(0.0, 2 * math.pi / 3, 4 * math.pi / 3), length=6.0, springs=(50.0, 80.0))
+    flank = ToothedRing(tooth=stiff, bore_radius=-outside, support=(0.0, 0.0), lugs=lugs).flank(0)
+    z, area = abs(g.teeth), g.face_width * (g.tip_radius - g.form_radius)
+    torque = sum(flank.at(0, j)[0, 0] for j in range(z)) / area
+    # lugs do not slide where they are long: their middle moves by R φ
+    assert torque == pytest.approx(
+        z * g.base_radius**2 / (3 * 80.0 * lugs.length * g.face_width * outside**2), rel=2e-3
+    )
 
 
 # -- limits -----------------------------------------------------------------------------------------------------------

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from fem_reference.refinement import Level, blocks_of, default_order
+from fem_reference.refinement import Level, default_order, solved
 from fem_reference.section import Body
 from fem_reference.sector import Grain, Section
 from gearbench import simulate
 from gearbench.compliance.gear_body import ToothedRing
+from gearbench.compliance.lugs import Lugs
 from gearbench.effects.teeth import solid_tooth
 from gearbench.geometry.material import Material
 from gearbench.scene_file import parse_scene
@@ -23,18 +24,18 @@ def ring(helix: float = 0.0):
     return internal(24, 72, a=a, helix_angle=helix, wheel=wheel, pinion={"profile_shift": 0.0}).gears[1]
 
 
-def finite_elements(gear, rim: float, support=None) -> np.ndarray:
-    """Blocks between a tooth and its neighbours."""
-    body = Body(gear=gear, bore_radius=gear.root_radius - rim * gear.normal_module, teeth=3, support=support)
-    return blocks_of(Level(body=body, number=3, waves=default_order(gear)[1]), Material(), default_order(gear))
+def finite_elements(gear, rim: float, support=None, lugs=None):
+    """Compliance between a tooth and its neighbours."""
+    outside = gear.root_radius - rim * gear.normal_module
+    body = Body(gear=gear, bore_radius=outside, teeth=3, support=support, lugs=lugs)
+    return solved(Level(body=body, number=3, waves=default_order(gear)[1]), Material(), default_order(gear))
 
 
-def solid(gear, rim: float, neighbours: int, support=None) -> np.ndarray:
-    tooth = solid_tooth(gear, Material(), None, True)
-    body = ToothedRing(tooth=tooth, bore_radius=gear.root_radius - rim * gear.normal_module, support=support)
-    blocks = body.blocks(neighbours)
-    blocks[neighbours] += tooth.matrix
-    return blocks
+def solid(gear, rim: float, neighbours: int, support=None, lugs=None):
+    tooth, outside = solid_tooth(gear, Material(), None, True), gear.root_radius - rim * gear.normal_module
+    flank = ToothedRing(tooth=tooth, bore_radius=outside, support=support, lugs=lugs).flank(neighbours)
+    flank.blocks[neighbours] += tooth.matrix
+    return flank
 
 
 def test_random_rings_are_not_inverted_and_have_their_area():
@@ -58,29 +59,60 @@ def test_random_rings_are_not_inverted_and_have_their_area():
 def test_solid_teeth_on_their_ring_are_those_of_finite_elements(helix, rim, support):
     """An even load on a flank, its neighbour, and three teeth on; ring of little rim on springs: it ovalises."""
     gear = ring(helix)
-    exact = finite_elements(gear, rim, support)[:, 0, 0]
-    found = solid(gear, rim, len(exact) // 2, support)[:, 0, 0]
+    exact = finite_elements(gear, rim, support).blocks[:, 0, 0]
+    found = solid(gear, rim, len(exact) // 2, support).blocks[:, 0, 0]
     middle = len(exact) // 2
     assert found[middle] == pytest.approx(exact[middle], rel=0.01)
     assert_allclose(found, exact, rtol=0, atol=0.01 * exact[middle])
 
 
+def opposite(flank) -> float:
+    """What a loaded tooth yields more than one a quarter further, under equal loads on it and on the opposite one."""
+    n = (-flank.gear.teeth - 1) // 2
+    C = [float(flank.at(d, 0)[0, 0]) for d in range(n + 1)]
+    return C[0] + C[n] - C[n // 2] - C[n - n // 2]
+
+
 @pytest.mark.slow
-def test_a_free_ring_ovalises_alike():
-    """Rim of 1.5 modules: under opposite loads what a loaded tooth yields more than one a quarter further."""
+def test_a_free_ring_ovalises_alike(monkeypatch):
+    """Rim of 1.5 modules under two opposite loads."""
+    monkeypatch.setattr("fem_reference.refinement.NEIGHBOURS", 36)
     gear = ring()
-    import fem_reference.refinement as refinement
+    exact = opposite(finite_elements(gear, 1.5, (0.0, 0.0)))
+    found = opposite(solid(gear, 1.5, 36, (0.0, 0.0)))
+    assert found == pytest.approx(exact, rel=0.02)
 
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(refinement, "NEIGHBOURS", 35)
-        exact = finite_elements(gear, 1.5, (0.0, 0.1))[:, 0, 0]
-    found = solid(gear, 1.5, 35, (0.0, 0.1))[:, 0, 0]
-    oval = [C[35] + C[70] - C[35 + 18] - C[35 - 17] for C in (found, exact)]
-    assert oval[0] == pytest.approx(oval[1], rel=0.02)
+
+@pytest.mark.parametrize(
+    ("helix", "angles", "springs"),
+    [
+        (0.0, (0.1, 1.2, 2.2, 3.2, 4.3, 5.3), None),
+        pytest.param(20.0, (0.2, 2.0, 4.1), (100.0, 300.0), marks=pytest.mark.slow),
+        pytest.param(0.0, (0.2, 2.0, 4.1), (100.0, 300.0), marks=pytest.mark.slow),
+        pytest.param(20.0, (0.1, 1.2, 2.2, 3.2, 4.3, 5.3), None, marks=pytest.mark.slow),
+    ],
+)
+def test_rings_on_lugs_are_those_of_finite_elements(helix, angles, springs):
+    """Teeth above a lug and between two, by themselves and from one to another."""
+    gear, lugs, free = ring(helix), Lugs(angles=angles, length=12.0, springs=springs), (0.0, 0.0)
+    exact, found = finite_elements(gear, 1.5, free, lugs), solid(gear, 1.5, 6, free, lugs)
+    for i in (0, 1, 7, 20):
+        own = float(exact.at(i, i)[0, 0])
+        assert float(found.at(i, i)[0, 0]) == pytest.approx(own, rel=0.012)
+        for j in (i + 1, i + 2):
+            assert float(found.at(j, i)[0, 0]) == pytest.approx(float(exact.at(j, i)[0, 0]), abs=0.012 * own)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("support", [None, {"radial": 500.0, "tangential": 5000.0}])
+@pytest.mark.parametrize(
+    "support",
+    [
+        None,
+        {"radial": 500.0, "tangential": 5000.0},
+        {"radial": 0.0, "tangential": 0.0},
+        {"lugs": [0.0, 60.0, 120.0, 180.0, 240.0, 300.0], "lug_length": 20.0, "tooth": 5},
+    ],
+)
 def test_a_pair_with_a_ring_is_that_of_finite_elements(support):
     tables = example(pair__wheel__outer_diameter=211.0, resolution={"positions": 24, "segments": 15})
     if support is not None:

@@ -14,7 +14,7 @@ from numpy.testing import assert_allclose
 from fem_reference.axis import FaceFunctions
 from fem_reference.elasticity import Lame, Space, free_dofs, surface_points
 from fem_reference.flank import Flank
-from fem_reference.refinement import Level, blocks_of, refined_compliance
+from fem_reference.refinement import Level, refined_compliance, solved
 from fem_reference.section import Body
 from fem_reference.sector import Grain, Section
 from fem_reference.solver import solve
@@ -160,18 +160,18 @@ def test_a_web_as_wide_as_the_face_is_no_web(steel):
     web = make_web(gear, 2 * body.bore_radius, 2.0, 4.0, 0.0, None)
     assert Body(gear=gear, bore_radius=body.bore_radius, web=web).axis_breaks == (0.0, 4.0)
     plain, whole = (
-        blocks_of(Level(body=Body(gear=gear, bore_radius=body.bore_radius, web=w), number=3, waves=3), steel, ORDER)
+        solved(Level(body=Body(gear=gear, bore_radius=body.bore_radius, web=w), number=3, waves=3), steel, ORDER).blocks
         for w in (None, web)
     )
     assert 0 < np.linalg.norm(whole - plain) < 1e-3 * np.linalg.norm(plain)
     n = len(plain) // 2
-    thin = blocks_of(Level(body=body, number=3, waves=3), steel, ORDER)
+    thin = solved(Level(body=body, number=3, waves=3), steel, ORDER).blocks
     assert np.trace(thin[n]) > 1.2 * np.trace(plain[n])
 
 
 def test_offset_web_in_the_mirror(steel):
     """y → b − y of a straight gear: polynomials odd in y change sign."""
-    found = [blocks_of(Level(body=webbed(13, 3.0, 0.0, o), number=2, waves=3), steel, ORDER) for o in (0.7, -0.7)]
+    found = [solved(Level(body=webbed(13, 3.0, 0.0, o), number=2, waves=3), steel, ORDER).blocks for o in (0.7, -0.7)]
     sign = np.tile((-1.0) ** np.arange(ORDER[1]), ORDER[0])
     assert_allclose(found[1], found[0] * sign[:, None] * sign, atol=1e-8 * np.abs(found[0]).max())
     n = len(found[0]) // 2
@@ -187,7 +187,7 @@ def test_teeth_on_rim_web_and_hub_against_finite_elements(helix, offset, hub, st
     """Own tooth and neighbours: from below, and within 2 %, of which the finite elements lack 0.5 %."""
     body = webbed(20, 5.0, helix, offset, hub)
     order = (4, 5)
-    fe = blocks_of(Level(body=body, number=3, waves=order[1]), steel, order)
+    fe = solved(Level(body=body, number=3, waves=order[1]), steel, order).blocks
     n = len(fe) // 2
     tooth = SolidTooth(gear=body.gear, E=steel.E, nu=steel.nu, order=(6, 7, 8), heights=4)
     assert tooth.flank_order[1] >= order[1]

@@ -319,7 +319,11 @@ def test_a_train_of_a_ring_is_its_pair():
     ("change", "message"),
     [
         ({"pair__pinion__support": {"radial": 0.0, "tangential": 1.0}}, "external gear"),
-        ({"pair__wheel__support": {"radial": 0.0, "tangential": 0.0}}, "tangential"),
+        ({"pair__wheel__support": {"radial": 1.0}}, "tangential"),
+        ({"pair__wheel__support": {"lugs": [0.0, 120.0]}}, "lug_length"),
+        ({"pair__wheel__support": {"radial": 1.0, "tangential": 1.0, "tooth": 2}}, "belongs to lugs"),
+        ({"pair__wheel__support": {"lugs": [0.0, 360.0], "lug_length": 9.0}}, "same angle"),
+        ({"pair__wheel__support": {"lugs": [0.0], "lug_length": 9.0, "radial": 0.0, "tangential": 1.0}}, "above 0"),
         ({"effects__gear_body__model": "sainsot_velex"}, "external gears"),
         ({"pair__wheel__outer_diameter": 190.0}, "at least"),
         ({"pair__wheel__thickness": {"span": 50.0, "span_teeth": 3}}, "between balls"),

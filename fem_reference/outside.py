@@ -1,0 +1,162 @@
+"""The outside of a ring on a sector: its motions as a rigid body, and tractions on lugs, as loads of the sector."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from fem_reference.axis import FaceFunctions
+from fem_reference.sector import Section, lagrange
+from gearbench.compliance.bases import gauss, legendre_functions
+from gearbench.compliance.lugs import ACROSS, ALONG, EACH, Anchors, Lugs, often
+
+#: Pieces of a lug, and Gauss points on each and along the axis, by which its tractions are integrated.
+_PIECES, _POINTS, _STATIONS = 12, 4, 16
+
+
+@dataclass(frozen=True, kw_only=True)
+class Outside:
+    """Edge of the section at the outside of a ring.
+
+    Parameters
+    ----------
+    section, axis
+        The section, and the functions along the axis.
+    """
+
+    section: Section
+    axis: FaceFunctions
+
+    @cached_property
+    def _edges(self) -> list[tuple[int, NDArray, NDArray]]:
+        """Quadrilaterals at the outside; positions s along them, and the arc angles there."""
+        found, s = [], np.linspace(0.0, 1.0, 201)
+        for number, at in enumerate(self.section.maps):
+            R, theta, *_ = at(s, np.zeros_like(s))
+            if np.allclose(R, self.section.held_radius, rtol=1e-9):
+                found.append((number, s, self._sign * theta))
+        return found
+
+    @property
+    def _sign(self) -> float:
+        return self.section.body.gear.sign
+
+    def _turn(self, y: NDArray) -> NDArray:
+        """Turn of the frame of the section along the axis, along the arcs [rad]."""
+        gear = self.section.body.gear
+        return self._sign * math.tan(gear.beta) / gear.pitch_radius * y
+
+    def _work(self, arc: NDArray, y: NDArray, field: NDArray) -> sp.csr_array:
+        """Work of tractions at points of the outside, ``field`` (point, component, load), on all functions."""
+        section, n = self.section, self.section.grain.degree
+        along = np.zeros((len(arc), len(section.positions)))
+        for number, s, theta in self._edges:
+            up = np.argsort(theta)
+            inside = (theta[up[0]] - 1e-12 <= arc) & (arc < theta[up[-1]])
+            at = np.interp(arc[inside], theta[up], s[up])
+            along[np.ix_(inside, section.nodes[number][: n + 1])] = lagrange(n, at)[0]
+        touched = np.flatnonzero(along.any(axis=0))
+        h = self.axis.values(y)[0]
+        found = np.einsum("pi,pa,pcl->ical", along[:, touched], h, field, optimize=True)
+        rows = ((3 * touched[:, None] + np.arange(3))[:, :, None] * h.shape[1] + np.arange(h.shape[1])).ravel()
+        out = sp.lil_array((3 * len(section.positions) * h.shape[1], field.shape[2]))
+        out[rows] = found.reshape(len(rows), -1)
+        return out.tocsr()
+
+    @cached_property
+    def _motions(self) -> sp.csr_array:
+        """Tractions like the motions of a rigid body: turn, shift along the axis; shift and tilt, cosine and sine."""
+        eta, w = gauss(_STATIONS)
+        b, R = self.axis.breaks[-1], self.section.held_radius
+        half = math.pi / abs(self.section.body.gear.teeth)
+        ends = np.unique([e for _, _, theta in self._edges for e in (theta[0], theta[-1])])
+        pieces = [gauss(_POINTS + 4, low, high) for low, high in pairwise(ends)]
+        x, weight = (np.concatenate(each) for each in zip(*pieces, strict=True))
+        arc, y = (each.ravel() for each in np.meshgrid(x, b * eta))
+        area = (np.outer(b * w, weight) * abs(R)).ravel()
+        theta, zero, one = self._sign * (arc + self._turn(y)), np.zeros_like(y), np.ones_like(y)
+        c, s, far = np.cos(theta), np.sin(theta), (y - b / 2) / R
+        fields = [(zero, one, zero), (zero, zero, one), (c, -s, zero), (s, c, zero)]
+        fields += [(-far * c, far * s, c), (-far * s, -far * c, s)]
+        field = np.array(fields).transpose(2, 1, 0) * (area / math.sqrt(2 * half * abs(R) * b))[:, None, None]
+        return self._work(arc, y, field)
+
+    def rigid(self, loads: int, stiffness: float) -> tuple[list[NDArray], float]:
+        """Combinations of all loads that hold the waves 0 and 1 (the last six are the motions), and their stiffness."""
+        first, second = np.zeros((loads, 2)), np.zeros((loads, 2), complex)
+        first[-6:-4] = np.eye(2)
+        second[-4:] = np.kron(np.eye(2), [[1.0], [1j * self._sign]])
+        return [first, second], stiffness
+
+    def functionals(self, lugs: Lugs | None) -> sp.csr_array:
+        """Loads of a sector: tractions on its part of each lug, those of lugs alike once, and the rigid motions."""
+        parts = (
+            [] if lugs is None else [work for place in self._places(lugs)[0] for work in self._on_lug(lugs, place)[1]]
+        )
+        return sp.csr_array(sp.hstack([*parts, self._motions]))
+
+    def _places(self, lugs: Lugs) -> tuple[list[float], list[tuple[int, int]]]:
+        """Angles of lugs from the nearest tooth, those that differ, and the place and the tooth of each lug."""
+        pitch, places, found = 2 * math.pi / abs(self.section.body.gear.teeth), [], []
+        for angle in lugs.angles:
+            tooth = round(angle / pitch)
+            place = round(angle - tooth * pitch, 12)
+            if place not in places:
+                places.append(place)
+            found.append((places.index(place), tooth))
+        return places, found
+
+    def _on_lug(self, lugs: Lugs, place: float) -> tuple[list[int], list[sp.csr_array]]:
+        """Sectors that a lug at a ``place`` reaches, and the loads of its tractions there."""
+        R, b, pitch = (
+            abs(self.section.held_radius),
+            self.axis.breaks[-1],
+            2 * math.pi / abs(self.section.body.gear.teeth),
+        )
+        x, w = gauss(_POINTS)
+        x = ((np.arange(_PIECES)[:, None] + x) / _PIECES).ravel()
+        eta, weight = gauss(_STATIONS)
+        along, y = (each.ravel() for each in np.meshgrid(x, eta))
+        area = np.outer(weight, np.tile(w / _PIECES, _PIECES)).ravel() * math.sqrt(lugs.length * b)
+        arc = place + (along - 0.5) * lugs.length / R - self._turn(b * y)
+        shape = (legendre_functions(ALONG, along)[:, :, None] * legendre_functions(ACROSS, y)[:, None, :]).reshape(
+            len(y), -1
+        )
+        field = np.einsum("p,cf,pk->pcfk", area, np.eye(3)[[1, 0, 2]].T, shape).reshape(len(y), 3, EACH)
+        sector = np.round(arc / pitch).astype(int)
+        sectors = np.unique(sector).tolist()
+        of = [sector == j for j in sectors]
+        return sectors, [
+            self._work(arc[at] - j * pitch, b * y[at], field[at]) for j, at in zip(sectors, of, strict=True)
+        ]
+
+    def anchors(self, waves: NDArray, loads: int, stiffness: float) -> Anchors:
+        """What the lugs take from the compliance of the teeth, ``waves`` being that of flanks, lugs and motions."""
+        lugs, z, sign = self.section.body.lugs, abs(self.section.body.gear.teeth), self._sign
+        assert lugs is not None
+        places, found = self._places(lugs)
+        turn = np.exp(2j * math.pi / z * np.outer(np.arange(z), np.arange(z // 2 + 1)))  # (tooth, wave)
+        Q = np.zeros((z // 2 + 1, waves.shape[1], len(found) * EACH + 6), complex)
+        start = [loads]
+        reached = [self._on_lug(lugs, place)[0] for place in places]
+        for some in reached:
+            start.append(start[-1] + len(some) * EACH)
+        for number, (place, tooth) in enumerate(found):
+            for i, j in enumerate(reached[place]):
+                at = start[place] + i * EACH + np.arange(EACH)
+                Q[:, at, number * EACH + np.arange(EACH)] = np.conj(turn[(tooth + j) % z])[:, None]
+        Q[0, [-6, -5], [-6, -5]] = math.sqrt(z)
+        for at in (-4, -2):  # cosine and sine of the waves ±1
+            Q[1, at, [at, at + 1]] = np.array([1, 1j]) * math.sqrt(z / 2)
+            Q[1, at + 1, [at, at + 1]] = np.array([1j, -1]) * sign * math.sqrt(z / 2)
+        weight = often(z)[:, None, None] / z
+        moved = waves @ Q
+        C = np.real(np.sum(weight * (np.conj(np.swapaxes(Q, 1, 2)) @ moved), axis=0))
+        reach = np.real(np.tensordot(turn, weight * moved[:, :loads], 1))
+        return Anchors(reach=reach, own=C + np.diag(np.append(lugs.yields, np.full(6, -1 / stiffness))))
