@@ -156,10 +156,10 @@ ORDERS_AT_ONCE = 4000
 _FUNCTIONS, _SIDES, _REST = (10.0, 14.0), 7.0, 3e4
 #: A response over speed, for each mesh, speed and order: curves over time; or the variables, and those of each bearing.
 _CURVES, _VARIABLES, _BEARING = 48.0, 42.0, 7.0
-#: The same for each speed and step of the period with loss of contact, its two sweeps together.
-_STEP = 108.0
+#: The same for each speed and step of the period with loss of contact, its two sweeps together, beside x and f of rows.
+_STEP = 76.0
 #: Scattered samples of it, for each order and for each speed of a block.
-_SAMPLE, _SPEED = 6.5, 0.2
+_SPEED = 2.0
 
 
 def position_memory(pairs: int, segments: int, columns: int, *, coupled: bool) -> float:
@@ -213,11 +213,11 @@ def speed_memory(orders: int, meshes: int, bearings: int) -> float:
     return _NUMBER * meshes * (orders + 1) * max(_CURVES, _VARIABLES + _BEARING * bearings)
 
 
-def nonlinear_memory(steps: int, harmonics: int, bearings: int) -> float:
+def nonlinear_memory(steps: int, harmonics: int, bearings: int, rows: int) -> float:
     """Memory [bytes] that a speed takes where flanks part, with so many steps of the period and orders."""
-    return _NUMBER * (_STEP * steps + 2 * _BEARING * harmonics * (1 + bearings))
+    return _NUMBER * ((_STEP + 32 * rows) * steps + 2 * _BEARING * harmonics * (1 + bearings))
 
 
-def sample_memory(harmonics: int, block: int) -> float:
+def sample_memory(harmonics: int, block: int, rows: int) -> float:
     """Memory [bytes] that a sample takes among others, at a block of speeds."""
-    return _NUMBER * (_SAMPLE * (harmonics + 1) + _SPEED * block)
+    return _NUMBER * (4.5 * rows * (rows + 1) * (harmonics + 1) + _SPEED * block)

@@ -18,6 +18,7 @@ from gearbench.contact._lane_kernels import (
     add_combination,
     apply_laws,
     begin,
+    keep_forces,
     keep_settled,
     note_missed,
     open_gaps,
@@ -244,6 +245,11 @@ def solve_chunk(gaps, system, draws, lanes, tolerance, limit, answers):
                 delta[j] = q[most, j] - lanes.least[j]
             steps += solve_lanes(t, system, laws, lanes, equations, delta, stiffness, tolerance, limit)
             restore_settled(q, delta, stiffness, lanes.done, kept)
+        if len(answers.force):
+            first = system.firsts[t, : system.blocks[t] + 1]
+            compress(first, system.ranks[t, : system.blocks[t]], system.factor[t], q, delta, lanes)
+            apply_laws(first[-1], laws, lanes)
+            keep_forces(t, first[-1], lanes, answers)
         for j in range(LANES):
             delta[j] += lanes.least[j]
             done[j] = lanes.done[j]

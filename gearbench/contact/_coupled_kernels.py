@@ -15,7 +15,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.compiled import FUSED, entry, part
-from gearbench.contact._lane_kernels import LANES, apply_laws, keep_settled, note_missed, open_gaps, restore_settled
+from gearbench.contact._lane_kernels import (
+    LANES,
+    apply_laws,
+    keep_forces,
+    keep_settled,
+    note_missed,
+    open_gaps,
+    restore_settled,
+)
 
 #: Precision of the Newton steps relative to their first residual: at least, and at most.
 LEAST_PRECISION, MOST_PRECISION = 1e-1, 1e-4
@@ -172,6 +180,15 @@ def stiffness_from(change, rise, flexibility, v, Gv, stiffness):
 
 
 @part(FUSED)
+def compress(G, u, rise, load, lanes, z):
+    """z ← G u, and s = z + rise · load − e of every segment."""
+    np.dot(G, u, z)
+    for i in range(len(u)):
+        for j in range(LANES):
+            lanes.s[i, j] = z[i, j] + rise[i] * load[j] - lanes.gap[i, j]
+
+
+@part(FUSED)
 def solve_coupled_lanes(t, G, G32, linear, laws, lanes, u, z, work, stiffness, steps):
     """Newton's method on all lanes of position t; ``lanes.done`` tells which converged. Returns (Newton, CG) steps.
 
@@ -182,10 +199,7 @@ def solve_coupled_lanes(t, G, G32, linear, laws, lanes, u, z, work, stiffness, s
     rise, weight, load = linear.rise[t, :n], linear.weight[t, :n], lanes.load[t]
     iteration, conjugate = 0, 0
     for iteration in range(limit + 1):
-        np.dot(G, u, z)
-        for i in range(n):
-            for j in range(LANES):
-                s[i, j] = z[i, j] + rise[i] * load[j] - lanes.gap[i, j]
+        compress(G, u, rise, load, lanes, z)
         apply_laws(n, laws, lanes)
         residuals(u, z, p, w, rise, load, weight, work.r, work.change, total)
         count = 0.0
@@ -255,6 +269,10 @@ def solve_coupled_chunk(gaps, linear, draws, lanes, accuracy, limit, answers):
                     u[i, j] = -missed[0, i, j]
             steps = solve_coupled_lanes(t, G, G32, linear, laws, lanes, u, z, work, stiffness, (tolerance, fine, limit))
             restore_settled(u, delta, stiffness, lanes.done, kept[: m + 3])
+        if len(answers.force):
+            compress(G, u, linear.rise[t, :m], lanes.load[t], lanes, z)
+            apply_laws(m, laws, lanes)
+            keep_forces(t, m, lanes, answers)
         newton += steps[0]
         conjugate += steps[1]
         for j in range(LANES):

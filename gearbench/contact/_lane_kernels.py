@@ -32,11 +32,16 @@ class Gaps(NamedTuple):
 
 
 class Answers(NamedTuple):
-    """δ, ∂F/∂δ and whether they converged, (position, lane), to be filled."""
+    """δ, ∂F/∂δ and whether they converged, (position, lane), to be filled.
+
+    Forces and slopes of the segments, (position, segment, lane), too, unless the arrays have no positions.
+    """
 
     delta: NDArray
     stiffness: NDArray
     done: NDArray
+    force: NDArray
+    slope: NDArray
 
 
 class Lanes(NamedTuple):
@@ -132,6 +137,14 @@ def restore_settled(unknowns, delta, stiffness, done, kept):
             delta[j], stiffness[j], done[j] = kept[n, j], kept[n + 1, j], 1.0
             for i in range(n):
                 unknowns[i, j] = kept[i, j]
+
+
+@part(FUSED)
+def keep_forces(t, n, lanes, answers):
+    """Forces and slopes of the segments at position t, into the answers."""
+    for i in range(n):
+        for j in range(LANES):
+            answers.force[t, i, j], answers.slope[t, i, j] = lanes.p[i, j], lanes.w[i, j]
 
 
 @part(FUSED)

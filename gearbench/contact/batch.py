@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from gearbench.contact._kernels import Arrays
     from gearbench.contact._lane_kernels import Answers, Gaps
 
+S = TypeVar("S")
 T = TypeVar("T")
 
 #: Newton steps after which a sample is handed to the solver with line search.
@@ -179,11 +180,15 @@ class BatchSolution:
         ∂F_bn/∂δ_n [N/mm].
     rescued
         How many of the contact problems needed the solver with line search.
+    force, slope
+        P and dP/ds of the existing segments, dimensionless, (position, n, sample); no positions unless asked for.
     """
 
     approach: NDArray
     stiffness: NDArray
     rescued: int
+    force: NDArray
+    slope: NDArray
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -234,14 +239,10 @@ def prepare(problem: ContactProblem, gaps: GapModes, precision: Precision = ROUN
     """
     problem, tilt, exact = _with_means(problem)
     problem = reduce_rank(problem, precision.truncation)
-    order, present, count, blocks, firsts = _order(problem)
+    present, count, blocks, firsts = _order(problem)
     _require_memory(problem, int(count.max()), gaps.modes.shape[2] + gaps.tilts.shape[2])
 
-    def pick(values: NDArray) -> NDArray:
-        """Existing segments first, absent ones behind them, cut to the most there are."""
-        index = order.reshape(order.shape + (1,) * (values.ndim - 2))
-        return np.ascontiguousarray(np.take_along_axis(values, index, 1)[:, : count.max()])
-
+    pick = partial(existing_first, problem)
     modes, tilts = (
         np.ascontiguousarray(np.swapaxes(pick(each / problem.length_scale), 1, 2)) for each in (gaps.modes, gaps.tilts)
     )
@@ -334,10 +335,15 @@ def _products(factor: NDArray) -> NDArray:
     return result
 
 
-def _order(problem: ContactProblem) -> tuple[NDArray, NDArray, NDArray, NDArray, NDArray]:
-    """Orders that put the existing segments and blocks first, how many there are, and the blocks' first segments."""
+def existing_first(problem: ContactProblem, values: NDArray) -> NDArray:
+    """Values (position, segment, …) of existing segments first, absent ones behind them, cut to the most there are."""
+    order = np.argsort(~problem.active, axis=1, kind="stable").reshape(*problem.active.shape, *[1] * (values.ndim - 2))
+    return np.ascontiguousarray(np.take_along_axis(values, order, 1)[:, : problem.active.sum(axis=1).max()])
+
+
+def _order(problem: ContactProblem) -> tuple[NDArray, NDArray, NDArray, NDArray]:
+    """Order that puts the existing blocks first, how many segments and blocks there are, the blocks' first segments."""
     positions = problem.active.shape[0]
-    order = np.argsort(~problem.active, axis=1, kind="stable")
     count = problem.active.sum(axis=1)
     per_block = np.zeros((positions, problem.blocks), dtype=np.int64)
     for k in range(problem.blocks):
@@ -346,7 +352,7 @@ def _order(problem: ContactProblem) -> tuple[NDArray, NDArray, NDArray, NDArray,
     firsts = np.zeros((positions, problem.blocks + 1), dtype=np.int64)
     for t in range(positions):
         firsts[t, 1 : blocks[t] + 1] = np.cumsum(per_block[t][per_block[t] > 0])
-    return order, np.argsort(per_block == 0, axis=1, kind="stable"), count, blocks, firsts
+    return np.argsort(per_block == 0, axis=1, kind="stable"), count, blocks, firsts
 
 
 def chunks(draws: NDArray) -> Iterator[NDArray]:
@@ -358,28 +364,40 @@ def chunks(draws: NDArray) -> Iterator[NDArray]:
         yield np.concatenate([chunk, np.repeat(chunk[-1:], LANES - len(chunk), axis=0)])
 
 
-def solve_one_chunk(batch: Batch, draws: NDArray, load: NDArray | None = None) -> BatchSolution:
+def solve_one_chunk(
+    batch: Batch, draws: NDArray, load: NDArray | None = None, *, segments: bool = False
+) -> BatchSolution:
     """Solve every position for one full chunk of errors, (lanes, error), on this thread.
 
-    ``load`` (position, lanes) over that of the problem, 1 where it is absent; what the cells miss is that of 1.
+    Parameters
+    ----------
+    load
+        (position, lanes) over that of the problem, 1 where absent; what the cells miss is that of 1.
+    segments
+        Whether the forces of the segments are wanted too.
     """
     from gearbench.contact._lane_kernels import Answers
 
     shape = (len(batch.count), len(draws))
     load = np.ones(shape) if load is None else np.ascontiguousarray(load)
     delta, stiffness, done = np.empty(shape), np.empty(shape), np.empty(shape)
+    force, slope = np.zeros((2, shape[0] if segments else 0, batch.gap.shape[1], shape[1]))
     lanes = np.ascontiguousarray(draws.T)
     with np.errstate(all="ignore"):
-        _run(batch, lanes, load, Answers(delta, stiffness, done))
+        _run(batch, lanes, load, Answers(delta, stiffness, done, force, slope))
     good = (done == 1.0) & np.isfinite(delta) & np.isfinite(stiffness)
     missed = np.argwhere(~good)
     for t, j in missed:
-        delta[t, j], stiffness[t, j] = _rescue(batch, int(t), lanes[:, j], float(load[t, j]))
+        delta[t, j], stiffness[t, j], *of_segments = _rescue(batch, int(t), lanes[:, j], float(load[t, j]))
+        if segments:
+            force[t, :, j], slope[t, :, j] = of_segments
     p = batch.problem
     return BatchSolution(
         approach=p.length_scale * delta + batch.missed[0][:, None],
         stiffness=p.force / p.length_scale * stiffness * batch.missed[1][:, None],
         rescued=len(missed),
+        force=force,
+        slope=slope,
     )
 
 
@@ -401,8 +419,10 @@ def _run(batch: Batch, lanes: NDArray, load: NDArray, answers: Answers) -> None:
     solve_chunk(b.gaps, blocks, lanes, work, b.precision.newton, NEWTON_LIMIT, answers)
 
 
-def _rescue(batch: Batch, t: int, draw: NDArray, load: float) -> tuple[float, float]:
-    """One position of one sample by the solver with line search, in units of its own load (see ``problem.under``).
+def _rescue(batch: Batch, t: int, draw: NDArray, load: float) -> tuple[float, float, NDArray, NDArray]:
+    """δ, ∂F/∂δ, forces and slopes of one position of one sample, by the solver with line search.
+
+    It works in units of the sample's own load (see ``problem.under``).
 
     Raises
     ------
@@ -417,16 +437,16 @@ def _rescue(batch: Batch, t: int, draw: NDArray, load: float) -> tuple[float, fl
     blocks, rank, n = int(batch.blocks.max()), batch.rank, arrays.gap.shape[1]
     least = arrays.gap[arrays.active].min()
     delta, stiffness, steps = np.full(1, -np.inf), np.empty(1), np.zeros(1, dtype=np.int64)
-    solve_positions(
-        arrays._replace(gap=arrays.gap - least), Work.of(blocks, rank, n), np.zeros((1, blocks, rank)), delta, 0.0,
-        MAX_STEPS, np.zeros((1, n)), stiffness, steps,
-    )  # fmt: skip
+    opened, q, force = arrays._replace(gap=arrays.gap - least), np.zeros((1, blocks, rank)), np.zeros((1, n))
+    solve_positions(opened, Work.of(blocks, rank, n), q, delta, 0.0, MAX_STEPS, force, stiffness, steps)
     if steps[0] >= MAX_STEPS:
         raise ConvergenceError(f"contact not solved: position {t}, {steps[0]} Newton steps")
-    return float(load * (delta[0] + least)), float(stiffness[0])
+    smooth = np.einsum("pnr,pnr->pn", arrays.factor, np.take_along_axis(q, arrays.block[..., None], 1))
+    slope = law_response(opened, delta[0] - opened.gap - smooth)[1]
+    return float(load * (delta[0] + least)), float(stiffness[0]), load * force[0], slope[0]
 
 
-def on_threads(work: Callable[[NDArray], T], items: Iterable[NDArray], threads: int) -> Iterator[T]:
+def on_threads(work: Callable[[S], T], items: Iterable[S], threads: int) -> Iterator[T]:
     """``work`` on each item in order, on ``threads`` threads; the kernels run outside Python's lock."""
     if threads == 1:
         yield from map(work, items)

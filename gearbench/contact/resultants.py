@@ -14,11 +14,15 @@ import numpy as np
 from numpy.polynomial.legendre import legvander
 from numpy.typing import NDArray
 
+from gearbench.contact.batch import Batch, BatchSolution, existing_first
 from gearbench.contact.law import slope
 from gearbench.contact.patches import on_patches
 from gearbench.contact.problem import ContactProblem, ContactSolution, gram
 from gearbench.contact.solver import Guess, has_law, law_forces
 from gearbench.geometry.action import ContactLines
+
+#: Stiffness over that of the problem which every row has at least, so that it can be eliminated.
+LEAST = 1e-9
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,9 +32,9 @@ class Resultants:
     Parameters
     ----------
     force
-        f (position, row) [N].
+        f (position, row), of samples (sample, position, row) [N].
     stiffness
-        ∂f/∂x (position, row, row) [N/mm].
+        ∂f/∂x (position, row, row), of samples (sample, position, row, row) [N/mm].
     """
 
     force: NDArray
@@ -59,11 +63,38 @@ def resultants(
     A = np.where(loaded[:, :, None] & loaded[:, None, :] & same, gram(p.factor), 0.0)
     index = np.arange(A.shape[-1])
     A[:, index, index] = np.where(loaded, A[:, index, index] + sigma, 1.0)
-    R = legvander(lever(nodes).reshape(P.shape), rows - 1) * loaded[..., None]
-    cos_b = math.cos(lines.pair.meshing.beta_b)
-    unit = p.force / p.length_scale * cos_b**2
+    R = row_shapes(nodes, rows).reshape(*P.shape, rows) * loaded[..., None]
     stiffness = np.swapaxes(R, 1, 2) @ np.linalg.solve(A, R)
+    return _in_units(p, lines, np.einsum("ps,psr->pr", P, R), stiffness)
+
+
+def row_shapes(lines: ContactLines, rows: int) -> NDArray:
+    """R (position, pair, segment, row): P_j(η) of the segments."""
+    return legvander(lever(lines), rows - 1)
+
+
+def resultants_of_samples(batch: Batch, lines: ContactLines, solution: BatchSolution, rows: int) -> Resultants:
+    """The first ``rows`` resultants of samples whose segments, on ``lines``, all move each other."""
+    slope, factor, problem = solution.slope, batch.factor, batch.problem
+    R = existing_first(problem, row_shapes(lines, rows).reshape(*problem.active.shape, rows))
+    positions, n, samples = slope.shape
+    stiffness, one = np.empty((samples, positions, rows, rows)), np.eye(factor.shape[-1] + rows)
+    # rows have no stiffness of their own; few loaded segments may leave one without any
+    one[-rows:] *= LEAST
+    for t in range(positions):
+        # with W = dP/ds, Rᵀ A⁻¹ R is what eliminating Ψ leaves of the rows in (Ψ R)ᵀ W (Ψ R) + (1 0)
+        both = np.concatenate([factor[t], R[t]], axis=1)
+        product = slope[t].T @ (both[:, :, None] * both[:, None]).reshape(n, -1)
+        left = np.linalg.cholesky(product.reshape(samples, *one.shape) + one)[:, -rows:, -rows:]
+        stiffness[:, t] = left @ np.swapaxes(left, 1, 2)
+    force = np.swapaxes(np.swapaxes(solution.force, 1, 2) @ R, 0, 1)
+    return _in_units(problem, lines, force, stiffness)
+
+
+def _in_units(problem: ContactProblem, lines: ContactLines, force: NDArray, stiffness: NDArray) -> Resultants:
+    """Resultants [N] and their stiffness [N/mm] across the axis from those of the problem."""
+    cos_b = math.cos(lines.pair.meshing.beta_b)
+    unit = problem.force / problem.length_scale * cos_b**2
     return Resultants(
-        force=p.force * cos_b * np.einsum("ps,psr->pr", P, R),
-        stiffness=unit * (stiffness + np.swapaxes(stiffness, 1, 2)) / 2,
+        force=problem.force * cos_b * force, stiffness=unit * (stiffness + np.swapaxes(stiffness, -1, -2)) / 2
     )

@@ -2,12 +2,44 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
+from numpy.typing import NDArray
 
 from gearbench.compiled import entry, part
 
-#: Samples solved side by side.
-LANES = 8
+
+class Curve(NamedTuple):
+    """``ForceCurve`` of a mesh by the names there, its mean force [N], and its ``Beside`` by the names there."""
+
+    begin: NDArray
+    table: NDArray
+    spacing: float
+    backlash: float
+    mirrored: NDArray
+    mean: float
+    couple: NDArray
+    motion: NDArray
+    force: NDArray
+    stiffness: NDArray
+
+
+class Balance(NamedTuple):
+    """x̄ and f̄ (row,), K̄ and the compliance of the modes that follow at once (row, row), unit of motion [mm]."""
+
+    motion: NDArray
+    force: NDArray
+    stiffness: NDArray
+    follow: NDArray
+    unit: float
+
+
+class Work(NamedTuple):
+    """Scratch: x, f, what is left of the balance, f − f̄ − K̄ (x − x̄) (4, row); two matrices."""
+
+    vectors: NDArray
+    matrices: NDArray
 
 
 @part()
@@ -65,63 +97,6 @@ def monodromy(own, half, a, kick, dt, r, counts):
     return out
 
 
-@entry()
-def force_squares(stiffness, drive, dynamic):
-    """Σ|f̂_n|² (speed, lane) of (K + D) x = b, f̂ = −D x; orders 1 … H, order 0 eliminated before.
-
-    stiffness (2H, 2H, lane), drive (2H, lane), D (speed, H) complex. Orders are eliminated in 2 × 2 blocks from the
-    highest, where D rules, to the first.
-    """
-    n, lanes = drive.shape
-    out = np.zeros((len(dynamic), lanes))
-    A, b = np.empty((n, n, lanes)), np.empty((n, lanes))
-    for s in range(len(dynamic)):
-        A[:], b[:] = stiffness, drive
-        for k in range(n // 2):
-            re, im = dynamic[s, k].real, dynamic[s, k].imag
-            for i in range(lanes):
-                A[2 * k, 2 * k, i] += re
-                A[2 * k + 1, 2 * k + 1, i] += re
-                A[2 * k, 2 * k + 1, i] -= im
-                A[2 * k + 1, 2 * k, i] += im
-        for k in range(n - 2, -1, -2):
-            _eliminate(A, b, k)
-        for k in range(0, n, 2):
-            for j in range(k):
-                for i in range(lanes):
-                    b[k, i] -= A[k, j, i] * b[j, i]
-                    b[k + 1, i] -= A[k + 1, j, i] * b[j, i]
-            d = dynamic[s, k // 2]
-            size = d.real * d.real + d.imag * d.imag
-            for i in range(lanes):
-                out[s, i] += size * (b[k, i] ** 2 + b[k + 1, i] ** 2)
-    return out
-
-
-@part()
-def _eliminate(A, b, k):
-    """Solve rows k, k+1 for their unknowns and put them into all rows above."""
-    lanes = b.shape[1]
-    for i in range(lanes):
-        w, x, y, z = A[k, k, i], A[k, k + 1, i], A[k + 1, k, i], A[k + 1, k + 1, i]
-        over = 1.0 / (w * z - x * y)
-        A[k, k, i], A[k, k + 1, i], A[k + 1, k, i], A[k + 1, k + 1, i] = z * over, -x * over, -y * over, w * over
-        one, two = b[k, i], b[k + 1, i]
-        b[k, i] = A[k, k, i] * one + A[k, k + 1, i] * two
-        b[k + 1, i] = A[k + 1, k, i] * one + A[k + 1, k + 1, i] * two
-    for j in range(k):
-        for i in range(lanes):
-            one, two = A[k, j, i], A[k + 1, j, i]
-            A[k, j, i] = A[k, k, i] * one + A[k, k + 1, i] * two
-            A[k + 1, j, i] = A[k + 1, k, i] * one + A[k + 1, k + 1, i] * two
-    for row in range(k):
-        for j in range(k):
-            for i in range(lanes):
-                A[row, j, i] -= A[row, k, i] * A[k, j, i] + A[row, k + 1, i] * A[k + 1, j, i]
-        for i in range(lanes):
-            b[row, i] -= A[row, k, i] * b[k, i] + A[row, k + 1, i] * b[k + 1, i]
-
-
 @part()
 def _flank(table, spacing, row, x):
     """Force of a flank x beyond where it begins, and its slope; linear between the points and beyond."""
@@ -134,34 +109,93 @@ def _flank(table, spacing, row, x):
 
 
 @part()
-def _mesh_force(table, begin, back, law, row, x):
-    """Force and stiffness of both flanks at a phase."""
-    f, k = _flank(table, law[0], row, x - begin[row])
+def _approached(curve, row, x):
+    """Force and stiffness of both flanks at a phase, at an approach."""
+    begin, back = curve.begin, curve.mirrored
+    f, k = _flank(curve.table, curve.spacing, row, x - begin[row])
     steps = len(begin)
     low = int(back[row])
     for more in range(2):
         weight = back[row] - low if more else 1.0 - back[row] + low
         other = (low + more) % steps
-        fb, kb = _flank(table, law[0], other, -x - law[1] - begin[other])
+        fb, kb = _flank(curve.table, curve.spacing, other, -x - curve.backlash - begin[other])
         f, k = f - weight * fb, k + weight * kb
     return f, k
 
 
 @part()
-def _motion(table, begin, back, law, row, share, free):
-    """x, f with x = x_free − c (f − F̄ − K̄ (x − x̄)), between two phases: Newton's method on a rising function."""
-    mean_x, mean_f, mean_k, c = law[2], law[3], law[4], law[5]
-    x, f, after = free, 0.0, (row + 1) % len(begin)
+def _add_force(curve, row, x, weight, f, J):
+    """Add resultants of the motions x at a phase, and their derivatives, times a ``weight`` (D9)."""
+    mean, couple, rest = curve.mean, curve.couple[row], curve.motion[row]
+    approach = x[0]
+    for j in range(len(couple)):
+        approach += couple[j] * (x[j + 1] - rest[j])
+    force, k = _approached(curve, row, approach)
+    loaded = min(max(force / mean, 0.0), 1.0)
+    f[0] += weight * force
+    J[0, 0] += weight * k
+    for j in range(len(couple)):
+        own, rise = curve.force[row, j] + couple[j] * (force - mean), couple[j]
+        if loaded < 1.0:
+            # a parabola from no load, with the slope of the mean force there
+            bend = couple[j] - curve.force[row, j] / mean
+            rise = rise - 2.0 * bend * (1.0 - loaded) if loaded > 0.0 else 0.0
+            own = loaded * (curve.force[row, j] + bend * (force - mean))
+        f[j + 1] += weight * own
+        J[0, j + 1] += weight * k * couple[j]
+        J[j + 1, 0] += weight * rise * k
+        for i in range(len(couple)):
+            stiffness = loaded * curve.stiffness[row, j, i]
+            f[j + 1] += weight * stiffness * (x[i + 1] - rest[i])
+            J[j + 1, i + 1] += weight * (stiffness + rise * k * couple[i])
+
+
+@part()
+def _motion(curve, balance, row, share, free, work):
+    """x, f with x = x_free − c (f − f̄ − K̄ (x − x̄)), between two phases, by Newton's method; x is the first guess."""
+    x, f, left, push = work.vectors[0], work.vectors[1], work.vectors[2], work.vectors[3]
+    J, A = work.matrices
+    after, size = (row + 1) % len(curve.begin), len(free)
+    x[:] = free
     for _ in range(20):
-        f, k = _mesh_force(table, begin, back, law, row, x)
+        f[:], J[:] = 0.0, 0.0
+        _add_force(curve, row, x, 1.0 - share, f, J)
         if share > 0.0:
-            f1, k1 = _mesh_force(table, begin, back, law, after, x)
-            f, k = f + share * (f1 - f), k + share * (k1 - k)
-        left = x - free + c * (f - mean_f - mean_k * (x - mean_x))
-        if abs(left) <= 1e-9 * law[6]:
+            _add_force(curve, after, x, share, f, J)
+        largest = 0.0
+        for i in range(size):
+            push[i] = f[i] - balance.force[i]
+            for j in range(size):
+                push[i] -= balance.stiffness[i, j] * (x[j] - balance.motion[j])
+        for i in range(size):
+            left[i] = free[i] - x[i]
+            for j in range(size):
+                left[i] -= balance.follow[i, j] * push[j]
+                A[i, j] = 1.0 if i == j else 0.0
+                for m in range(size):
+                    A[i, j] += balance.follow[i, m] * (J[m, j] - balance.stiffness[m, j])
+            largest = max(largest, abs(left[i]))
+        if largest <= 1e-9 * balance.unit:
             break
-        x -= left / (1.0 + c * (k - mean_k))
-    return x, f
+        _solve(A, left)
+        for i in range(size):
+            x[i] += left[i]
+
+
+@part()
+def _solve(A, b):
+    """b ← A⁻¹ b of a few unknowns, without pivots: A is near 1."""
+    size = len(b)
+    for k in range(size):
+        for i in range(k + 1, size):
+            share = A[i, k] / A[k, k]
+            for j in range(k, size):
+                A[i, j] -= share * A[k, j]
+            b[i] -= share * b[k]
+    for k in range(size - 1, -1, -1):
+        for j in range(k + 1, size):
+            b[k] -= A[k, j] * b[j]
+        b[k] /= A[k, k]
 
 
 @part()
@@ -183,16 +217,16 @@ def _step(p, v, free, brake, kick, scratch):
 
 @part()
 def _change(ends, reach, inverse, repeats):
-    """Largest change of the modes, as motions of the mesh, over the last periods."""
+    """Largest change of the modes, as approaches of the mesh, over the last periods."""
     change = 0.0
-    for j in range(len(reach)):
-        change = max(change, abs(reach[j] * (ends[-1, 0, j] - ends[-1 - repeats, 0, j])))
-        change = max(change, abs(reach[j] * inverse[j] * (ends[-1, 1, j] - ends[-1 - repeats, 1, j])))
+    for j in range(reach.shape[1]):
+        change = max(change, abs(reach[0, j] * (ends[-1, 0, j] - ends[-1 - repeats, 0, j])))
+        change = max(change, abs(reach[0, j] * inverse[j] * (ends[-1, 1, j] - ends[-1 - repeats, 1, j])))
     return change
 
 
 @entry()
-def run(state, free, brake, reach, table, begin, back, law, record, limits):
+def run(state, free, brake, reach, curve, balance, record, limits):
     """Integrate until the motion repeats; the number of periods after which it does, 0 where it does not.
 
     Parameters
@@ -202,39 +236,45 @@ def run(state, free, brake, reach, table, begin, back, law, record, limits):
     free, brake
         Free motion over a step and 1/ω (5, mode), and what dampers leave of the speeds (mode, mode), or nothing (0, 0).
     reach
-        a (mode,).
-    table, begin, back
-        Force of a flank at equal steps of the phase (phase, point), where it begins, and the phase of the back flanks.
-    law
-        Spacing of the points, backlash, x̄, F̄, K̄, compliance of the modes left out, unit of motion, time step.
+        a (row, mode).
+    curve, balance
+        ``Curve`` and ``Balance``.
     record
-        x and f over the last periods (2, period, phase).
+        x and f over the last periods (2, row, period, phase).
     limits
-        Steps between phases, most periods, change in units at which a motion repeats, and at which it may.
+        Time step, steps between phases, most periods, change in units at which a motion repeats, and at which it may.
     """
-    steps, kept, within = len(begin), record.shape[1], int(limits[0])
+    rows, modes = reach.shape
+    steps, kept, within = len(curve.begin), record.shape[2], int(limits[1])
     p, v = state
+    work = Work(np.zeros((4, rows)), np.zeros((2, rows, rows)))
+    kick, low = np.zeros(modes), np.zeros(rows)
     ends, scratch, found = np.zeros((kept + 1, 2, len(p))), np.zeros(len(p)), 0
-    for period in range(int(limits[1])):
-        record[:, :-1] = record[:, 1:].copy()
+    for period in range(int(limits[2])):
+        record[:, :, :-1] = record[:, :, 1:].copy()
         for step in range(steps * within):
             row, share = step // within, (step % within) / within
-            low = law[2]
-            for j in range(len(p)):
-                low -= reach[j] * p[j]
-            x, f = _motion(table, begin, back, law, row, share, low)
+            for i in range(rows):
+                low[i] = balance.motion[i]
+                for j in range(modes):
+                    low[i] -= reach[i, j] * p[j]
+            _motion(curve, balance, row, share, low, work)
             if share == 0.0:
-                record[0, -1, row], record[1, -1, row] = x, f
-            _step(p, v, free, brake, reach * (law[7] * (f - law[3] - law[4] * (x - law[2]))), scratch)
+                record[0, :, -1, row], record[1, :, -1, row] = work.vectors[0], work.vectors[1]
+            for j in range(modes):
+                kick[j] = 0.0
+                for i in range(rows):
+                    kick[j] += limits[0] * reach[i, j] * work.vectors[3, i]
+            _step(p, v, free, brake, kick, scratch)
         ends[:-1] = ends[1:].copy()
         ends[-1] = state
         found = 0
         # it fades slowly where it nearly repeats, and may by chance be closer after several periods
         for repeats in range(1, min(kept, period) + 1):
-            change = _change(ends, reach, free[4], repeats) / law[6]
-            if change <= limits[3]:
+            change = _change(ends, reach, free[4], repeats) / balance.unit
+            if change <= limits[4]:
                 found = repeats
-                if change <= limits[2]:
+                if change <= limits[3]:
                     return found
                 break
     return found

@@ -8,6 +8,7 @@ follow from f = f_s + K(t) (x − x_s) (D5).
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,7 +20,7 @@ from gearbench.dynamics.size import in_blocks
 
 @dataclass(frozen=True, kw_only=True)
 class Excitation:
-    """Excitation of meshes of one mesh frequency.
+    """Excitation of meshes of one mesh frequency; samples, where there are many, come first.
 
     Parameters
     ----------
@@ -32,6 +33,11 @@ class Excitation:
     stiffness: NDArray
     motion: NDArray
     force: NDArray
+
+    def part(self, samples: slice | None) -> Excitation:
+        """Some of the samples, where these come first; None makes a sample of one excitation."""
+        arrays = {name: getattr(self, name)[samples] for name in ("stiffness", "motion", "force")}
+        return Excitation(**arrays)
 
 
 def convolution(stiffness: NDArray, index: NDArray | None = None, along: int = 0) -> NDArray:
@@ -121,3 +127,42 @@ def solve(excitation: Excitation, h: NDArray, mean: NDArray) -> tuple[NDArray, N
         found[here] = np.linalg.solve(A, b[here, :, None])[..., 0].reshape(-1, M, N)
     force = excitation.force + orders(np.einsum("ijab,sjb->sia", K, found))
     return rest + orders(found), force
+
+
+def least_residual(
+    apply: Callable[[NDArray], NDArray],
+    x: NDArray,
+    left: NDArray,
+    product: Callable[[NDArray, NDArray], NDArray],
+    enough: NDArray,
+    steps: int,
+) -> tuple[NDArray, NDArray]:
+    """Solutions x of many problems A x = b at once, and what is left of b, by conjugate residuals.
+
+    Parameters
+    ----------
+    apply
+        From x to A x.
+    x, left
+        First guess, and b − A x.
+    product
+        Inner product of each problem, with axes of length 1 in place of those it sums over.
+    enough
+        Square of what may be left of each problem.
+    steps
+        At most.
+    """
+    tried: list[tuple[NDArray, NDArray, NDArray]] = []
+    for _ in range(steps):
+        if (product(left, left) <= enough).all():
+            break
+        step, answer = left, apply(left)
+        for before, of, size in tried:
+            share = product(of, answer) / size
+            step, answer = step - share * before, answer - share * of
+        # where nothing is left there is no step
+        size = np.maximum(product(answer, answer), np.finfo(left.dtype).tiny)
+        share = product(answer, left) / size
+        x, left = x + share * step, left - share * answer
+        tried.append((step, answer, size))
+    return x, left

@@ -12,7 +12,7 @@ from gearbench.contact.assemble import assemble
 from gearbench.contact.gaps import total_gap
 from gearbench.contact.look import scene_lines
 from gearbench.contact.solver import solve
-from gearbench.dynamics.loaded_mesh import LoadedMesh
+from gearbench.dynamics.loaded_mesh import Flanks, LoadedMesh
 
 #: Rounding of the corner where flanks touch, over the mean deflection: some hundredths of a micrometre.
 ROUNDING = 0.01
@@ -23,11 +23,52 @@ LEVELS = (0.003, 0.01, 0.03, 0.08, 0.16, 0.3, 0.5, 0.75, 1.0, 1.4, 2.0, 3.0, 5.0
 
 
 @dataclass(frozen=True, kw_only=True)
+class Beside:
+    """Rows beside the approach, about the contact under the mean force at equal steps of the phase; see (D9).
+
+    Parameters
+    ----------
+    couple
+        κ_j = K_0j/K_00 (phase, j).
+    motion, force
+        Motions [mm] and resultants [N] at rest (phase, j).
+    stiffness
+        K_ij − K_0i K_0j/K_00 (phase, i, j) [N/mm].
+    """
+
+    couple: NDArray
+    motion: NDArray
+    force: NDArray
+    stiffness: NDArray
+
+    @classmethod
+    def of(cls, flanks: Flanks) -> Beside:
+        """Linear about these flanks."""
+        K = flanks.stiffness
+        couple = K[:, 0, 1:] / K[:, :1, 0]
+        return cls(
+            couple=couple,
+            motion=flanks.motion[:, 1:],
+            force=flanks.force[:, 1:],
+            stiffness=K[:, 1:, 1:] - couple[:, :, None] * K[:, :1, 1:],
+        )
+
+
+def _loaded(rest: NDArray, slope: NDArray, level: float, mean: float) -> NDArray:
+    """Resultants (phase, j) [N] at ``level`` times the ``mean`` force: at rest with a slope, below it a parabola."""
+    if level > 1:
+        return rest + slope * (level - 1) * mean
+    return level * (rest + (slope * mean - rest) * (level - 1))
+
+
+@dataclass(frozen=True, kw_only=True)
 class ForceCurve:
     """F(x, τ) at equal steps of the phase (D9): force of the drive flanks less that of the back flanks.
 
     Parameters
     ----------
+    beside
+        What tilt and bending add.
     begin
         x below which the drive flanks carry no load (phase,) [mm].
     table
@@ -40,6 +81,7 @@ class ForceCurve:
         Phase (phase,), as a real number, at which the back flanks are in the position of the drive flanks.
     """
 
+    beside: Beside
     begin: NDArray
     table: NDArray
     spacing: float
@@ -74,20 +116,27 @@ def force_curve(cycle: LoadedMesh, steps: int) -> ForceCurve:
     from scipy.interpolate import PchipInterpolator
 
     scene, pair = cycle.scene, cycle.scene.pair
-    shafts, mean_stiffness = float(cycle.compliance[0, 0]), float(cycle.mean_stiffness[0, 0])
-    phase, unit = np.arange(steps) / steps, scene.F_bt / mean_stiffness
+    phase, unit = np.arange(steps) / steps, scene.F_bt / float(cycle.mean_stiffness[0, 0])
+    flanks, C = cycle.at(phase), cycle.compliance
+    beside = Beside.of(flanks)
+    # S on the shafts: they tilt as the force grows
+    S = np.linalg.solve(np.eye(len(C)) + flanks.stiffness @ C, flanks.stiffness)
     lines = scene_lines(scene, phase)
     cos_b = math.cos(pair.meshing.beta_b)
     gap = np.where(lines.active[..., None], total_gap(cycle.effects, lines), np.inf)
     touch = gap.min(axis=(1, 2)) / cos_b
-    forces, knots = [0.0], [touch]
+    # tilt and bending at rest belong to the approach of flanks that carry nothing
+    forces, knots = [0.0], [touch - (beside.couple * beside.motion).sum(axis=1)]
     for level in LEVELS:
         loaded = replace(scene, load=replace(scene.load, torque=level * scene.load.torque))
         approach = solve(assemble(loaded, lines, cycle.effects)).approach / cos_b
-        knots.append(approach - shafts * loaded.F_bt)
+        others = _loaded(beside.force, S[:, 0, 1:] / S[:, :1, 0], level, scene.F_bt)
+        force = np.column_stack([np.full(steps, loaded.F_bt), others])
+        moved = (-force @ C[:, 1:] - beside.motion) * beside.couple
+        knots.append(approach - force @ C[0] + moved.sum(axis=1))
         forces.append(loaded.F_bt)
     # the least gap of all segments may lie above what cells along which it varies yield to the least load
-    knots[0] = np.minimum(touch, knots[1] - 0.1 * LEVELS[0] * unit)
+    knots[0] = np.minimum(knots[0], knots[1] - 0.1 * LEVELS[0] * unit)
     x = np.maximum.accumulate(np.array(knots).T, axis=1) + np.arange(len(knots)) * 1e-12
     # the corner where flanks touch is rounded: d → (d + ε)²/4ε within ±ε
     ε, spacing = ROUNDING * unit, REACH * unit / POINTS
@@ -102,6 +151,7 @@ def force_curve(cycle: LoadedMesh, steps: int) -> ForceCurve:
     centred = (pair.meshing.pitch_point - pair.meshing.path_start) / pair.meshing.base_pitch
     centred += float(pinion.half_angle(r_w)) * pair.pinion.teeth / (2 * math.pi)
     return ForceCurve(
+        beside=beside,
         begin=x[:, 0] - ε,
         table=table,
         spacing=spacing,

@@ -9,11 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.contact.assemble import assemble
+from gearbench.contact.batch import Batch, BatchSolution
 from gearbench.contact.bearings import OnShafts, settle
 from gearbench.contact.look import scene_lines
 from gearbench.contact.patches import solve_patches
-from gearbench.contact.resultants import Resultants
+from gearbench.contact.resultants import Resultants, resultants, resultants_of_samples
+from gearbench.contact.solver import Guess
 from gearbench.contact.transitions import loaded_phases
+from gearbench.dynamics.balance import Excitation
 from gearbench.effects.base import Effect
 from gearbench.effects.shafts import mesh_spread
 from gearbench.errors import InputError
@@ -25,6 +28,45 @@ from gearbench.scene import Scene
 
 #: N/mm in 1 N/µm.
 PER_MICROMETRE = 1e3
+
+
+@dataclass(frozen=True, kw_only=True)
+class Flanks:
+    """Teeth and bodies of a mesh at each phase, without the shafts; further axes, such as samples, come first.
+
+    Row 0 is the approach of the gears and the force on it; rows 1, 2 … are tilt and bending over the face, and what
+    works on them (W11).
+
+    Parameters
+    ----------
+    force
+        Resultants f_s (…, position, row) [N].
+    motion
+        Motions x_s of the flanks at rest (…, position, row) [mm].
+    stiffness
+        K = ∂f/∂x (…, position, row, row) [N/mm].
+    """
+
+    force: NDArray
+    motion: NDArray
+    stiffness: NDArray
+
+    @classmethod
+    def off_shafts(cls, force: NDArray, stiffness: NDArray, error: NDArray, compliance: NDArray) -> Flanks:
+        """Take the compliance C of the shafts out of S and the transmission error (…, position) [mm] on them (W14)."""
+        motion = -force @ compliance
+        motion[..., 0] += error
+        # K = (1 − S C)⁻¹ S
+        left = np.linalg.solve(np.eye(len(compliance)) - stiffness @ compliance, stiffness)
+        return cls(force=force, motion=motion, stiffness=(left + np.swapaxes(left, -1, -2)) / 2)
+
+    def orders(self, waves: NDArray) -> Excitation:
+        """Excitation of the orders 0 … H by rows ``waves`` (2H + 1, position), see ``LoadedMesh.waves``."""
+        few = waves[: len(waves) // 2 + 1]
+        motion, force = (np.swapaxes(few @ each, -1, -2) for each in (self.motion, self.force))
+        flat = self.stiffness.reshape(*self.motion.shape[:-1], -1)
+        stiffness = np.swapaxes(waves @ flat, -1, -2).reshape(*motion.shape[:-1], motion.shape[-2], -1)
+        return Excitation(stiffness=stiffness, motion=motion, force=force)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -39,14 +81,14 @@ class LoadedMesh:
         The contact over the mesh cycle, shafts included where there are any.
     on_shafts
         The same with the shafts, where there are any.
-    rows
-        Motions of the flanks against each other, with the resultants that work on them: see ``resultants``.
+    most
+        Motions of gears on shafts against each other, see ``resultants``; without shafts there is one.
     """
 
     scene: Scene
     solved: Solved
     on_shafts: OnShafts | None
-    rows: int
+    most: int
 
     @property
     def effects(self) -> tuple[Effect, ...]:
@@ -63,29 +105,23 @@ class LoadedMesh:
         """Transmission error and stiffness of the whole, shafts included."""
         return self.solved.cycle
 
-    @cached_property
-    def _resultants(self) -> Resultants | None:
-        return None if self.on_shafts is None or self.rows == 1 else self.on_shafts.resultants(self.rows)
-
-    @cached_property
-    def force(self) -> NDArray:
-        """Resultants f_s of the flanks (position, row) [N]: force, moment and so on."""
-        if self._resultants is None:
-            return np.full((len(self.lines.mesh_phase), 1), self.scene.F_bt)
-        return self._resultants.force
-
     @property
-    def _whole(self) -> NDArray:
-        """S = ∂f/∂x (position, row, row) [N/mm], shafts included."""
-        if self._resultants is None:
-            return PER_MICROMETRE * self.cycle.mesh_stiffness[:, None, None]
-        return self._resultants.stiffness
+    def rows(self) -> int:
+        """Motions of the flanks against each other."""
+        return 1 if self.on_shafts is None else self.most
+
+    @cached_property
+    def _resultants(self) -> Resultants:
+        """On the shafts: force, moment and so on, and S = ∂f/∂x."""
+        if self.on_shafts is None or self.rows == 1:
+            return _one_row(self.scene, self.cycle)
+        return self.on_shafts.resultants(self.rows)
 
     @cached_property
     def _spread(self) -> tuple[NDArray, NDArray]:
         if self.on_shafts is None:
             return np.ones((1, 1)), np.zeros((1, 1))
-        return mesh_spread(self.on_shafts.gears, self._whole)
+        return mesh_spread(self.on_shafts.gears, self._resultants.stiffness)
 
     @property
     def spread(self) -> NDArray:
@@ -98,22 +134,38 @@ class LoadedMesh:
         return self._spread[1]
 
     @cached_property
-    def motion(self) -> NDArray:
-        """Motions x_s of the flanks (position, row) [mm], approach the transmission error without the shafts (W14)."""
-        x = -self.force @ self.compliance
-        x[:, 0] += self.cycle.transmission_error / MICROMETRES
-        return x
+    def flanks(self) -> Flanks:
+        """Teeth and bodies at the positions of the cycle."""
+        return self._off_shafts(self.cycle, self._resultants)
 
-    @cached_property
-    def stiffness(self) -> NDArray:
-        """K = ∂f/∂x (position, row, row) [N/mm] of teeth and bodies: (1 − S C)⁻¹ S, with S that on the shafts (W14)."""
-        left = np.linalg.solve(np.eye(len(self.compliance)) - self._whole @ self.compliance, self._whole)
-        return (left + np.swapaxes(left, -1, -2)) / 2
+    def at(self, phase: NDArray) -> Flanks:
+        """Teeth and bodies at any mesh phases, the bearings as they are."""
+        lines = scene_lines(self.scene, phase)
+        problem = assemble(self.scene, lines, self.effects)
+        guess = Guess.nothing(problem)
+        solution = solve_patches(problem, guess)
+        cycle = MeshCycle.of(self.scene, self.cycle.phases, solution.approach, solution.stiffness)
+        if self.rows == 1:
+            return self._off_shafts(cycle, _one_row(self.scene, cycle))
+        return self._off_shafts(cycle, resultants(problem, lines, solution, guess, self.rows))
+
+    def samples(self, batch: Batch, lines: ContactLines, solution: BatchSolution) -> Flanks:
+        """Teeth and bodies (sample, position, …) of samples of its contact on ``lines``, solved with their segments.
+
+        Bearings stay as stiff as they are without errors.
+        """
+        cycle = MeshCycle.of(self.scene, self.cycle.phases, solution.approach.T, solution.stiffness.T)
+        if self.rows == 1:
+            return self._off_shafts(cycle, _one_row(self.scene, cycle))
+        return self._off_shafts(cycle, resultants_of_samples(batch, lines, solution, self.rows))
+
+    def _off_shafts(self, cycle: MeshCycle, found: Resultants) -> Flanks:
+        return Flanks.off_shafts(found.force, found.stiffness, cycle.transmission_error / MICROMETRES, self.compliance)
 
     @property
     def mean_stiffness(self) -> NDArray:
         """K̄ (row, row) [N/mm]."""
-        return np.einsum("p,pij->ij", self.solved.weight, self.stiffness)
+        return np.einsum("p,pij->ij", self.solved.weight, self.flanks.stiffness)
 
     def waves(self, orders: int) -> NDArray:
         """Rows (order + 1, position) that turn values over the cycle into ŷ_0 … ŷ_n, y = Σ ŷ_n e^{2πinτ} (D3).
@@ -124,6 +176,12 @@ class LoadedMesh:
             If uniform phases do not resolve the orders.
         """
         return order_rows(self.cycle.phases, orders)
+
+
+def _one_row(scene: Scene, cycle: MeshCycle) -> Resultants:
+    """Force and stiffness of gears that only approach each other."""
+    k = PER_MICROMETRE * cycle.mesh_stiffness[..., None, None]
+    return Resultants(force=np.full(k.shape[:-1], scene.F_bt), stiffness=k)
 
 
 def order_rows(phases: Phases, orders: int) -> NDArray:
@@ -152,4 +210,4 @@ def loaded_mesh(scene: Scene, mesh: str = PAIR, rows: int = 1) -> LoadedMesh:
         problem = assemble(seen, lines)
         solution = solve_patches(problem)
     solved = Solved(scene=seen, lines=lines, weight=weight, problem=problem, solution=solution, size=size)
-    return LoadedMesh(scene=seen, solved=solved, on_shafts=on_shafts, rows=rows)
+    return LoadedMesh(scene=seen, solved=solved, on_shafts=on_shafts, most=rows)

@@ -250,14 +250,13 @@ class Model(LinearModel):
         motion, force = (np.zeros((count, harmonics + 1), dtype=complex) for _ in range(2))
         for k, (mesh, phase) in enumerate(zip(group.meshes, group.phase, strict=True)):
             cycle, here = self.cycles[mesh], slice(each * k, each * (k + 1))
-            waves = cycle.waves(2 * harmonics) * np.exp(2j * np.pi * n * phase)[:, None]
-            stiffness[here, here] = np.einsum("np,pij->ijn", waves, cycle.stiffness)
-            motion[here], force[here] = ((waves[: harmonics + 1] @ of).T for of in (cycle.motion, cycle.force))
+            own = cycle.flanks.orders(cycle.waves(2 * harmonics) * np.exp(2j * np.pi * n * phase)[:, None])
+            stiffness[here, here], motion[here], force[here] = own.stiffness, own.motion, own.force
         return Excitation(stiffness=stiffness, motion=motion, force=force)
 
     def at_rest(self, orders: int) -> NDArray:
         """Approach of each mesh at rest by orders 0 … n of its mesh frequency, (mesh, n + 1) [mm]."""
-        return np.array([cycle.waves(orders) @ cycle.motion[:, 0] for cycle in self.cycles])
+        return np.array([cycle.waves(orders) @ cycle.flanks.motion[:, 0] for cycle in self.cycles])
 
     @property
     def directions(self) -> tuple[str, ...]:

@@ -28,6 +28,8 @@ from gearbench.threads import single_threaded_blas
 if TYPE_CHECKING:
     import xarray as xr
 
+    from gearbench.dynamics._kernels import Balance, Curve
+
 #: Phases of the force table: minimum, and number per order.
 STEPS, PER_ORDER = 128, 8
 #: Ways in which the speed changes.
@@ -70,40 +72,58 @@ class Sweep:
         return Group(meshes=first.meshes[:1], rate=first.rate, phase=first.phase[:1])
 
     @cached_property
-    def law(self) -> NDArray:
-        """Spacing of the table, backlash, x̄, F̄, K̄, compliance of the modes left out, unit of motion."""
-        model, cycle = self.model, self.model.cycles[0]
-        mean, force = float(model.stiffness[0, 0]), float(model.force[0])
+    def mean(self) -> tuple[NDArray, NDArray]:
+        """x̄ [mm] and f̄ [N] of the rows (row,)."""
+        cycle = self.model.cycles[0]
+        return cycle.solved.weight @ cycle.flanks.motion, cycle.solved.weight @ cycle.flanks.force
+
+    @cached_property
+    def rows(self) -> NDArray:
+        """Numbers of its rows."""
+        return self.model.rows_of(self.group.meshes)
+
+    @cached_property
+    def stiffness(self) -> NDArray:
+        """K̄ (row, row) [N/mm]."""
+        return self.model.stiffness[np.ix_(self.rows, self.rows)]
+
+    @cached_property
+    def compiled(self) -> tuple[Curve, Balance]:
+        """What the compiled steps need."""
+        from gearbench.dynamics._kernels import Balance, Curve
+
+        model, curve, b = self.model, self.curve, self.curve.beside
         left = np.setdiff1d(np.flatnonzero(model.modes.frequency > 0), self.kept)
-        follow = float(((model.modes.mesh[0, left] / model.modes.frequency[left]) ** 2).sum())
-        at_rest = float(cycle.solved.weight @ cycle.motion[:, 0])
-        return np.array([self.curve.spacing, self.curve.backlash, at_rest, force, mean, follow, force / mean])
+        reach = model.modes.mesh[np.ix_(self.rows, left)] / model.modes.frequency[left]
+        force, unit = float(model.force[0]), float(model.force[0]) / self.stiffness[0, 0]
+        return Curve(
+            curve.begin, curve.table, curve.spacing, curve.backlash, curve.mirrored, force,
+            b.couple, b.motion, b.force, b.stiffness,
+        ), Balance(*self.mean, self.stiffness, reach @ reach.T, unit)  # fmt: skip
 
     def over(self, speeds: NDArray) -> tuple[NDArray, NDArray]:
         """Steady motions at speeds one after the other.
 
         Periods after which each repeats (speed,), 0 where it does not, and x [mm] and f [N] over the last periods
-        (speed, 2, period, phase).
+        (speed, 2, row, period, phase).
         """
         from gearbench.dynamics._kernels import run
 
-        modes, curve = self.model.modes, self.curve
-        r, zeta = modes.frequency[self.kept], modes.damping_ratio
-        state, reach = np.zeros((2, len(r))), np.ascontiguousarray(modes.mesh[0, self.kept])
-        periods, record = np.zeros(len(speeds), dtype=int), np.zeros((len(speeds), 2, REPEATS, curve.steps))
+        modes, steps = self.model.modes, self.curve.steps
+        r, zeta, reach = modes.frequency[self.kept], modes.damping_ratio, modes.mesh[np.ix_(self.rows, self.kept)]
+        state, reach = np.zeros((2, len(r))), np.ascontiguousarray(reach)
+        periods, record = np.zeros(len(speeds), dtype=int), np.zeros((len(speeds), 2, len(reach), REPEATS, steps))
         rows, constants = modes.dampers
         damping = (rows[:, self.kept].T * constants) @ rows[:, self.kept]
         for k, omega in enumerate(self.model.omega(self.group, speeds)):
             period = 2 * math.pi / omega
-            within = max(WITHIN, math.ceil(r.max() * period / curve.steps / RESOLVED))
-            dt = period / curve.steps / within
+            within = max(WITHIN, math.ceil(r.max() * period / steps / RESOLVED))
+            dt = period / steps / within
             free = np.vstack([free_motion(r, zeta, np.array(dt)), 1 / r])
             most = np.clip(FADED / max(zeta * r.min() * period, 1e-12), LEAST, MOST)
             brake = _brake(damping, dt) if len(constants) else np.zeros((0, 0))
-            law, limits = np.append(self.law, dt), np.array([within, most, SAME, NEAR])
-            periods[k] = run(
-                state, free, brake, reach, curve.table, curve.begin, curve.mirrored, law, record[k], limits
-            )
+            limits = np.array([dt, within, most, SAME, NEAR])
+            periods[k] = run(state, free, brake, reach, *self.compiled, record[k], limits)
         return periods, record
 
 
@@ -135,7 +155,8 @@ def nonlinear_response(scene: Scene, *, speed: ArrayLike, harmonics: int = HARMO
     """Steady response of the scene's own pair with loss of contact, as the speed rises and as it falls.
 
     Integrated over time from the motion at the speed before, the first from rest, until it repeats after one to eight
-    mesh periods. Other meshes are springs of their mean stiffness; a mesh has one motion.
+    mesh periods. Other meshes are springs of their mean stiffness. Tilt and bending of gears on shafts are linear about
+    the contact under the mean force, and end with it.
 
     Parameters
     ----------
@@ -159,10 +180,9 @@ def nonlinear_response(scene: Scene, *, speed: ArrayLike, harmonics: int = HARMO
     start = time.perf_counter()
     speeds = check_speeds(speed)
     check_harmonics(harmonics)
-    model, steps = Model(scene=scene, rows=1), max(STEPS, PER_ORDER * harmonics)
-    require_each(
-        nonlinear_memory(steps, harmonics, bearings(scene)), len(speeds), "speed", f"{steps} steps of the period"
-    )
+    model, steps = Model(scene=scene), max(STEPS, PER_ORDER * harmonics)
+    each = nonlinear_memory(steps, harmonics, bearings(scene), model.cycles[0].rows)
+    require_each(each, len(speeds), "speed", f"{steps} steps of the period")
     highest = FASTEST * harmonics * float(model.omega(model.groups[0], speeds).max())
     sweep = Sweep(model=model, curve=force_curve(model.cycles[0], steps), kept=moving(model, highest))
     order = np.argsort(speeds, kind="stable")
@@ -187,7 +207,7 @@ def _dataset(
     import xarray as xr
 
     model, group, whole = sweep.model, sweep.group, np.arange(1, harmonics + 1)
-    names, mean = model.mechanics.bearing_names, sweep.law[3]
+    names, mean = model.mechanics.bearing_names, float(model.force[0])
     shape = (len(SWEEPS), len(speeds), harmonics)
     te, force = np.zeros((2, *shape), dtype=complex)
     shaken, rms = np.zeros((*shape, len(names), 3), dtype=complex), np.zeros(shape[:2])
@@ -195,14 +215,14 @@ def _dataset(
         many = int(periods[s, k]) or REPEATS
         # the orders between, of a motion that repeats after several periods
         order = np.arange(1, many * harmonics + 1) / many
-        x, f = (_orders(values, many, order) for values in record[s, k])
+        x, f = (np.stack([_orders(row, many, order) for row in values]) for values in record[s, k])
         omega = float(model.omega(group, speeds[k])) * order
-        spins, _, bearing = model.modes.everywhere(omega, (f - sweep.law[4] * x)[:, None], group.meshes)
+        spins, _, bearing = model.modes.everywhere(omega, (f - sweep.stiffness @ x).T, sweep.rows)
         own, at = spins[:, 0], many * whole - 1
-        te[s, k], force[s, k], shaken[s, k] = own[at], f[at], bearing[at]
+        te[s, k], force[s, k], shaken[s, k] = own[at], f[0, at], bearing[at]
         rms[s, k] = math.sqrt(2 * float((np.abs(own) ** 2).sum()))
     last = np.where(periods > 0, periods, REPEATS)[..., None, None] >= REPEATS - np.arange(REPEATS)[:, None]
-    f = np.where(last, record[:, :, 1], np.nan)
+    f = np.where(last, record[:, :, 1, 0], np.nan)
     flat = f.reshape(*shape[:2], -1)
     dims = ("sweep", "speed", "mesh")
     variables: dict[str, tuple[tuple[str, ...], Any]] = {
@@ -245,7 +265,7 @@ def _remarks(sweep: Sweep, speeds: NDArray, periods: NDArray, rms: NDArray) -> l
         for many in sorted({int(p) for p in found} - {1}):
             text = f"repeats after {many} mesh periods" if many else f"does not repeat within {REPEATS} mesh periods"
             lines.append(f"the motion, speed {way}, {text} at {spans(speeds, found == many)} 1/min")
-    if (two := np.abs(rms[0] - rms[1]) > APART * sweep.law[3]).any():
+    if (two := np.abs(rms[0] - rms[1]) > APART * float(sweep.model.force[0])).any():
         lines.append(f"two responses, by the way the speed changes, at {spans(speeds, two)} 1/min")
     if sweep.curve.backlash <= 0:
         lines.append("no backlash: back flanks touch as soon as drive flanks part")

@@ -8,11 +8,13 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from gearbench.contact.batch import BatchSolution
 from gearbench.dynamics.analysis import GROWTH, growth, spans
+from gearbench.dynamics.balance import Excitation
 from gearbench.dynamics.model import Group, Model
-from gearbench.dynamics.scatter import BLOCK, SampleCycles, force_rms
+from gearbench.dynamics.scatter import BLOCK, excitation, force_rms
 from gearbench.errors import GearbenchError, InputError
-from gearbench.results.cycle import MeshCycle
+from gearbench.robustness.montecarlo import RobustProblem
 from gearbench.scene import Scene
 
 
@@ -37,7 +39,7 @@ class ForceOverSpeed:
     @cached_property
     def model(self) -> Model:
         """Its dynamic model."""
-        return Model(scene=self.scene, rows=1)
+        return Model(scene=self.scene)
 
     @cached_property
     def group(self) -> Group:
@@ -62,18 +64,20 @@ class ForceOverSpeed:
             raise GearbenchError(f"no steady response at {spans(self.speeds, grows)} 1/min: parametric instability")
         return group
 
-    def of_cycles(self, cycle: MeshCycle) -> NDArray:
-        """RMS (sample,) [N] of cycles (sample, position) of k and δ_s, shafts included."""
-        orders = SampleCycles.of(cycle, self.model.cycles[0], self.harmonics)
-        squares = np.zeros(len(cycle.transmission_error))
+    def of_samples(self, problem: RobustProblem, solution: BatchSolution) -> NDArray:
+        """RMS (sample,) [N] of a chunk of samples, solved with their segments."""
+        return self._of(excitation(self.model.cycles[0], problem, solution, self.harmonics))
+
+    def _of(self, samples: Excitation) -> NDArray:
+        squares = np.zeros(len(samples.motion))
         for first in range(0, len(self.speeds), BLOCK):
-            values = force_rms(self.model, self.group, orders, self.speeds[first : first + BLOCK], 1)
+            values = force_rms(self.model, self.group, [samples], self.speeds[first : first + BLOCK], 1)
             squares += (values**2).sum(axis=0)
         return np.sqrt(squares / len(self.speeds))
 
     @cached_property
     def without_errors(self) -> float:
         """Force of the scene without errors."""
-        one = self.model.cycles[0].cycle
-        δ, k = one.transmission_error[None], one.mesh_stiffness[None]
-        return float(self.of_cycles(MeshCycle(phases=one.phases, transmission_error=δ, mesh_stiffness=k))[0])
+        mesh = self.model.cycles[0]
+        one = mesh.flanks.orders(mesh.waves(2 * self.harmonics))
+        return float(self._of(one.part(None))[0])

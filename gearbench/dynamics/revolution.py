@@ -12,11 +12,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from gearbench.budget import require_each, speed_memory
 from gearbench.contact.assemble import assemble
-from gearbench.contact.batch import prepare
+from gearbench.contact.batch import chunks, prepare, solve_one_chunk
 from gearbench.dynamics import waves
 from gearbench.dynamics.analysis import HARMONICS, check_harmonics, check_speeds, spans
 from gearbench.dynamics.balance import Excitation, solve
-from gearbench.dynamics.loaded_mesh import PER_MICROMETRE, LoadedMesh
+from gearbench.dynamics.loaded_mesh import Flanks, LoadedMesh
 from gearbench.dynamics.model import Group, Model
 from gearbench.effects.base import GapEffect
 from gearbench.errors import InputError
@@ -24,7 +24,6 @@ from gearbench.hunting.cycles import (
     check_cycles,
     order_coefficients,
     require_cycles_memory,
-    solve_cycles,
     turning_gaps,
     unlike,
 )
@@ -51,20 +50,18 @@ class Revolution:
     ----------
     cycles
         P: the number of teeth of the pinion or the wheel, or of all pairs of teeth that meet.
-    error
-        δ̂_s of the orders 0, 1/P, 2/P … H of the mesh frequency (H·P + 1,) [mm].
-    stiffness
-        k̂ of the whole orders 0 … 2H, the mean of all cycles (2H + 1,) [N/mm].
+    excitation
+        x̂_s and f̂_s of the orders 0, 1/P, 2/P … H of the mesh frequency (row, H·P + 1), and K̂ of the whole orders
+        0 … 2H, the mean of all cycles.
     """
 
     cycles: int
-    error: NDArray
-    stiffness: NDArray
+    excitation: Excitation
 
     @property
     def harmonics(self) -> int:
         """H."""
-        return (len(self.stiffness) - 1) // 2
+        return (self.excitation.stiffness.shape[-1] - 1) // 2
 
 
 def revolution(mesh: LoadedMesh, effects: Sequence[GapEffect], harmonics: int) -> Revolution:
@@ -90,13 +87,17 @@ def revolution(mesh: LoadedMesh, effects: Sequence[GapEffect], harmonics: int) -
     cycles = next(P for P in (1, *sorted(teeth), len(amounts)) if _repeats(amounts, P))
     require_cycles_memory(scene, effects, len(lines.mesh_phase), cycles, harmonics)
     batch = prepare(assemble(scene, lines, mesh.effects), modes)
-    found = solve_cycles(scene, mesh.cycle.phases, batch, amounts[:cycles], 1)
-    k = PER_MICROMETRE * found.mesh_stiffness
-    return Revolution(
-        cycles=cycles,
-        error=_orders(mesh, found.transmission_error / MICROMETRES, harmonics),
-        stiffness=mesh.waves(2 * harmonics) @ (k / (1 - k * mesh.compliance[0, 0])).mean(axis=0),
+    solved = (solve_one_chunk(batch, each, segments=mesh.rows > 1) for each in chunks(amounts[:cycles]))
+    parts = [mesh.samples(batch, lines, each) for each in solved]
+    motion, force, stiffness = (
+        np.concatenate([getattr(part, name) for part in parts])[:cycles] for name in ("motion", "force", "stiffness")
     )
+    mean = Flanks(force=force.mean(axis=0), motion=motion.mean(axis=0), stiffness=stiffness.mean(axis=0))
+    whole = mean.orders(mesh.waves(2 * harmonics))
+    motion, force = (
+        np.stack([_orders(mesh, row, harmonics) for row in np.moveaxis(each, -1, 0)]) for each in (motion, force)
+    )
+    return Revolution(cycles=cycles, excitation=replace(whole, motion=motion, force=force))
 
 
 def _repeats(amounts: NDArray, cycles: int) -> bool:
@@ -126,65 +127,72 @@ def given(mesh: LoadedMesh, error: ArrayLike, harmonics: int) -> Revolution:
         allowed = f"must be finite numbers in a list, more than {2 * harmonics * P} for {harmonics} orders of the mesh"
         raise InputError("error", f"shape {values.shape}", allowed)
     orders = np.fft.rfft(values / MICROMETRES)[: harmonics * P + 1] / len(values)
-    return Revolution(cycles=P, error=orders, stiffness=mesh.waves(2 * harmonics) @ mesh.stiffness[:, 0, 0])
+    whole = mesh.flanks.orders(mesh.waves(2 * harmonics))
+    motion, force = np.zeros((2, mesh.rows, len(orders)), dtype=complex)
+    # the approach is the error less what the shafts yield to the forces of the mesh cycle
+    motion[:, ::P], force[:, ::P] = whole.motion, whole.force
+    motion[0] = orders
+    motion[0] -= mesh.compliance[0] @ force
+    return Revolution(cycles=P, excitation=replace(whole, motion=motion, force=force))
 
 
-def side_bands(excitation: Revolution, h: NDArray, mean: float, force: float) -> tuple[NDArray, NDArray]:
-    """Dynamic transmission error [mm] and mesh force [N] of the orders 0, 1/P … H, (order,), at one speed.
+def side_bands(revolution: Revolution, h: NDArray, mean: NDArray) -> tuple[NDArray, NDArray]:
+    """Motions [mm] and forces [N] of the orders 0, 1/P … H, (row, order), at one speed.
 
     The stiffness couples orders that differ by whole ones: each fraction s/P is a problem of its own (D11).
 
     Parameters
     ----------
-    excitation
-        δ̂_s and k̂.
+    revolution
+        Excitation.
     h
-        ĥ_c at the orders 0, 1/P … H (order,), with the mean stiffness.
+        ĥ_c at the orders 0, 1/P … H (order, row, row), with the mean stiffness.
     mean
-        That mean stiffness k̄ [N/mm].
-    force
-        Mean force [N].
+        That mean stiffness K̄ (row, row) [N/mm].
     """
-    P, H = excitation.cycles, excitation.harmonics
-    held = np.zeros((1, H + 1), dtype=complex)
-    held[0, 0] = force
-    whole = Excitation(stiffness=excitation.stiffness[None, None], motion=excitation.error[None, ::P], force=held)
-    x, f = np.zeros(H * P + 1, dtype=complex), np.zeros(H * P + 1, dtype=complex)
-    x[::P], f[::P] = (one[0, 0] for one in solve(whole, h[::P].reshape(1, H + 1, 1, 1), np.array([[mean]])))
+    P, H, drive, M = revolution.cycles, revolution.harmonics, revolution.excitation, len(mean)
+    x, f = drive.motion.copy(), drive.force.copy()
+    whole = replace(drive, motion=x[:, ::P], force=f[:, ::P])
+    x[:, ::P], f[:, ::P] = (one[0] for one in solve(whole, h[None, ::P], mean))
     # orders n + s/P, n = −H … H − 1, of each s = 1 … P/2; those below zero are conjugates
     n, s = np.arange(-H, H), np.arange(1, P // 2 + 1)[:, None]
-    k = np.concatenate([np.conj(excitation.stiffness[:0:-1]), excitation.stiffness])
-    K = k[(n[:, None] - n) + 2 * H]
-    at = n * P + s + H * P
-    reach = np.concatenate([np.conj(h[:0:-1]), h])[at]
-    error = np.concatenate([np.conj(excitation.error[:0:-1]), excitation.error])[at]
-    A = np.eye(2 * H) + reach[..., None] * (K - mean * np.eye(2 * H))
-    found = np.linalg.solve(A, (reach * (error @ K.T))[..., None])[..., 0]
-    push = (found - error) @ K.T
-    for values, into in ((found, x), (push, f)):
-        into[at[:, H:] - H * P], into[H * P - at[:, :H]] = values[:, H:], np.conj(values[:, :H])
+    at, size, one = n * P + s + H * P, M * 2 * H, np.eye(2 * H)
+    K = np.swapaxes(_both_signs(drive.stiffness)[..., n[:, None] - n + 2 * H], 1, 2).reshape(size, size)
+    reach = np.einsum("ijsn,nm->sinjm", _both_signs(np.moveaxis(h, 0, -1))[..., at], one).reshape(len(s), size, size)
+    rest, still = (np.swapaxes(_both_signs(each)[:, at], 0, 1).reshape(len(s), size) for each in (x, f))
+    push = still - rest @ np.kron(mean, one)
+    right = -rest[..., None] - reach @ push[..., None]
+    moved = np.linalg.solve(np.eye(size) + reach @ (K - np.kron(mean, one)), right)[..., 0]
+    for values, into in ((rest + moved, x), (still + moved @ K.T, f)):
+        values = np.swapaxes(values.reshape(len(s), M, 2 * H), 0, 1)
+        into[:, at[:, H:] - H * P], into[:, H * P - at[:, :H]] = values[..., H:], np.conj(values[..., :H])
     return x, f
 
 
+def _both_signs(values: NDArray) -> NDArray:
+    """Orders −n … n (…, 2n + 1) of the orders 0 … n."""
+    return np.concatenate([np.conj(values[..., :0:-1]), values], axis=-1)
+
+
 def _over_speed(
-    model: Model, group: Group, excitation: Revolution, speeds: NDArray
+    model: Model, group: Group, revolution: Revolution, speeds: NDArray
 ) -> tuple[dict[str, tuple[tuple[str, ...], NDArray]], NDArray]:
     """Variables of the Dataset, and the orders (order,) of the mesh frequency that they are at."""
-    mesh, order = group.meshes[0], np.arange(1, len(excitation.error)) / excitation.cycles
-    mean, force = float(model.stiffness[mesh, mesh]), float(model.force[mesh])
-    bearings = len(model.mechanics.bearing_names) if excitation.cycles <= _LONG else 0
+    motions = revolution.excitation.motion
+    mesh, order = group.meshes[0], np.arange(1, motions.shape[-1]) / revolution.cycles
+    rows, force = model.rows_of(group.meshes), float(model.force[mesh])
+    mean = model.stiffness[np.ix_(rows, rows)]
+    bearings = len(model.mechanics.bearing_names) if revolution.cycles <= _LONG else 0
     require_each(speed_memory(len(order), 1, bearings), len(speeds), "speed", f"{len(order)} orders")
     te, forces = (np.zeros((len(speeds), len(order) + 1), dtype=complex) for _ in range(2))
     shaken = np.empty((len(speeds), bearings, 3, len(order)), dtype=complex)
     for k, omega in enumerate(model.omega(group, speeds)):
-        h = model.modes.at_meshes(omega * np.append(0.0, order), group.meshes)[:, 0, 0]
-        x, forces[k] = side_bands(excitation, h, mean, force)
-        push = (forces[k] - mean * x)[1:, None]
-        spins, _, bearing = model.modes.everywhere(omega * order, push, group.meshes)
-        te[k, 1:] = spins[:, mesh]
+        x, f = side_bands(revolution, model.modes.at_meshes(omega * np.append(0.0, order), rows), mean)
+        spins, _, bearing = model.modes.everywhere(omega * order, (f - mean @ x)[:, 1:].T, rows)
+        te[k, 1:], forces[k] = spins[:, mesh], f[0]
         if bearings:
             shaken[k] = np.moveaxis(bearing, 0, -1)
-    over_time = waves.curve(forces, excitation.cycles * waves.points(excitation.harmonics))
+    over_time = waves.curve(forces, revolution.cycles * waves.points(revolution.harmonics))
     dims = ("speed", "mesh")
     variables = {
         "dynamic_transmission_error_amplitude": ((*dims, "order"), 1e3 * waves.amplitude(te)[:, None]),
@@ -243,12 +251,12 @@ def revolution_response(
         raise InputError("effects", "all teeth alike", allowed)
     names = [effect.name for effect in turning]
     alike = {key: tuple(e for e in getattr(scene, key) if e.name not in names) for key in ("effects", "coast")}
-    model = Model(scene=replace(scene, **alike), rows=1)
+    model = Model(scene=replace(scene, **alike))
     mesh = model.cycles[0]
-    excitation = revolution(mesh, turning, harmonics) if error is None else given(mesh, error, harmonics)
+    found = revolution(mesh, turning, harmonics) if error is None else given(mesh, error, harmonics)
     first = model.groups[0]
     group = Group(meshes=first.meshes[:1], rate=first.rate, phase=first.phase[:1])
-    variables, order = _over_speed(model, group, excitation, speeds)
+    variables, order = _over_speed(model, group, found, speeds)
     coords: dict[str, Any] = {
         "mesh": ("mesh", list(model.names[:1])),
         "speed": ("speed", speeds),
@@ -260,15 +268,15 @@ def revolution_response(
             "bearing": ("bearing", list(model.mechanics.bearing_names)),
             "direction": ("direction", list(DIRECTIONS)),
         }
-    lines = _remarks(model, excitation, speeds, variables)
+    lines = _remarks(model, found, speeds, variables)
     attrs = provenance(scene, wall_time=time.perf_counter() - start) | {"notes": "\n".join(lines)}
     return keeping(xr.Dataset(described(variables), coords=described(coords), attrs=attrs), scene)
 
 
-def _remarks(model: Model, excitation: Revolution, speeds: NDArray, variables: Mapping[str, Any]) -> list[str]:
+def _remarks(model: Model, revolution: Revolution, speeds: NDArray, variables: Mapping[str, Any]) -> list[str]:
     lines = []
     if "bearing_force_amplitude" not in variables and model.mechanics.bearing_names:
-        lines.append(f"forces on the bearings left out: too many orders, of {excitation.cycles} mesh cycles")
+        lines.append(f"forces on the bearings left out: too many orders, of {revolution.cycles} mesh cycles")
     kept = variables["contact_kept"][1][:, 0]
     if not kept.all():
         lines.append(f"flanks part: the linear response is no longer theirs at {spans(speeds, ~kept)} 1/min")

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.dynamics.balance import convolution, orders, real, solve
+from gearbench.dynamics.balance import convolution, least_residual, orders, real, solve
 from gearbench.dynamics.model import LinearModel
 
 #: Combinations kept: those that reach this share of the largest order of a mesh force at one of the speeds looked at,
@@ -69,7 +70,7 @@ def steady(model: LinearModel, speeds: NDArray, harmonics: int) -> Steady:
 def _together(model: LinearModel, speeds: NDArray, alone: Steady, rest: NDArray, drive: NDArray) -> Steady:
     """The balance y + ĥ V y = −x_s − ĥ p_s of all orders at once, V y = (K − K̄) y; from what each frequency excites.
 
-    By conjugate residuals: a few steps, since the meshes of one frequency are in balance already.
+    A few steps are enough, since the meshes of one frequency are in balance already.
     """
     every, H = np.arange(len(model.stiffness)), int(alone.index.max())
     x = -_moved(model.modes.at_meshes(alone.omega, every), alone.push)
@@ -80,19 +81,9 @@ def _together(model: LinearModel, speeds: NDArray, alone: Steady, rest: NDArray,
     h, pushed = model.modes.at_meshes(omega, every), _pushed(model, index, H)
     y = np.pad(x, [(0, 0), *more]) - rest
     left = -rest - _moved(h, drive + pushed(y)) - y
-    whole, tried = np.sqrt(_product(model, y, y)), []
-    for _ in range(STEPS):
-        if (np.sqrt(_product(model, left, left)) <= SETTLED * whole).all():
-            break
-        step = left
-        answer = step + _moved(h, pushed(step))
-        for before, of in tried:
-            share = _product(model, of, answer) / _product(model, of, of)
-            step, answer = step - share * before, answer - share * of
-        share = _product(model, answer, left) / _product(model, answer, answer)
-        y, left = y + share * step, left - share * answer
-        tried.append((step, answer))
-    residual = np.sqrt(_product(model, left, left)) / whole
+    product, whole = partial(_product, model), _product(model, y, y)
+    y, left = least_residual(lambda step: step + _moved(h, pushed(step)), y, left, product, SETTLED**2 * whole, STEPS)
+    residual = np.sqrt(product(left, left) / whole)
     return Steady(index=index, omega=omega, push=drive + pushed(y), residual=residual.ravel())
 
 

@@ -259,7 +259,7 @@ class _Candidate:
         """
         from gearbench.robustness.montecarlo import respond
 
-        more = {"mesh_force": self.force(scene).of_cycles} if self._over_speed else {}
+        more = {"mesh_force": self.force(scene).of_samples} if self._over_speed else {}
         answers, complete = respond(problem, errors, names=self._on_cycles, more=more)
         if not complete:
             raise KeyboardInterrupt

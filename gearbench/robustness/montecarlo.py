@@ -48,6 +48,8 @@ SAMPLES = 1000
 QUANTILES = 16
 #: From a chunk of cycles (sample, position) to a number of each.
 Reduction = Callable[[MeshCycle], NDArray]
+#: The same from the forces of its segments.
+OfSegments = Callable[["RobustProblem", BatchSolution], NDArray]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,10 +66,13 @@ class RobustProblem:
         Modes of the errors' gaps, and how much of each a sample has.
     phases
         Mesh phases and their weights.
+    lines
+        Contact lines at these phases.
     """
 
     scene: Scene
     errors: ManufacturingErrors
+    lines: ContactLines
     batch: Batch
     expansion: Expansion
     phases: Phases
@@ -130,7 +135,8 @@ def prepare_problem(
     """Prepare a scene on given contact lines and for a given contact problem, see ``prepare_phases``."""
     batch, expansion = prepare_batch(scene, lines, problem, precision)
     phases = Phases(phase=lines.mesh_phase, weight=weight, size=scene.resolution.panel_size)
-    return RobustProblem(scene=scene, errors=require_errors(scene), batch=batch, expansion=expansion, phases=phases)
+    errors = require_errors(scene)
+    return RobustProblem(scene=scene, errors=errors, lines=lines, batch=batch, expansion=expansion, phases=phases)
 
 
 def prepare_batch(
@@ -199,25 +205,25 @@ def respond(
     threads: int = 1,
     progress: Callable[[int], None] = lambda _: None,
     names: Sequence[str] = MEASURED,
-    more: Mapping[str, Reduction] = MappingProxyType({}),
+    more: Mapping[str, OfSegments] = MappingProxyType({}),
 ) -> tuple[Responses, bool]:
     """Responses ``names`` to the ``errors`` (sample, error) [µm], and whether all of them were computed.
 
-    ``more`` are further numbers by their names, from the cycles (sample, position) of a chunk.
+    ``more`` are further numbers by their names, from the problem and the segments of a chunk.
 
     An interruption (Ctrl-C) ends the run early; the samples until then are returned. ``progress`` is called with
     the number of samples done so far.
     """
-    reductions = {name: response(name).reduce for name in names} | dict(more)
+    reductions = {name: response(name).reduce for name in names}
     if problem.errors.centre_distance is None:
-        return _respond(problem, errors, threads, progress, reductions)
+        return _respond(problem, errors, threads, progress, reductions, more)
     column, done = problem.names.index("centre_distance"), np.zeros(len(errors), dtype=bool)
-    values, rescued = {name: np.full(len(errors), np.nan) for name in reductions}, 0
+    values, rescued = {name: np.full(len(errors), np.nan) for name in (*reductions, *more)}, 0
     for distance in np.unique(errors[:, column]):
         mine, before = np.flatnonzero(errors[:, column] == distance), int(done.sum())
         there = problem.at_distance(float(distance))
-        answer, complete = _respond(there, errors[mine], threads, lambda n, b=before: progress(b + n), reductions)
-        for name in reductions:
+        answer, complete = _respond(there, errors[mine], threads, lambda n, b=before: progress(b + n), reductions, more)
+        for name in values:
             values[name][mine[: len(answer)]] = answer[name]
         rescued, done[mine[: len(answer)]] = rescued + answer.rescued, True
         if not complete:
@@ -232,24 +238,32 @@ def _respond(
     threads: int,
     progress: Callable[[int], None],
     reductions: Mapping[str, Reduction],
+    more: Mapping[str, OfSegments],
 ) -> tuple[Responses, bool]:
     """``respond`` on the pair of the problem as it is."""
     done: list[Responses] = []
     complete = True
-    solutions = on_threads(partial(solve_one_chunk, problem.batch), chunks(problem.expansion.amounts(errors)), threads)
+    solve = partial(solve_one_chunk, problem.batch, segments=bool(more))
+    solutions = on_threads(solve, chunks(problem.expansion.amounts(errors)), threads)
     try:
         for solution in solutions:
-            done.append(_reduce(problem, solution, reductions))
+            done.append(_reduce(problem, solution, reductions, more))
             progress(min(sum(map(len, done)), len(errors)))
     except KeyboardInterrupt:
         complete = False
-    return join(done, len(errors), tuple(reductions)), complete
+    return join(done, len(errors), (*reductions, *more)), complete
 
 
-def _reduce(problem: RobustProblem, solution: BatchSolution, reductions: Mapping[str, Reduction]) -> Responses:
+def _reduce(
+    problem: RobustProblem,
+    solution: BatchSolution,
+    reductions: Mapping[str, Reduction],
+    more: Mapping[str, OfSegments],
+) -> Responses:
     """Responses of one chunk; the curves over the mesh cycle are not kept."""
     cycle = MeshCycle.of(problem.scene, problem.phases, solution.approach.T, solution.stiffness.T)
     values = {name: reduce(cycle) for name, reduce in reductions.items()}
+    values |= {name: reduce(problem, solution) for name, reduce in more.items()}
     return Responses(values=values, rescued=solution.rescued)
 
 

@@ -83,7 +83,7 @@ def integrated(sweep, speeds, periods=600, steps=512, last=8):
             x, v = x + h / 6 * (x1 + 2 * x2 + 2 * x3 + x4), v + h / 6 * (v1 + 2 * v2 + 2 * v3 + v4)
         return x, v, out
 
-    x, v, found = sweep.law[2], 0.0, []
+    x, v, found = float(sweep.mean[0][0]), 0.0, []
     for speed in speeds:
         x, v, motion = run(60 / speed / 50, x, v)
         found.append(1e3 * motion.std())
@@ -99,16 +99,16 @@ def test_sweeps_are_those_of_time_integration():
     for speeds in (np.linspace(2400, 3320, 96), np.linspace(6700, 7600, 24)):
         for way in (speeds, speeds[::-1]):
             _, record = rig().over(way)
-            rms = 1e3 * record[:, 0].reshape(len(way), -1).std(axis=-1)
+            rms = 1e3 * record[:, 0, 0].reshape(len(way), -1).std(axis=-1)
             assert np.mean(np.abs(rms / integrated(rig(), way) - 1) < 0.02) >= 0.95
 
 
 def test_branches_bend_and_periods_double():
     """Softening: going down, contact is lost for longer; at twice the natural frequency motions of two periods grow."""
     up, down = (rig().over(way) for way in (np.linspace(1500, 3000, 16), np.linspace(3600, 1500, 22)))
-    rms_up, rms_down = (1e3 * record[:, 0].reshape(len(record), -1).std(axis=-1) for _, record in (up, down))
-    assert (up[1][5:, 1].min(axis=(1, 2)) > 0).all()
-    assert (down[1][8:18, 1].min(axis=(1, 2)) <= 0).all()
+    rms_up, rms_down = (1e3 * record[:, 0, 0].reshape(len(record), -1).std(axis=-1) for _, record in (up, down))
+    assert (up[1][5:, 1, 0].min(axis=(1, 2)) > 0).all()
+    assert (down[1][8:18, 1, 0].min(axis=(1, 2)) <= 0).all()
     assert (
         rms_down[6:20][::-1] > 3 * np.interp(np.linspace(1700, 3000, 14), np.linspace(1500, 3000, 16), rms_up)
     ).all()
@@ -117,7 +117,7 @@ def test_branches_bend_and_periods_double():
     assert rms_down[-1] < 0.1 * rms_down[18]
     periods, record = rig().over(np.array([6500.0, 7100.0, 7700.0]))
     assert list(periods) == [1, 2, 1]
-    assert record[1, 0].std() > 10 * record[0, 0].std()
+    assert record[1, 0, 0].std() > 10 * record[0, 0, 0].std()
 
 
 def test_compiled_steps_are_those_of_numpy():
@@ -125,35 +125,43 @@ def test_compiled_steps_are_those_of_numpy():
     sweep = rig()
     from gearbench.dynamics._kernels import run
 
-    curve, law = sweep.curve, np.append(sweep.law, 1e-6)
-    law[5] = 0.2 / law[4]
+    curve, (table, balance), dt = sweep.curve, sweep.compiled, 1e-6
+    k, c = balance.stiffness[0, 0], 0.2 / balance.stiffness[0, 0]
+    balance = balance._replace(follow=np.array([[c]]))
     r = np.array([2e4, 5e4])
-    free = np.array([np.cos(r * law[7]), np.sin(r * law[7]) / r, -r * np.sin(r * law[7]), np.cos(r * law[7]), 1 / r])
+    free = np.array([np.cos(r * dt), np.sin(r * dt) / r, -r * np.sin(r * dt), np.cos(r * dt), 1 / r])
     brake, reach = np.array([[0.99, 0.001], [0.001, 0.98]]), np.array([40.0, -25.0])
-    record, state = np.zeros((2, 3, curve.steps)), np.zeros((2, 2))
-    limits = np.array([1, 3, 0.0, 0.0])
-    assert run(state, free, brake, reach, curve.table, curve.begin, curve.mirrored, law, record, limits) == 0
-    p, v, x = np.zeros(2), np.zeros(2), np.full(curve.steps, law[2])
+    record, state = np.zeros((2, 1, 3, curve.steps)), np.zeros((2, 2))
+    limits = np.array([dt, 1, 3, 0.0, 0.0])
+    assert run(state, free, brake, reach[None], table, balance, record, limits) == 0
+    (mean_x,), (mean_f,) = sweep.mean
+    p, v, x = np.zeros(2), np.zeros(2), np.full(curve.steps, mean_x)
     for i in range(3 * curve.steps):
-        row, low = i % curve.steps, law[2] - reach @ p
+        row, low = i % curve.steps, mean_x - reach @ p
         below, above = low - 1.0, low + 1.0
         for _ in range(60):  # bisection of what rises
             x[row] = (below + above) / 2
             f = curve.force(x)[row]
-            rises = x[row] + law[5] * (f - law[3] - law[4] * (x[row] - law[2])) > low
+            rises = x[row] + c * (f - mean_f - k * (x[row] - mean_x)) > low
             below, above = (below, x[row]) if rises else (x[row], above)
-        assert_allclose(record[:, i // curve.steps, row], [x[row], f], rtol=1e-7, atol=1e-6 * law[3])
-        v = brake @ (v + reach * law[7] * (f - law[3] - law[4] * (x[row] - law[2])))
+        assert_allclose(record[:, 0, i // curve.steps, row], [x[row], f], rtol=1e-7, atol=1e-6 * mean_f)
+        v = brake @ (v + reach * dt * (f - mean_f - k * (x[row] - mean_x)))
         p, v = free[0] * p + free[1] * v, free[2] * p + free[3] * v
     assert_allclose(state, [p, v], rtol=1e-6)
 
 
-def test_with_a_linear_law_and_contact_kept_it_is_the_linear_response():
+ENDS = [{"position": p, "radial_stiffness": 250.0, "axial_stiffness": 150.0} for p in (0.0, 150.0)]
+SHAFT = {"sections": [{"length": 150.0, "diameter": 50.0}], "bearings": ENDS, "coupling": {"position": 0.0}}
+
+
+@pytest.mark.parametrize("on_shafts", [False, True], ids=["wheels", "shafts"])
+def test_with_a_linear_law_and_contact_kept_it_is_the_linear_response(on_shafts):
     """A law linear in the load, no relief: F is linear in x while flanks touch, both answers solve one equation."""
+    seats = ({"gears": [{"gear": name, "position": 50.0}], "name": name} for name in ("pinion", "wheel"))
     tables = RIG | {
         "pair": RIG["pair"] | {"helix_angle": 15.0, "centre_distance": 155.4},
         "effects": {"tooth_bending": {"model": "plate", "order": [3, 3]}, "hertz": {"law": "yang_sun"}},
-        "system": {"damping_ratio": 0.1},
+        "system": {"damping_ratio": 0.1} | ({"shafts": [SHAFT | seat for seat in seats]} if on_shafts else {}),
     }
     scene = parse_scene(tables)
     speed = np.array([1200.0, 2300.0])
@@ -162,6 +170,9 @@ def test_with_a_linear_law_and_contact_kept_it_is_the_linear_response():
     name = "dynamic_transmission_error_amplitude"
     linear, whole = one[name].values[:, 0], two[name].sel(sweep="up").values[:, 0]
     assert_allclose(whole[:, :4], linear[:, :4], atol=0.01 * linear.max())
+    if on_shafts:
+        name = "bearing_force_amplitude"
+        assert_allclose(two[name].sel(sweep="up")[..., :4], one[name][..., :4], atol=0.02 * float(one[name].max()))
 
 
 def test_force_curve_meets_the_contact():

@@ -15,7 +15,7 @@ from gearbench.dynamics.waves import rms
 from gearbench.effects.base import GapEffect
 from gearbench.effects.manufacturing_errors import ManufacturingErrors
 from gearbench.errors import InputError
-from tests.support.systems import spur_scene
+from tests.support.systems import shafts, spur_scene
 
 ERRORS = {"hertz": {}, "tooth_bending": {"basis": "paper"}, "manufacturing_errors": {"preset": "garambois2017"}}
 SPEEDS = np.array([800.0, 2500.0, 6000.0])
@@ -25,17 +25,33 @@ def scene(helix=0.0, gauss_points=6):
     return spur_scene({"damping_ratio": 0.05}, helix=helix, effects=ERRORS, segments=12, gauss_points=gauss_points)
 
 
-def test_each_sample_is_solved_as_by_itself():
-    model = Model(scene=scene())
-    cycles = sample_cycles(model, 8, samples=5, seed=3, sampler="sobol", threads=1)
+def on_shafts(effects, seat=70.0, **resolution):
+    """A pinion on soft bearings, and a wheel that can tilt too."""
+    soft = {"radial_stiffness": 250.0, "axial_stiffness": 150.0}
+    pinion = {
+        "gears": [{"gear": "pinion", "position": seat}],
+        "bearings": [{"position": p, **soft} for p in (20.0, 120.0)],
+    }
+    wheel = {
+        "sections": [{"length": 100.0, "diameter": 60.0}],
+        "bearings": [{"position": p, **soft} for p in (0.0, 100.0)],
+    }
+    return spur_scene(shafts(pinion, wheel, damping_ratio=0.05), helix=15.0, effects=effects, **resolution)
+
+
+@pytest.mark.parametrize("one", [scene(), on_shafts(ERRORS, segments=12, gauss_points=6)], ids=["wheels", "shafts"])
+def test_each_sample_is_solved_as_by_itself(one):
+    """Samples are solved together to a residual of 3e-4."""
+    model = Model(scene=one)
+    cycles = sample_cycles(model, 8, samples=130, seed=3, sampler="sobol", threads=1)
+    assert [len(chunk.motion) for chunk in cycles] == [128, 2]
     found = force_rms(model, model.groups[0], cycles, SPEEDS, 1)
     h = model.receptances(model.groups[0], SPEEDS, 8)
-    for i in range(5):
-        one = Excitation(
-            stiffness=cycles.stiffness[i, None, None], motion=cycles.error[i, None], force=model.force * np.eye(1, 9)
-        )
-        _, force = solve(one, h, model.stiffness[:1, :1])
-        assert_allclose([values[i] for values in found], rms(force)[:, 0], rtol=1e-9)
+    for i in (0, 1, 77, 128, 129):
+        sample = cycles[i // 128].part(slice(i % 128, i % 128 + 1))
+        drive = Excitation(stiffness=sample.stiffness[0], motion=sample.motion[0], force=sample.force[0])
+        _, force = solve(drive, h, model.stiffness)
+        assert_allclose(found[:, i], rms(force)[:, 0], rtol=3e-3)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -54,11 +70,15 @@ class Drawn(GapEffect):
 
 
 @pytest.mark.parametrize("relief", [{}, {"tip_relief": {"amount": 10.0, "length": 1.0}, "crowning": {"amount": 5.0}}])
-def test_samples_at_default_settings_are_their_own_scenes(relief):
+@pytest.mark.parametrize("seat", [None, 70.0, 160.0], ids=["wheels", "straddled", "overhung"])
+def test_samples_at_default_settings_are_their_own_scenes(relief, seat):
     """The mean over 16 samples of responses of one scene each; damping is the scene's own, not each sample's."""
     tables = ERRORS | {"tooth_bending": {"model": "plate", "order": [3, 3]}} | relief
-    base = spur_scene({"damping_ratio": 0.05}, helix=15.0, effects=tables, segments=15)
-    model = Model(scene=base, rows=1)
+    if seat is None:
+        base = spur_scene({"damping_ratio": 0.05}, helix=15.0, effects=tables, segments=15)
+    else:
+        base = on_shafts(tables, seat, segments=15)
+    model = Model(scene=base)
     problem = sample_problem(model)
     speeds, found = np.linspace(500, 8000, 40), []
     for amounts in problem.expansion.amounts(problem.draw(16, 0, "sobol")):
@@ -67,8 +87,9 @@ def test_samples_at_default_settings_are_their_own_scenes(relief):
         found.append(np.sqrt((data["mesh_force_rms"].values ** 2).mean()))
     cycles = sample_cycles(model, 10, samples=16, seed=0, sampler="sobol", threads=1)
     batch = np.sqrt((force_rms(model, model.groups[0], cycles, speeds, 1) ** 2).mean(axis=0))
-    assert_allclose(batch.mean(), np.mean(found), rtol=0.01 if relief else 0.02)
-    assert_allclose(batch, found, rtol=0.05)
+    assert_allclose(batch.mean(), np.mean(found), rtol=0.01 if relief and seat is None else 0.02)
+    # mesh phases are those without errors: on shafts the forces of single samples are known less well
+    assert_allclose(batch, found, rtol=0.05 if seat is None else 0.2)
 
 
 def test_statistics_are_those_of_the_samples():
@@ -96,11 +117,13 @@ def test_memory_does_not_grow_with_speeds_times_samples(monkeypatch):
 
     def drawn(model, harmonics, *, samples, **_):
         rng = np.random.default_rng(0)
-        k = np.zeros((samples, 2 * harmonics + 1), complex)
-        k[:, 0] = model.stiffness[0, 0]
-        error = 1e-3 * rng.normal(size=(samples, harmonics + 1)).astype(complex)
+        k = np.zeros((samples, 1, 1, 2 * harmonics + 1), complex)
+        k[..., 0] = model.stiffness[0, 0]
+        error = 1e-3 * rng.normal(size=(samples, 1, harmonics + 1)).astype(complex)
         tracemalloc.start()
-        return scatter.SampleCycles(stiffness=k, error=error)
+        return [
+            Excitation(stiffness=k, motion=error, force=0 * error).part(slice(i, i + 8)) for i in range(0, samples, 8)
+        ]
 
     def peak(speeds, samples):
         robust_response(scene(), speed=np.linspace(500, 6000, speeds), samples=samples, harmonics=1, threads=1)

@@ -4,15 +4,17 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from gearbench.contact.batch import chunks, solve_one_chunk
 from gearbench.dynamics.analysis import response
-from gearbench.dynamics.balance import Excitation, solve
+from gearbench.dynamics.balance import solve
+from gearbench.dynamics.loaded_mesh import Flanks
 from gearbench.dynamics.model import Model
 from gearbench.dynamics.waves import rms
 from gearbench.errors import InputError
 from gearbench.optimisation.problem import evaluate, scene_of
 from gearbench.optimisation.study_file import parse_study
 from gearbench.results.cycle import fourier_rows
-from gearbench.robustness.montecarlo import prepare_scene, respond
+from gearbench.robustness.montecarlo import prepare_scene
 from tests.support.systems import shafts, spur_scene
 
 ENDS = [{"position": p, "radial_stiffness": 200.0, "axial_stiffness": 80.0} for p in (0.0, 200.0)]
@@ -46,16 +48,15 @@ def numbers(study, design=(4.0, 0.0)):
 
 def forces_one_by_one(scene, speeds):
     """RMS over speeds of each of 16 samples, on the panels of ``robust``, each by its own harmonic balance."""
-    problem, model, cycles = prepare_scene(scene), Model(scene=scene, rows=1), []
-    respond(problem, problem.draw(16, 0, "sobol"), names=["transmission_error_mean"],
-            more={"kept": lambda cycle: cycles.append(cycle) or cycle.mesh_stiffness[:, 0]})  # fmt: skip
-    h, found = model.receptances(model.groups[0], speeds, 5), []
-    for k, δ in zip(cycles[0].mesh_stiffness[:16], cycles[0].transmission_error[:16], strict=True):
-        rows = np.concatenate([problem.phases.weight[None], fourier_rows(problem.phases, np.arange(1, 11))])
-        alone = 1e3 * k / (1 - 1e3 * k * model.cycles[0].compliance[0, 0])
-        motion, force = 1e-3 * (rows[:6] @ δ)[None], model.force * np.eye(1, 6)
-        drive = Excitation(stiffness=(rows @ alone)[None, None], motion=motion, force=force)
-        found.append(np.sqrt((rms(solve(drive, h, model.stiffness)[1]) ** 2).mean()))
+    problem, model, found = prepare_scene(scene), Model(scene=scene), []
+    draws = next(chunks(problem.expansion.amounts(problem.draw(16, 0, "sobol"))))
+    solution, h = solve_one_chunk(problem.batch, draws, segments=True), model.receptances(model.groups[0], speeds, 5)
+    flanks = model.cycles[0].samples(problem.batch, problem.lines, solution)
+    rows = np.concatenate([problem.phases.weight[None], fourier_rows(problem.phases, np.arange(1, 11))])
+    for i in range(16):
+        one = Flanks(force=flanks.force[i], motion=flanks.motion[i], stiffness=flanks.stiffness[i])
+        drive = one.orders(rows)
+        found.append(np.sqrt((rms(solve(drive, h, model.stiffness)[1])[:, 0] ** 2).mean()))
     return np.array(found)
 
 
@@ -66,7 +67,8 @@ def test_numbers_are_those_of_the_scatter(on_shafts):
     found = numbers(study)
     each = forces_one_by_one(scene_of(study, (4.0, 0.0)), study.speeds.values)
     wanted = [each.mean(), each.std(ddof=1), each.max()]
-    assert_allclose([found[name] for name in STATISTICS], wanted, rtol=1e-9)
+    # samples are solved together to a residual of 3e-4
+    assert_allclose([found[name] for name in STATISTICS], wanted, rtol=1e-3)
 
 
 def under(*torques, samples=0, over="mean"):
@@ -88,7 +90,7 @@ def test_several_torques_count_as_of_any_response(samples):
     if not samples:
         study = parse_study(tables(samples=0, objectives=["mesh_force_mean"]))
         data = response(scene_of(study, (4.0, 0.0)), speed=study.speeds.values, harmonics=5)
-        assert_allclose(two, np.sqrt((data["mesh_force_rms"].values ** 2).mean()), rtol=1e-9)
+        assert_allclose(two, np.sqrt((data["mesh_force_rms"].values ** 2).mean()), rtol=1e-3)
 
 
 def test_limit_of_the_force():

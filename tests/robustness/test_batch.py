@@ -118,8 +118,10 @@ def test_what_the_first_guess_missed_at_the_positions_before_saves_steps():
     blocks = Blocks(b.firsts, b.blocks, b.ranks, b.factor, b.product, b.start, b.guess)
     for ahead in (np.zeros_like(b.ahead), b.ahead):
         delta, stiffness, done = np.empty((3, len(b.count), LANES))
+        nothing = np.empty((0, b.gap.shape[1], LANES))
         gaps = Gaps(b.count, ahead, b.gap, b.tilt, b.modes, b.tilts, b.laws)
-        work, answers = Lanes.of(b.gap.shape[1], np.ones(delta.shape)), Answers(delta, stiffness, done)
+        answers = Answers(delta, stiffness, done, nothing, nothing)
+        work = Lanes.of(b.gap.shape[1], np.ones(delta.shape))
         steps = solve_chunk(gaps, blocks, draws, work, b.precision.newton, batching.NEWTON_LIMIT, answers)
         assert done.all()
         found.append((steps, delta, stiffness))

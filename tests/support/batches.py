@@ -9,9 +9,6 @@ from gearbench.contact.batch import Batch, BatchSolution, chunks, solve_one_chun
 def solve_batch(batch: Batch, draws: NDArray) -> BatchSolution:
     """Solve every position for the errors ``draws`` − mean, (sample, error), on this thread."""
     parts = [solve_one_chunk(batch, chunk) for chunk in chunks(draws)]
-    count = len(draws)
-    return BatchSolution(
-        approach=np.concatenate([part.approach for part in parts], axis=1)[:, :count],
-        stiffness=np.concatenate([part.stiffness for part in parts], axis=1)[:, :count],
-        rescued=sum(part.rescued for part in parts),
-    )
+    names = ("approach", "stiffness", "force", "slope")
+    joined = {name: np.concatenate([getattr(p, name) for p in parts], axis=-1)[..., : len(draws)] for name in names}
+    return BatchSolution(**joined, rescued=sum(part.rescued for part in parts))

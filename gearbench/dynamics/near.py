@@ -1,0 +1,84 @@
+"""Harmonic balance of many samples of one mesh, from that of their mean.
+
+With V_s = K_s − K̄ of a sample and x' its motion at rest without the mean, the force less that of the mean springs is
+e = p_s − V_s x' where the gears stand still, p_s = f̂_s − K̄ x̂_s. Samples vary about V_0: where G is the motion that a
+force makes in the balance with V_0, e − (V_s − V_0) G e' = e' at any speed, and f = (1 − (K̄ + V_0) G) e' are the orders
+of the force (D5).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.dynamics.balance import Excitation, block_rows, convolution, least_residual, real
+
+#: Residual of the balance over its right-hand side at which a sample is solved, and the most steps.
+SETTLED, STEPS = 3e-4, 40
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Near:
+    """Balance at some speeds of samples near a mean.
+
+    Parameters
+    ----------
+    stiffness
+        K̄ of the rows (row, row) [N/mm].
+    vary
+        V_0 (unknown, unknown): orders of all rows, row by row, as real numbers.
+    motion
+        G (speed, unknown, unknown) [mm/N].
+    reach
+        From e' to the orders 1 … H of the mesh force (speed, 2H, unknown).
+    """
+
+    stiffness: NDArray
+    vary: NDArray
+    motion: NDArray
+    reach: NDArray
+
+    @classmethod
+    def of(cls, samples: Excitation, h: NDArray, stiffness: NDArray) -> Near:
+        """Balance with the mean stiffness of ``samples`` (sample, row, …); ĥ_c (speed, H + 1, row, row), K̄."""
+        H = block_rows(h)
+        orders = H.shape[-1]
+        H = H.reshape(len(h), len(stiffness) * orders, -1)
+        vary, one = _varying(samples, stiffness).mean(axis=0), np.eye(H.shape[-1])
+        motion = np.linalg.solve(one + H @ vary, H)
+        whole = np.kron(stiffness, np.eye(orders)) + vary
+        reach = (one - whole @ motion)[:, 1:orders]
+        # a few digits are enough for scatter
+        return cls(stiffness=stiffness, vary=vary, motion=motion.astype(np.float32), reach=reach.astype(np.float32))
+
+    def forces(self, samples: Excitation) -> NDArray:
+        """Orders 1 … H of the mesh forces, real and imaginary parts, (speed, 2H, sample) [N]."""
+        vary, rest = _varying(samples, self.stiffness), samples.motion.copy()
+        push = samples.force - np.einsum("ij,sjn->sin", self.stiffness, rest)
+        # means are balanced at rest
+        rest[..., 0], push[..., 0] = 0.0, 0.0
+        still = real(push).reshape(len(vary), -1) - np.einsum("sab,sb->sa", vary, real(rest).reshape(len(vary), -1))
+        differ = (vary - self.vary).astype(np.float32)
+
+        def balance(e: NDArray) -> NDArray:
+            moved = np.ascontiguousarray((self.motion @ e).transpose(2, 1, 0))
+            return e + (differ @ moved).transpose(2, 1, 0)
+
+        right = np.repeat(still.T[None].astype(np.float32), len(self.motion), axis=0)
+        enough = SETTLED**2 * _products(right, right)
+        return self.reach @ least_residual(balance, right, right - balance(right), _products, enough, STEPS)[0]
+
+
+def _varying(samples: Excitation, stiffness: NDArray) -> NDArray:
+    """K_s − K̄ (sample, unknown, unknown)."""
+    K = convolution(samples.stiffness)
+    K -= stiffness[..., None, None] * np.eye(K.shape[-1])
+    size = K.shape[1] * K.shape[-1]
+    return np.swapaxes(K, 2, 3).reshape(len(K), size, size)
+
+
+def _products(a: NDArray, b: NDArray) -> NDArray:
+    """Of each speed and sample (speed, 1, sample)."""
+    return np.einsum("sun,sun->sn", a, b)[:, None]
