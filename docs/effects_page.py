@@ -26,7 +26,7 @@ def page() -> str:
 
 def section(effect: type[Effect], shown: Shown) -> str:
     """Section of one effect: what it adds, its equations and keys, source, use and needs."""
-    facts = {"Adds": effect.summary, "Use": effect.use, "Source": effect.source}
+    facts = {"Adds": effect.summary.partition(":")[0], "Use": effect.use, "Source": effect.source}
     facts |= {"Requires": _reasons(effect.requires), "Conflicts with": _reasons(effect.conflicts)}
     listed = "".join(f"- {key}: {value}\n" for key, value in facts.items() if value)
     table = _table(f"effects.{effect.name}", effect.example)

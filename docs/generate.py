@@ -131,8 +131,8 @@ that adds compliance are required.
 `[gears.NAME]` and `[[meshes]]` describe a train of any number of gears. Every mesh is simulated under its torque, and
 Datasets have the dimensions `mesh` and `gear`. Parallel paths with one mesh frequency are solved together and give
 `load_sharing` of each mesh, `mesh_load_factor`, and the `train_transmission_error` over the phase of the first mesh;
-`hunting` gives all their mesh cycles, where tooth 0 of a gear, and the phase of its waves, is that with which its first
-mesh begins. `simulate` and `sweep` take several meshes, and so does a gearbox with `[system]`, whose gears are named by
+`hunting` computes all their mesh cycles; tooth 0 of a gear, and the phase of its waves, belong to the beginning of its
+first mesh. `simulate` and `sweep` take several meshes, and so does a gearbox with `[system]`, whose gears are named by
 `gear = "idler"`, each on one shaft.
 
 ```toml
@@ -208,7 +208,7 @@ All meshes are one contact problem. `simulate` computes `load_sharing` of each m
 `train_transmission_error`, motions of floating members, and forces and torques on every member with their harmonics.
 `robust` does so over the errors of `[planetary.scatter]` and of the flanks; `sweep` takes keys of all these tables.
 Ring and planets are rigid between their meshes. `response` computes the same meshes over speed, with the
-masses of `[planetary.dynamics]` ([System](system.md)).
+masses of `[planetary.dynamics]`.
 
 {key_tables(Planetary)}
 ## Several loads

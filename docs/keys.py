@@ -35,12 +35,13 @@ def key_tables(owner: type, shown: Shown | None = None, here: str = "above") -> 
     if not listed:
         return "\nThis table has no keys.\n"
     text, below, first = "\n| key | meaning | values |\n|---|---|---|\n", {}, {}
-    for (meaning, default, permitted, table), alike in groupby(listed, key=lambda row: row[1:]):
+    for (meaning, default, permitted), rows_alike in groupby(listed, key=lambda row: row[1:4]):
+        alike = list(rows_alike)
         names = ", ".join(f"`{row[0]}`" for row in alike)
         shown_at = first.setdefault(meaning, names)
         words = _markdown(meaning) if shown_at == names else f"as {shown_at}"
         text += f"| {names} | {words} | {'; '.join(filter(None, (permitted, default)))} |\n"
-        below |= {table: None} if table is not None else {}
+        below |= {row[4]: None for row in alike if row[4] is not None}
     rows = {row[:2] for row in listed}
     for table in below:
         text += f"\n{prose(table)} "

@@ -143,7 +143,7 @@ class LinearModel(ABC):
 
     @abstractmethod
     def remarks(self, speeds: NDArray) -> list[str]:
-        """What the model leaves out or assumes at these speeds, one line each."""
+        """Omissions and assumptions of the model at these speeds, one line each."""
 
     @cached_property
     def modes(self) -> Modes:

@@ -198,7 +198,7 @@ class TrainModel(LinearModel):
         return AXES[:2]
 
     def passed_on(self, vibration: Vibration) -> NDArray:
-        """What each body passes to its support, and pins to the carrier, (speed, body, 3, order) [N; N·mm].
+        """Forces of each body on its support, and of pins on the carrier, (speed, body, 3, order) [N; N·mm].
 
         Springs pass their stiffness times their deflection, damping left out; rigid supports the forces of the meshes
         less those that accelerate the body.
@@ -303,7 +303,7 @@ class TrainModel(LinearModel):
         }
 
     def remarks(self, speeds: NDArray) -> list[str]:
-        """What the model leaves out or assumes, one line each."""
+        """Omissions and assumptions of the model, one line each."""
         if self.linkage.carrier is None:
             return []
         lines = []

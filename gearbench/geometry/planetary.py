@@ -36,12 +36,12 @@ Stiffness = Annotated[float, Field(gt=0.0, le=1e6)]
 
 @table(frozen=True, kw_only=True, config=STRICT)
 class PlanetaryRunOut:
-    """Eccentric members, each turning with its own speed; at the beginning of the revolution all towards the angle 0.
+    """Eccentric members, which turn with their speeds; at the beginning of the revolution all point to the angle 0.
 
     Parameters
     ----------
     sun, ring, carrier, planet
-        F_r, twice the eccentricity [µm]; of every planet, in their order.
+        F_r, twice the eccentricity [µm]; a list for the planets.
     """
 
     sun: Deviation = 0.0
@@ -52,16 +52,16 @@ class PlanetaryRunOut:
 
 @table(frozen=True, kw_only=True, config=STRICT)
 class PlanetaryScatter:
-    """Errors of a set that ``robust`` draws, each independent of the others and symmetric about what the scene has.
+    """Random errors of a set for ``robust``, independent, and symmetric about the values of the scene.
 
     Parameters
     ----------
     pin_tangential, pin_radial, planet_thickness
-        f of each planet [µm]: it lies within ± f.
+        f of each planet [µm]; errors are within ± f.
     sun_run_out, ring_run_out, carrier_run_out, planet_run_out
-        F_r, twice the eccentricity [µm], uniform on [0, F_r]; the angle at which the mesh cycle meets it is any.
+        F_r, twice the eccentricity [µm], uniform on [0, F_r] at a random phase.
     distribution
-        Of the deviations within ± f: "normal_two_sided", cut at 3 σ = f, or "uniform_two_sided".
+        Distribution within ± f: "normal_two_sided" (cut at 3 σ = f) or "uniform_two_sided".
     """
 
     pin_tangential: Amplitude | None = None
@@ -76,42 +76,42 @@ class PlanetaryScatter:
 
 @table(frozen=True, kw_only=True, config=STRICT)
 class Planetary:
-    """A planetary set: a sun, planets on a carrier, a ring. The torque of the load is that on the sun.
+    """A planetary set: a sun, planets on a carrier, a ring. The load is the torque on the sun.
 
     ``[planetary.sun]``, ``[planetary.planet]`` and ``[planetary.ring]`` hold the keys of a gear of the pair, and
-    effects of its flanks; a ring without ``teeth`` has z_r = −(z_s + 2 z_p). Results call the gears sun, "planet 1" and
-    so on, and ring. A positive torque lets the sun drive the planets, and these the ring, in the frame of the carrier:
-    which of the three is held, driven or drives from outside changes speeds alone.
+    effects of its flanks; by default the ring has z_r = −(z_s + 2 z_p) teeth. Results name the gears sun, "planet 1",
+    …, ring. With a positive torque the sun drives the planets, and these the ring, in the frame of the carrier; the
+    choice of the held member only changes speeds.
 
     Parameters
     ----------
     normal_module, face_width
-        m_n, b of all gears that have none of their own [mm].
+        m_n, and b of the gears without a ``face_width`` [mm].
     centre_distance
-        Distance of the planets from the axis [mm]; absent: m_n (z_s + |z_r|)/(4 cos β), the mean of the distances at
-        which both meshes run without profile shift.
+        Distance of the planets from the axis [mm]; by default m_n (z_s + |z_r|)/(4 cos β), the mean of the reference
+        distances of both meshes.
     pressure_angle, helix_angle
         α_n and β [°].
     planets
         Number of planets.
     positions
-        Their angles [°]; absent: evenly spaced, or as near to it as teeth fit.
+        Angles of the planets [°]; by default evenly spaced, as far as the teeth fit.
     held
-        "ring", "sun" or "carrier": the member that stands still.
+        Member that stands still.
     floating
-        Central members that are free to move across the axis: "sun", "ring", "carrier".
+        Central members that move freely across the axis: "sun", "ring", "carrier".
     sun_support, ring_support, carrier_support
-        Stiffness across the axis of the member, which then moves against it [N/µm].
+        Stiffness of an elastic support of the member across the axis [N/µm].
     pin_stiffness
-        Of each pin with its bearing, in all directions across the axis [N/µm]; absent: rigid.
+        Stiffness of each pin with its bearing, equal in all directions across the axis [N/µm]; rigid by default.
     pin_tangential, pin_radial
-        How far each pin stands beside its place, ahead in the sense in which the sun turns and outwards [µm].
+        Position error of each pin, in the sun's direction of rotation and outwards [µm].
     planet_thickness
-        By how much the teeth of each planet are thicker than those of the others, in the normal section [µm].
+        Deviation of the normal tooth thickness of each planet [µm].
     run_out
-        Eccentric members: load sharing is then known over a revolution of the carrier against the ring.
+        Eccentric members, for load sharing over a revolution of the carrier relative to the ring.
     scatter
-        Errors that ``robust`` draws.
+        Random errors for ``robust``.
     dynamics
         Masses, torsional supports and damping, for ``response``.
     """

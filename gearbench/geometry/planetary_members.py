@@ -15,17 +15,17 @@ Positive = Annotated[float, Field(gt=0.0, le=1e12)]
 
 @table(frozen=True, kw_only=True, config=STRICT)
 class RigidMember:
-    """A member of a set; what is absent follows from its gear, a steel disc or ring.
+    """A member of a set; by default its mass and inertia are those of a steel disc or ring.
 
     Parameters
     ----------
     mass
-        [kg].
+        Mass [kg].
     inertia
-        About its axis, with everything that turns with it [kg·m²]; that of the carrier without the planets.
+        Inertia about the axis with everything that turns with it [kg·m²]; for the carrier without the planets.
     torsional_stiffness
-        Of the shaft between the member and what turns evenly, or stands still [N·m/rad]. Absent: a held member
-        cannot turn, and any other member turns freely under a constant torque.
+        Stiffness of the shaft between the member and what turns evenly or stands still [N·m/rad]. By default a held
+        member cannot turn, and other members turn freely under a constant torque.
     """
 
     mass: Positive | None = None
@@ -35,15 +35,14 @@ class RigidMember:
 
 @table(frozen=True, kw_only=True, config=STRICT)
 class PlanetaryDynamics:
-    """Masses and damping of a set, as its response over speed needs them.
+    """Masses and damping of a set, for ``response``.
 
     Parameters
     ----------
     damping_ratio
-        Of every mode of the set with its mean mesh stiffnesses.
+        Damping ratio of every mode.
     sun, planet, ring, carrier
-        Members; the planets are alike. The carrier is a steel disc up to the pins, half as thick as the gears, unless
-        its mass and inertia are given.
+        Members. By default the carrier is a steel disc up to the pins, half as thick as the gears.
     """
 
     damping_ratio: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.05

@@ -28,9 +28,9 @@ OF_PAIR = ("centre_distance", "centre_distance_upper", "centre_distance_lower", 
 
 @table(frozen=True, kw_only=True, config=STRICT)
 class TrainGear(Member):
-    """A gear by its name, ``[gears.NAME]``; effects of its own flanks stand below it, e.g. ``[gears.NAME.tip_relief]``.
+    """A gear by its name, ``[gears.NAME]``, with the effects of its flanks below, such as ``[gears.NAME.tip_relief]``.
 
-    Those of the flanks that the idlers of a train load in their further meshes stand below ``coast``.
+    ``coast`` holds those of the flanks that an idler loads in its further meshes.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ class TrainGear(Member):
     pressure_angle, helix_angle
         α_n and β [°].
     shaft
-        Name of its shaft, where other gears turn with it and there is no ``[system]`` to tell.
+        Name of the shaft that it shares with other gears, without ``[system]``.
     """
 
     normal_module: Annotated[float, Field(ge=0.05, le=200.0)]
@@ -56,21 +56,19 @@ class TrainMesh:
     Parameters
     ----------
     name
-        How results call it; "DRIVER to DRIVEN" where absent.
+        Name in results; by default "DRIVER to DRIVEN".
     driver, driven
-        Names of its gears.
+        Names of the gears.
     flank
-        "drive" or "coast": flanks that touch while the torque of the scene is positive. An idler is driven with one
-        flank and drives with the other, which follows where it is absent.
+        Flanks that touch under positive torque. An idler is driven on one flank and drives with the other (default).
     centre_distance, centre_distance_upper, centre_distance_lower, backlash
-        As of a pair [mm, µm, µm, mm].
+        As for a pair [mm, µm, µm, mm].
     direction
-        From the axis of the driver to that of the driven gear, clockwise from x [°].
+        Direction from the axis of the driver to that of the driven gear, clockwise from x [°].
     phase
-        Mesh phase when that of the first mesh is zero [mesh periods], where it does not follow from the teeth.
+        Mesh phase relative to the first mesh [mesh periods]; by default from the teeth.
     hand
-        Of its driver's helix in a gearbox, where no gear that it shares with an earlier mesh tells it; that of the
-        first is ``system.hand``.
+        Hand of the driver's helix in a gearbox, unless a shared gear determines it; the first is ``system.hand``.
     """
 
     driver: str

@@ -54,7 +54,7 @@ class Flanks:
     def of(
         cls, solved: SolvedTrain, share: NDArray, approach: NDArray, prepare: Callable[[Solved, MeshAt], Batch]
     ) -> Flanks:
-        """Of batches that ``prepare`` makes, once of meshes that are alike.
+        """Flanks from the batches of ``prepare``; equal meshes share one batch.
 
         The meshes have the ``approach`` (mesh, position, level) [mm] under ``share`` (level,) of the force of each.
         """
