@@ -1,7 +1,7 @@
-"""Computed compliances kept on disk, under a hash of everything that determines them.
+"""Computed compliances on disk, under a hash of everything that determines them.
 
-One file per result, written atomically: readers and concurrent writers see a whole file or none. An entry that cannot
-be read, or whose checksum is wrong, is computed anew and replaced.
+One file per result, written atomically: readers and concurrent writers see a complete file or none. An
+unreadable or damaged entry is computed again and replaced.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ def cached_compliance(
     accuracy: float = 0.01,
     order: tuple[int, int] | None = None,
 ) -> FlankCompliance:
-    """Like ``refined_compliance``, from the cache where the same was computed before."""
+    """``refined_compliance``, from the cache if available."""
     path = entry(body, material, accuracy, order)
     found = load(path, body.gear)
     if found is None:
@@ -85,7 +85,7 @@ def entry(
     accuracy: float = 0.01,
     order: tuple[int, int] | None = None,
 ) -> Path:
-    """File of ``cached_compliance``; it exists once the same was computed."""
+    """File of ``cached_compliance``."""
     key = digest(body, material, accuracy, order or default_order(body.gear))
     return cache_folder() / f"flank-{key}.npz"
 
@@ -129,7 +129,7 @@ def _checksum(arrays: dict[str, np.ndarray], meta: str) -> str:
 
 
 def store(path: Path, result: FlankCompliance) -> None:
-    """Write atomically; a cache that cannot be written costs only time, so it warns."""
+    """Write atomically; warn if the cache cannot be written."""
     buffer = io.BytesIO()
     np.savez(buffer, **_payload(result))
     try:
@@ -140,7 +140,7 @@ def store(path: Path, result: FlankCompliance) -> None:
 
 
 def load(path: Path, gear: Gear) -> FlankCompliance | None:
-    """Return the entry, or None if there is none that is whole."""
+    """Return the entry, or None if it is missing or damaged."""
     try:
         with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as stored:
             arrays = {name: stored[name] for name in stored.files if name not in ("meta", "checksum")}

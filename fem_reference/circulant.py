@@ -1,9 +1,9 @@
 """Compliance of the flanks of a whole gear from one sector: a block-circulant system, solved wave by wave.
 
-All sectors of a gear are alike. The sector is condensed to its two cut faces and to the loads on its flank (S, one
+All sectors of a gear are equal. A sector is condensed to its two cut faces and to the loads on its flank (S, one
 factorisation). Where the displacements of sector j are e^{ijφ} times those of sector 0, φ = 2πk/z, the right face is
-e^{iφ} times the left one, and one system of the size of a face is left for each wave number k. Loads on tooth 0 alone
-are the mean of all waves, so that C_d = (1/z) Σ_k e^{idφ} Ĉ(φ).
+e^{iφ} times the left one, and one system of the size of a face remains for each wave number k. A load on tooth 0 alone
+is the mean of all waves, so C_d = (1/z) Σ_k e^{idφ} Ĉ(φ).
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ from gearbench.geometry.material import Material
 
 
 def tensor_stiffness(section: Section, axis: FaceFunctions, there: NDArray, material: Material) -> sp.csr_matrix:
-    """Upper triangle of A₀₀⊗M + A₀₁⊗G + A₁₀⊗Gᵀ + A₁₁⊗S on the nodes that are not held, M = ∫hh, G = ∫hh′, S = ∫h′h′.
+    """Upper triangle of A₀₀⊗M + A₀₁⊗G + A₁₀⊗Gᵀ + A₁₁⊗S on the free nodes, M = ∫hh, G = ∫hh′, S = ∫h′h′.
 
     A web adds its own sum of these, with integrals over its own width.
 
-    ``there``: whether each degree of freedom of the section that is not held has each function along the axis; those of
-    one follow each other.
+    ``there``: whether each free degree of freedom of the section has each function along the axis; the functions of one
+    degree of freedom follow each other.
     """
     of_web = section.of_web
     found = _tensor(section.stiffness(material, ~of_web), section.free, axis.integrals(), there)
@@ -82,7 +82,7 @@ def flank_blocks(
     section
         The section of a sector with its body, or of a tooth alone (n = 0).
     axis, there
-        Functions along the axis, and which of them each degree of freedom of the section has that is not held.
+        Functions along the axis, and whether each free degree of freedom of the section has them.
     order
         Numbers p, q of polynomials of the loads along height and face width.
     """
@@ -109,7 +109,7 @@ def condensed_sector(
 ) -> tuple[NDArray, int]:
     """The sector condensed to left face, right face and polynomial loads, and the number of unknowns of a face.
 
-    ``functionals``: columns of more loads, of all functions along the axis at each degree of freedom of the section.
+    ``functionals``: columns of further loads, for all functions along the axis at each degree of freedom.
     """
     stiffness = tensor_stiffness(section, axis, there, material)
     loads = [sp.kron(section.flank_load(order[0])[section.free], axis.load(order[1]))]
@@ -156,7 +156,7 @@ def wave_compliance(
         found.append(B.conj().T @ X - S[F, F][:, :loads])
     k, values = np.arange(z // 2 + 1), np.array(found)
     if len(waves) < len(k):
-        # smooth in log k beyond the first few: those left out are interpolated
+        # smooth in log k beyond the first few: the others are interpolated
         smooth = CubicSpline(np.log(waves[1:]), values[1:], bc_type="natural")
         values = np.concatenate([values[:1], smooth(np.log(k[1:]))])
     return values

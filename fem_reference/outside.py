@@ -137,7 +137,7 @@ class Outside:
         ]
 
     def anchors(self, waves: NDArray, loads: int, stiffness: float) -> Anchors:
-        """What the lugs take from the compliance of the teeth, ``waves`` being that of flanks, lugs and motions."""
+        """Reduction of the compliance of the teeth by the lugs; ``waves`` is that of flanks, lugs and motions."""
         lugs, z, sign = self.section.body.lugs, abs(self.section.body.gear.teeth), self._sign
         assert lugs is not None
         places, found = self._places(lugs)

@@ -1,9 +1,9 @@
-"""A requested accuracy picks the orders: hierarchic orders, an extrapolated value, its error bar, its price beforehand.
+"""Orders for a requested accuracy: hierarchic levels, an extrapolated value, its error bar, and memory in advance.
 
 Level n has quadrilaterals of degree n in the section and, over the face width, ``EXTRA[n]`` polynomials beyond those of
-the loads. Each level contains the one before, so that the compliance grows from level to level towards the exact one.
-Its steps fall by a factor of 3 (thin rims) to 8: a quarter of the last step is added, and is the error bar. Against
-levels far above it has bounded the error, which mostly was two to four times smaller; tests hold it to that.
+the loads. Each level contains the previous one, so the compliance grows towards the exact one. Its
+steps fall by a factor of 3 (thin rims) to 8; a quarter of the last step is added and is the error bar. Compared with
+much higher levels, the error bar has bounded the error, mostly by a factor of two to four (tested).
 """
 
 from __future__ import annotations
@@ -35,13 +35,13 @@ _LOG = logging.getLogger(__name__)
 
 #: Polynomials along the axis beyond those of the loads, by level.
 EXTRA = {2: 3, 3: 6, 4: 9, 5: 13, 6: 17, 7: 21}
-#: Waves along the axis are left out where they have faded to e to the minus this, by level.
+#: Waves along the axis are dropped below exp(−this), by level.
 FADED = {2: 2.0, 3: 2.0, 4: 3.0, 5: 4.0, 6: 5.0, 7: 6.0}
-#: Error bar that a level usually reaches together with the one before, from which the levels are chosen.
+#: Error bar that a level usually reaches with the previous one, to choose the levels.
 USUAL = {3: 0.008, 4: 1e-3, 5: 2.5e-4, 6: 1e-4, 7: 4e-5}
-#: Share of the last step that is added, and is the error bar.
+#: Share of the last step that is added and serves as error bar.
 STEP = 0.25
-#: Neighbours on each side whose displacements are kept.
+#: Neighbours on each side whose displacements are stored.
 NEIGHBOURS = 6
 
 
@@ -51,7 +51,7 @@ class AccuracyError(GearbenchError):
 
 @dataclass(frozen=True, kw_only=True)
 class Level:
-    """A body at one level, and what its solution takes.
+    """A body at one level, with the size of its solution.
 
     Parameters
     ----------
@@ -87,8 +87,8 @@ class Level:
     def of_nodes(self) -> NDArray:
         """Whether each node has each function along the axis (node, count): waves fade with the depth below the teeth.
 
-        A wave q fades at least like exp(−q d cos β) with the depth d, also seen along the screw. Inside the web there
-        are functions on its own width only.
+        A wave q fades at least like exp(−q d cos β) with the depth d, also along the screw. The web has functions on
+        its width only.
         """
         gear, section, web, axis = self.body.gear, self.section, self.body.web, self.axis
         depth = np.maximum(gear.root_radius - section.positions[:, 0], 1e-9 * abs(gear.root_radius))
@@ -104,7 +104,7 @@ class Level:
 
     @property
     def there(self) -> NDArray:
-        """The same for each degree of freedom of the section that is not held."""
+        """The same for each free degree of freedom of the section."""
         return np.repeat(self.of_nodes, 3, axis=0)[self.section.free]
 
     @property
@@ -114,7 +114,7 @@ class Level:
 
     @property
     def memory(self) -> float:
-        """Memory [bytes], good to a factor of two."""
+        """Memory [bytes], within a factor of two."""
         of_element = (3 * (self.number + 1) ** 2) ** 2
         return sector_memory(of_element * float(self.of_nodes.sum(axis=1)[self.section.nodes].mean(axis=1).sum()))
 
@@ -132,7 +132,7 @@ def levels(body: Body, accuracy: float, order: tuple[int, int] | None = None) ->
     AccuracyError
         If no level reaches it.
     MemoryBudgetError
-        If it takes more memory than there may be; says what fits.
+        If it exceeds the memory budget; the message says what fits.
     """
     waves = (order or default_order(body.gear))[1]
     chosen = [n for n, usual in USUAL.items() if usual <= accuracy]
@@ -156,7 +156,7 @@ def refined_compliance(
 ) -> FlankCompliance:
     """Compliance of a flank to a relative ``accuracy`` (Frobenius norm of all blocks), with its estimated error.
 
-    Of the displacement of the surface the compression of the half-space down to the centre line is taken out
+    It is the displacement of the surface without the compression of the half-space down to the centre line
     (``gearbench.compliance.local``). A body on a bore is the whole gear with all its teeth, whatever ``body.teeth``.
 
     Raises
@@ -211,7 +211,7 @@ def _difference(one: FlankCompliance, other: FlankCompliance) -> float:
 
 
 def solved(level: Level, material: Material, order: tuple[int, int]) -> FlankCompliance:
-    """Compliance of the flanks by a level, the compression of the half-space taken out of C_0."""
+    """Compliance of the flanks by a level, without the compression of the half-space in C_0."""
     gear = level.body.gear
     n = 0 if level.body.bore_radius is None else min((abs(gear.teeth) - 1) // 2, NEIGHBOURS)
     blocks, anchors = flank_blocks(level.section, level.axis, level.there, material, order, n)

@@ -1,4 +1,4 @@
-"""Transverse section of the meshed body: which curves bound it, and where they run exactly.
+"""Transverse section of the meshed body and its exact boundary curves.
 
 Polar coordinates: radius R and angle θ, clockwise from the centre line (+y axis) of the loaded tooth, so that the
 tooth's right flank, the loaded one, is at θ > 0. Tooth d stands at θ = 2πd/z. Radii and angles of an internal gear are
@@ -51,7 +51,7 @@ class Body:
         Otherwise a sector of the gear down to the bore [mm], clamped at the bore; out to the outside, a negative
         radius, of an internal gear.
     web
-        Rim, web and hub between root circle and bore, seen as on a driving gear; None where all of it is as wide as
+        Rim, web and hub between root circle and bore, seen as on a driving gear; None if all of the body is as wide as
         the face.
     teeth
         Number of neighbouring teeth on the sector, odd, the loaded one in the middle; ``gear.teeth`` makes the
@@ -112,7 +112,7 @@ class Body:
 
     @property
     def web_piece(self) -> int:
-        """Number of the piece between ``axis_breaks`` that the web is as wide as."""
+        """Piece between ``axis_breaks`` that is the web."""
         assert self.web is not None
         return int(self.web.start > 1e-6 * self.gear.face_width)
 
@@ -138,7 +138,7 @@ class Body:
     def rest_angles(self) -> tuple[float, ...]:
         """Angles θ [rad] where the ring that closes the gear is divided, from the right cut round to the left one.
 
-        Its first and last part are about as long as the body is deep.
+        The first and last part are about as long as the depth of the body.
         """
         psi = float(self.gear.half_angle(self.junction_radius))
         start = (self.offsets[-1] + 1) * self.pitch_angle - psi
@@ -203,7 +203,7 @@ class Body:
 
 
 def check_section(body: Body) -> None:
-    """Refuse a section that crosses itself, by name of what crosses.
+    """Refuse a section that crosses itself, naming the curves.
 
     The flanks are functions ψ(R), so the outline is simple exactly if 0 < ψ(R) everywhere and ψ ≤ π/z at the root,
     without their signs.

@@ -1,6 +1,6 @@
 """Compliance of the flanks of a gear's teeth: polynomials on the flank, and matrices between teeth d pitches apart.
 
-Solid teeth, gear bodies and finite elements all answer in this form. Flank coordinates are the radius R, from form
+Solid teeth, gear bodies and finite elements all use this form. Flank coordinates are the radius R, from form
 circle to tip circle, and y = 0 … b across the face width; forces act, and displacements are measured, along the
 inward normal of the right flank.
 """
@@ -24,17 +24,17 @@ if TYPE_CHECKING:
     from gearbench.compliance.lugs import Anchors
     from gearbench.geometry.action import ContactLines
 
-#: Directions of the compliance of a flank below this fraction of its greatest are not felt on the contact lines, nor
-#: those of a body below the second one where all of that of the teeth stands beside it: STE changes by < 1e-7.
+#: Relative tolerances below which directions of the compliance of a flank, and of a body beside teeth, are dropped: STE
+#: changes by < 1e-7.
 NEGLIGIBLE, NEGLIGIBLE_SHARED = 1e-7, 1e-6
-#: Values of flank polynomials that are kept at the same time: more do not stay in the cache.
+#: Number of values of flank polynomials at a time, limited by the processor's cache.
 TOGETHER = 150_000
 
 
 def flank_polynomials(gear: Gear, order: tuple[int, int], R: NDArray, y: NDArray) -> NDArray:
     """Products of Legendre polynomials in R and y, orthonormal in dR dy on the flank, (…, p·q) [1/mm].
 
-    Points outside the flank take the values at its nearest point.
+    Points outside the flank take the values of the nearest point.
     """
     along = np.ascontiguousarray(flank_functions(order[0], R, gear.form_radius, gear.tip_radius))
     across = np.ascontiguousarray(flank_functions(order[1], y, 0.0, gear.face_width))
@@ -56,22 +56,21 @@ class FlankCompliance:
         Numbers p, q of polynomials in R and y.
     blocks
         C_d [mm/N], (2n+1, p·q, p·q) for d = −n … n: displacement of tooth d under loads on tooth 0; C_{−d} = C_dᵀ.
-        Teeth farther apart than n do not see each other.
+        Teeth farther apart than n are not coupled.
     driven
         Whether the gear is the driven one of its pair. On the driving gear contact climbs towards the tip as y grows,
-        and tooth d + 1 carries the next pair; on the driven gear both run the other way, as if seen in a mirror.
+        and tooth d + 1 carries the next pair; on the driven gear both are mirrored.
     rank_tolerance
-        Directions whose compliance is below this fraction of the largest are left out: rounding, negative ones, or
-        those that the model cannot resolve.
+        Directions whose compliance is below this fraction of the largest are dropped.
     error
-        Estimated relative error (Frobenius norm) of C_0, where it is known.
+        Estimated relative error (Frobenius norm) of C_0, if known.
     correction
-        What ``blocks`` add to the finest discretisation that was solved, where they are extrapolated.
+        Difference of extrapolated ``blocks`` and the finest discretisation.
     attrs
-        How it was computed: solver, unknowns, times, …
+        Details of the computation: solver, unknowns, times, …
     own
-        What each tooth deflects besides under its own loads, (p·q, p·q) [mm/N], in no direction negative together with
-        block 0; of ``joined`` compliances that ``flank_matrix`` takes.
+        Additional compliance of each tooth under its own loads, (p·q, p·q) [mm/N], positive semidefinite together with
+        block 0; see ``joined``.
     anchors
         What lugs take from the ``blocks``, from tooth to tooth; tooth 0 is that of pair 0.
     """
@@ -89,11 +88,11 @@ class FlankCompliance:
 
     @property
     def neighbours(self) -> int:
-        """Number n of neighbours on each side whose displacement is known."""
+        """Number n of coupled neighbours on each side."""
         return len(self.blocks) // 2
 
     def block(self, d: int) -> NDArray:
-        """C between the tooth of the pair ``d`` ahead and the loaded tooth; zero beyond the neighbours known."""
+        """C between the tooth of the pair ``d`` ahead and the loaded tooth; zero beyond the neighbours."""
         if abs(d) > self.neighbours:
             return np.zeros(self.blocks.shape[1:])
         return self.blocks[self.neighbours + (-d if self.driven else d)]
@@ -107,7 +106,7 @@ class FlankCompliance:
         return found + self.anchors.between(side * i, side * j)
 
     def shapes(self, height: ArrayLike, y: ArrayLike) -> NDArray:
-        """φ (…, p·q) [1/mm] at height x = R − r_f and y [mm] along its own face, counted as on the contact lines."""
+        """φ (…, p·q) [1/mm] at height x = R − r_f and y [mm] along the face of the gear, as on the contact lines."""
         height, y = np.broadcast_arrays(np.asarray(height, dtype=float), np.asarray(y, dtype=float))
         across = self.gear.face_width - y if self.driven else y
         return flank_polynomials(self.gear, self.order, self.gear.root_radius + height, across)
@@ -115,7 +114,7 @@ class FlankCompliance:
     def root(self, pairs: int = 1, tolerance: float = 0.0) -> NDArray:
         """Square root (pair, p·q, rank) [√(mm/N)] of the block matrix C_{i−j} of teeth i of neighbouring ``pairs``.
 
-        Directions below ``tolerance``, or ``rank_tolerance``, of the greatest compliance are left out.
+        Directions below ``tolerance``, or ``rank_tolerance``, of the largest compliance are dropped.
         """
         least = max(tolerance, self.rank_tolerance)
         if (pairs, least) not in self._roots:
@@ -131,9 +130,9 @@ class FlankCompliance:
     def between(self, pairs: int, tolerance: float = 0.0, first: int = 0) -> tuple[NDArray, NDArray]:
         """Directions B (p·q, k) that a tooth feels, and B C_{i−j} B (pair, k, pair, k) of ``pairs`` from the ``first``.
 
-        Without the directions of one tooth whose compliance is within a tenth of ``tolerance``, or ``rank_tolerance``,
-        of zero: tooth 0 does not feel them, nor do its neighbours. Negative ones are raised to zero in the matrix of
-        all the teeth: one left out by itself would take with it the motion by which its neighbours feel it.
+        Directions of one tooth whose compliance is within a tenth of ``tolerance``, or ``rank_tolerance``, of zero are
+        dropped. Negative ones are raised to zero in the matrix of all teeth, because dropping a direction would also
+        drop its coupling to the neighbours.
         """
         least, first = max(tolerance, self.rank_tolerance), 0 if self.anchors is None else first
         if (pairs, least, first) not in self._between:
@@ -153,7 +152,7 @@ class FlankCompliance:
     def same_tooth(self, pairs: int, tolerance: float = 0.0, first: int = 0) -> list[NDArray]:
         """Square roots (k, rank) of B C_ii B of ``between``, by pair; (p·q, rank) if a tooth has its ``own`` besides.
 
-        Negative directions, which are as small as those left out between teeth, are left out.
+        Negative directions, as small as those dropped between teeth, are dropped.
         """
         first = 0 if self.anchors is None else first
         if (pairs, tolerance, first) not in self._same_tooth:
@@ -171,9 +170,9 @@ class FlankCompliance:
         return _positive_root(block, self.rank_tolerance)
 
     def _felt(self, tolerance: float, *, negative: bool = False) -> tuple[NDArray, NDArray]:
-        """Compliances above ``tolerance`` of the greatest, (rank,), and their directions, (p·q, rank).
+        """Compliances above ``tolerance`` of the largest, (rank,), and their directions, (p·q, rank).
 
-        ``negative``: those as far below zero too.
+        ``negative``: also those as far below zero.
         """
         value, vector = np.linalg.eigh(self.at(0, 0))
         felt = (np.abs(value) if negative else value) > tolerance * value[-1]
@@ -201,7 +200,7 @@ class FlankCompliance:
     def deflection(self, x: ArrayLike, y: ArrayLike, x0: ArrayLike, y0: ArrayLike, d: int = 0) -> NDArray:
         """Deflection [mm/N] at (x, y) on the tooth of the pair ``d`` ahead, under a unit force at (x0, y0).
 
-        Without the directions that ``factor`` leaves out: C of a solid tooth of low order has negative ones.
+        Without the directions dropped by ``factor``: C of a solid tooth of low order has negative ones.
         """
         _, felt = self._felt(self.rank_tolerance)
         block = felt.T @ self.block(d) @ felt
@@ -210,11 +209,10 @@ class FlankCompliance:
 
 @lru_cache(maxsize=256)
 def joined(own: FlankCompliance, shared: FlankCompliance) -> FlankCompliance:
-    """Sum of what each tooth deflects by its ``own`` and of a compliance ``shared`` by the teeth, on one flank.
+    """Sum of the ``own`` compliance of each tooth and a compliance ``shared`` by the teeth, on one flank.
 
-    Close to the root a clamped tooth yields less than the half-space whose compression the contact law counts: what is
-    left of its compliance has negative directions, which the body below it fills. Only what is negative of the sum is
-    raised to zero (``docs/theory.md``).
+    Close to the root a clamped tooth yields less than the half-space of the contact law, so its compliance has negative
+    directions, which the body compensates. Negative directions of the sum are raised to zero (``docs/theory.md``).
 
     Raises
     ------
@@ -249,14 +247,14 @@ def _is_positive(matrix: NDArray) -> bool:
 
 
 def _positive_root(matrix: NDArray, tolerance: float) -> NDArray:
-    """Square root (n, rank) without the directions below ``tolerance`` of the greatest."""
+    """Square root (n, rank) without the directions below ``tolerance`` of the largest."""
     value, vector = np.linalg.eigh(matrix)
     keep = value > tolerance * value[-1]
     return vector[:, keep] * np.sqrt(value[keep])
 
 
 def flank_factor(flanks: Sequence[FlankCompliance], lines: ContactLines) -> NDArray:
-    """Ψ of the flanks of pinion and wheel side by side, each by itself, (position, pair, segment, rank) [√(mm/N)]."""
+    """Ψ of the flanks of pinion and wheel side by side, (position, pair, segment, rank) [√(mm/N)]."""
     both = [_times(_on_lines(flanks[index], lines, index), flanks[index].root(1, NEGLIGIBLE)[0]) for index in (0, 1)]
     factor = np.zeros((*lines.shape, sum(values.shape[2] for values in both)))
     column = 0
@@ -267,7 +265,7 @@ def flank_factor(flanks: Sequence[FlankCompliance], lines: ContactLines) -> NDAr
 
 
 def flank_matrix(flanks: Sequence[FlankCompliance], lines: ContactLines) -> NDArray:
-    """H of the flanks of pinion and wheel, whose teeth move each other, (position, n, n) [mm/N], n = pair · segment."""
+    """H of the flanks of pinion and wheel with coupled teeth, (position, n, n) [mm/N], n = pair · segment."""
     positions, pairs, segments = lines.shape
     H = np.zeros((positions, pairs, segments, pairs, segments))
     size = pairs * segments * max(len(flank.block(0)) for flank in flanks)
@@ -299,7 +297,7 @@ def _fill(H: NDArray, flanks: Sequence[FlankCompliance], lines: ContactLines) ->
 
 
 def _felt(flank: FlankCompliance, lines: ContactLines, index: int) -> tuple[NDArray, NDArray, NDArray]:
-    """Directions X (line, segment, k) felt through other teeth on the lines, and C (pair, k, pair, k) between them.
+    """Significant directions X (line, segment, k) on the lines, and C (pair, k, pair, k) between them.
 
     And Ψ (line, segment, rank) of the same tooth.
     """

@@ -59,7 +59,7 @@ class Lugs:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Anchors:
-    """What the lugs take from the compliance of the teeth.
+    """Reduction of the compliance of the teeth by the lugs.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ class Anchors:
 
 
 def often(z: int) -> NDArray:
-    """How many of the waves −z/2 … z/2 each of m = 0 … z/2 stands for, itself and its conjugate, (m,)."""
+    """Number of waves −z/2 … z/2 that each of m = 0 … z/2 represents, itself and its conjugate, (m,)."""
     m = np.arange(z // 2 + 1)
     return np.where((m == 0) | (2 * m == z), 1.0, 2.0)
 

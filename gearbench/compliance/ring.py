@@ -1,7 +1,7 @@
 """Gear body: a ring held at one edge, loaded by tractions on the other, by Fourier series around and Ritz elsewhere.
 
-The ring looks the same at every angle, so the harmonics e^{inθ} of its displacement do not see each other, not even in
-the coordinates θ, z that turn with the screw of a helical gear, where D = ∂_z − iκn stands for ∂_z. With the phases
+The ring is rotationally symmetric, so the harmonics e^{inθ} of its displacement are independent, also in coordinates
+θ, z that turn with the screw of a helical gear, where D = ∂_z − iκn replaces ∂_z. With the phases
 
     u_θ = i U e^{inθ}    u_R = V e^{inθ}    u_z = i W e^{inθ},    D = i d,    functions of z: i^j g_j
 
@@ -12,8 +12,8 @@ all strains of a harmonic are real up to a common phase (R1 of docs/theory.md),
 where n counts the waves along the arc towards e_θ, so that n/R stays positive on the rim of an internal gear, whose R
 and c = 1/R are negative and which is held outside: its curvature terms change their signs against those of an external
 one. Each harmonic is a small real system: (integrated Legendre along R, zero at the bore) × (Legendre along z). A
-harmonic reaches about r/n below the rim, so that high ones are given a layer of that depth only (the functions vanish
-at its inner end: still a Rayleigh–Ritz bound). Between the harmonics computed, n ĉ_n is interpolated.
+harmonic reaches about r/n below the rim, so high ones are computed in a layer of that depth (the functions vanish at
+its inner end: still a Rayleigh–Ritz bound). Between computed harmonics n ĉ_n is interpolated.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ LAYER = 7.0
 GRADING = 1.5
 #: Stiffness [E] that holds motions as a rigid body; what is left of them is 10⁻⁶ of the deformation.
 FIRM = 1e6
-#: Each harmonic computed over the one before, about; of a ring on springs, which hold long waves and not short ones.
+#: Approximate ratio of successive computed harmonics; the second is for a ring on springs.
 APART, APART_ON_SPRINGS = 1.45, 1.1
 
 
@@ -54,9 +54,9 @@ class Ring:
     order
         Numbers of functions along R and along z.
     held
-        Whether it is held at r_i. If not, one more function along R, the first, is 1 there and 0 at r_o.
+        Whether it is held at r_i. If not, one more (first) function along R is 1 there and 0 at r_o.
     support
-        Stiffness of springs that hold r_i, radial and along the edge [N/mm³]; None where it is held firmly. Both 0: it
+        Stiffness of springs at r_i, radial and tangential [N/mm³]; None if it is held rigidly. Both 0: it
         is free but for motions as a rigid body.
     grip
         Stiffness against these motions [E].
@@ -94,7 +94,7 @@ class Ring:
         return result
 
     def _on_springs(self, n: NDArray) -> NDArray:
-        """``harmonics`` where r_i moves on its springs; short ones do not reach so far."""
+        """``harmonics`` if r_i moves on its springs; short ones do not reach r_i."""
         result, reaching = replace(self, support=None).harmonics(n), self.reaching(n)
         result[reaching] = self.edges(n[reaching])[:, : result.shape[1], : result.shape[1]]
         return result
@@ -128,7 +128,7 @@ class Ring:
 
     @property
     def _classes(self) -> list[NDArray]:
-        """Functions (field, z) that see each other: without screw the two faces are alike, and W is odd."""
+        """Coupled functions (field, z): without screw the two faces are symmetric, and W is odd."""
         field, j = np.indices((3, self.order[1])).reshape(2, -1)
         odd = (j + (field == 2)) % 2
         return [np.arange(odd.size)] if self.screw else [np.flatnonzero(odd == k) for k in range(2)]
@@ -136,7 +136,7 @@ class Ring:
     def stiffness(self, n: NDArray) -> tuple[NDArray, NDArray]:
         """K (harmonic, p·3·q, p·3·q) and the values of the functions of R at r_o (p,); p + 1 of them if not held.
 
-        The first of the functions of R moves the inner edge, where it is not held, the last one the rim.
+        The first function of R moves the inner edge if it is not held, the last one the rim.
         """
         from gearbench.compliance._ring_kernels import assemble
 
@@ -227,7 +227,7 @@ def _axial_products(q: int) -> tuple[NDArray, NDArray]:
 
 @lru_cache(maxsize=64)
 def harmonic_weights(most: int, apart: float = APART) -> tuple[NDArray, NDArray]:
-    """Numbers of the harmonics computed, and their weights in all ĉ_n, n = 0 … ``most``: (n, computed)."""
+    """Computed harmonics, and their weights in all ĉ_n, n = 0 … ``most``: (n, computed)."""
     some, weights = sampled(most, apart), np.eye(most + 1)
     if len(some) <= most:
         n = np.arange(1, most + 1)

@@ -80,5 +80,5 @@ def _varying(samples: Excitation, stiffness: NDArray) -> NDArray:
 
 
 def _products(a: NDArray, b: NDArray) -> NDArray:
-    """Of each speed and sample (speed, 1, sample)."""
+    """Scalar products over the unknowns, (speed, 1, sample)."""
     return np.einsum("sun,sun->sn", a, b)[:, None]

@@ -89,7 +89,7 @@ class Sweep:
 
     @cached_property
     def compiled(self) -> tuple[Curve, Balance]:
-        """What the compiled steps need."""
+        """Arguments of the compiled steps."""
         from gearbench.dynamics._kernels import Balance, Curve
 
         model, curve, b = self.model, self.curve, self.curve.beside

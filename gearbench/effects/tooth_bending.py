@@ -1,4 +1,4 @@
-"""Bending and shear of the teeth themselves: the choice of tooth model."""
+"""Bending and shear of the teeth: the tooth models."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 Order = Annotated[tuple[Annotated[int, Field(ge=1, le=40)], ...], Field(min_length=2, max_length=3)]
 
-#: Directions of the functions that ``order`` counts, by model.
+#: Directions counted by ``order``, for each model.
 _DIRECTIONS = {"plate": ("height", "face width"), "solid": ("thickness", "height", "face width")}
 
 
@@ -91,11 +91,11 @@ class ToothBending(Tooth):
 
     @property
     def solid_order(self) -> tuple[int, int, int] | None:
-        """Order of the solid tooth, and of those that a ring is joined to; None is the default."""
+        """Order of solid teeth; None for the default."""
         return self.order if self.model == "solid" else None  # type: ignore[return-value]
 
     def missing_levels(self, pair: Pair, beside: Effects) -> list[Level]:
-        """Levels of the finite elements of both gears that are solved first, as they are not kept on disk yet.
+        """Levels of the finite elements of both gears that are not on disk yet.
 
         Raises
         ------
@@ -112,7 +112,7 @@ class ToothBending(Tooth):
         return [level for body in missing for level in levels(body, self.accuracy)]
 
     def compliance(self, lines: ContactLines, beside: Effects) -> LowRank | Dense:
-        """Factor of both teeth side by side, (position, pair, segment, rank); matrix of all pairs of meshed bodies."""
+        """Factor of both teeth, (position, pair, segment, rank); a matrix of all pairs for meshed bodies."""
         flanks = self.flank_compliances(lines, beside)
         return self.both_teeth(lines, beside) if flanks is None else flanks.on(lines)
 
@@ -147,12 +147,12 @@ class ToothBending(Tooth):
         return in_mesh(found, pair, index, coast)
 
     def body(self, pair: Pair, index: int, beside: Effects, coast: bool = False) -> Body:
-        """Part of pinion (k = 0) or wheel (k = 1) that finite elements mesh, seen from the flank that is loaded."""
+        """Meshed part of pinion (k = 0) or wheel (k = 1), seen from the loaded flank."""
         return meshed_body(pair, index, on_body=_on_body(beside), coast=coast)
 
 
 def tooth_bending(effects: Effects, model: str) -> ToothBending | None:
-    """The tooth bending among the effects of a scene, where it is of this model."""
+    """The tooth bending of a scene, if it is of this model."""
     tooth = effects.get(ToothBending.name)
     return tooth if isinstance(tooth, ToothBending) and tooth.model == model else None
 
