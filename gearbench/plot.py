@@ -20,6 +20,7 @@ from gearbench.plotting import (
 )
 from gearbench.sweeps.figures import draw_sweep, harris_map, orders_over_torque, peak_to_peak_over_torque
 from gearbench.sweeps.relieve import draw_relief
+from gearbench.trains.figures import load_shares
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -36,6 +37,7 @@ __all__ = [
     "harris_map",
     "load_distribution",
     "load_map",
+    "load_shares",
     "order_spectrum",
     "orders_over_torque",
     "over_two_periods",

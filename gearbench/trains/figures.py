@@ -40,7 +40,7 @@ def outline(train: Train, gear: str, phases: dict[str, float], *, coast: bool) -
     return train.places[train.shaft(gear)] + R[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
 
 
-def draw_set(dataset: xr.Dataset, axes: Axes) -> Axes:
+def load_shares(dataset: xr.Dataset, axes: Axes) -> Axes:
     """Gears of a train where they stand at mesh phase 0, with the greatest load share of each mesh."""
     scene = scene_of(dataset)
     train, coast = scene.geometry, scene.load.coast
@@ -75,7 +75,7 @@ def _internal(train: Train, gear: str) -> bool:
 def draw_train(dataset: xr.Dataset, folder: Path) -> list[Path]:
     """Write the figures of a train: the set with its load shares, and what it does over the mesh cycle."""
     figure, ((axes,),) = new_figure(1, 1, (7.0, 7.0))
-    draw_set(dataset, axes)
+    load_shares(dataset, axes)
     factor = float(dataset["mesh_load_factor"])
     axes.set_title(f"{heading(dataset)}\ngreatest load share of each mesh; K_γ {factor:.3f}")
     written = [write_figure(figure, folder / "load_shares.png")]
