@@ -102,10 +102,12 @@ def outline(scene: Scene) -> tuple[Picture, Solved]:
 
     Raises
     ------
+    InputError
+        If it has several meshes, as planetary sets have.
     GearbenchError
         If the contact problem is not solved.
     """
-    start = time.perf_counter()
+    start, scene = time.perf_counter(), scene.one_mesh
     if scene.resolution.accuracy is not None:
         scene = replace(scene, resolution=Resolution())
     scene = scene.under(scene.load) if scene.loads else scene

@@ -6,6 +6,7 @@ from numpy.testing import assert_allclose
 
 from gearbench import robust, simulate
 from gearbench.errors import InputError
+from gearbench.explore.model import outline
 from gearbench.explore.stored import open_results
 from gearbench.optimisation.constraints import constrained, number
 from gearbench.optimisation.numbers import OF_SET, gear_ratio, largest_root_stress, mass
@@ -149,8 +150,10 @@ def test_a_search_is_stored_selected_from_and_exported(tmp_path):
         select(designs, where=[], avoid=[Resonance(frequency=(900, 1100), speed=(500, 6000))])
     with pytest.raises(InputError, match="designs of planetary sets cannot be verified"):
         reference_study(study, 0.01)
-    with pytest.raises(InputError, match="planetary sets"):
+    with pytest.raises(InputError, match="holds planetary sets: the page shows fronts of pairs"):
         open_results([tmp_path])
+    with pytest.raises(InputError, match="6 meshes: are for simulate"):
+        outline(scene())
 
 
 @pytest.mark.parametrize(
