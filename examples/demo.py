@@ -1,4 +1,4 @@
-"""A first look in under a minute: five examples, each with its picture and one sentence that says what it shows."""
+"""A first look in under a minute: five examples, each with a picture and a sentence."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 EXAMPLES = Path(__file__).parent
-#: Samples of the robust gear.
+#: Number of error samples.
 SAMPLES = 1000
 
 
@@ -46,14 +46,14 @@ def examples() -> Iterator[tuple[str, str, xr.Dataset]]:
 
 
 def against_finite_elements() -> xr.Dataset:
-    """The paper's pair 1 on the paper's plate and on solid teeth, and on finite elements of the same teeth."""
+    """The paper's pair 1 with the paper's plate and with solid teeth, each against finite elements."""
     plate = read_scene(EXAMPLES / "case1.toml")
     effects = tuple(ToothBending(model="solid") if e.name == "tooth_bending" else e for e in plate.effects)
     return validate([plate, replace(plate, name="case 1, solid", effects=effects)], accuracy=0.01)
 
 
 def judged(one: xr.Dataset, teeth: str) -> tuple[str, xr.Dataset]:
-    """Transmission error of one tooth model beside that of finite elements."""
+    """Transmission error of one tooth model compared with finite elements."""
     from matplotlib import pyplot as plt
 
     _, axes = plt.subplots(figsize=(7, 4), layout="constrained")
@@ -103,7 +103,7 @@ def scatter() -> tuple[str, xr.Dataset]:
 
 
 def front() -> tuple[str, xr.Dataset]:
-    """A small search, its front as a Dataset."""
+    """A small search with its front as a Dataset."""
     from matplotlib import pyplot as plt
 
     result = optimise(read_study(EXAMPLES / "optimise_small.toml"))

@@ -1,4 +1,4 @@
-"""A study file made smaller in Python, searched; the gear with the smoothest stiffness it found, simulated."""
+"""A study file reduced in Python and searched; the gear with the smoothest stiffness is simulated."""
 
 from pathlib import Path
 

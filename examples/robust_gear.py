@@ -1,4 +1,4 @@
-"""Scatter under manufacturing errors: how much, by which error, and how crowning changes it."""
+"""Scatter under manufacturing errors: its size, its main cause, and the effect of crowning."""
 
 from dataclasses import replace
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""A pair made in Python, simulated: transmission error, mesh stiffness, mesh orders; written to files."""
+"""A pair created and simulated in Python: transmission error, mesh stiffness and mesh orders, written to files."""
 
 from dataclasses import replace
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""A torque sweep: Harris map, and the torque at which the transmission error is least.
+"""A torque sweep: Harris map, and the torque with the least transmission error.
 
 Tip relief is right for one torque. Below it the relieved tips leave a gap, above it the teeth bend more than they were
 relieved by; between them the peak-to-peak transmission error has a valley.

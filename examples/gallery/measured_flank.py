@@ -1,4 +1,4 @@
-"""Measured flanks: a grid of deviations from a file, and the load that such a flank carries.
+"""Measured flanks: a grid of deviations from a file, and the resulting load on the flank.
 
 The file holds positions across the face in its first row, radii in its first column, deviations in µm.
 """

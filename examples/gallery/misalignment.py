@@ -1,4 +1,4 @@
-"""Misalignment: where the load goes, and what crowning gives back.
+"""Misalignment: the shift of the load, and its correction by crowning.
 
 The same pair aligned, with axes out of parallel, and with axes out of parallel and crowned flanks; one scale for all.
 """

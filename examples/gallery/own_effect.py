@@ -1,4 +1,4 @@
-"""An effect of one's own: waves across the face that grinding has left, as a class, beside those of the program.
+"""An effect of your own: waves across the face from grinding, as a class.
 
 It adds gap where it says so, and everything else follows: contact, transmission error, its orders.
 """

@@ -1,4 +1,4 @@
-"""Gear whine: the mesh force of a stage on its shafts over speed, and the tip relief that makes it least.
+"""Gear whine: the mesh force of a stage on its shafts over speed, and the tip relief that minimises it.
 
 Where an order of the mesh frequency meets a mode of the shafts the force is large; relief changes what excites it.
 """

@@ -217,7 +217,7 @@ class ToothedRing:
 
     @lazy
     def anchors(self) -> Anchors | None:
-        """What the lugs take from the compliance of the teeth (R13)."""
+        """Reduction of the compliance of the teeth by the lugs (R13)."""
         ring, z, q, lugs = self.ring, abs(self.tooth.gear.teeth), self.axis_order, self.lugs
         if lugs is None or not isinstance(ring, Ring):
             return None
