@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearbench.files import file_parts, replacing
+from gearbench.dynamics.drawing import legend, peak, write
+from gearbench.dynamics.train_figures import draw_modes, draw_ring, draw_sharing
+from gearbench.files import file_parts
 
 if TYPE_CHECKING:
     import xarray as xr
 
 #: Modes with a smaller share in the compliance of a mesh are not drawn.
 SHOWN = 0.01
-#: Letters of a name in a title; of a label beyond which two stand in a row.
-NAME, LONG = 40, 36
 
 
 def draw_response(dataset: xr.Dataset, folder: Path) -> list[Path]:
@@ -28,7 +27,7 @@ def draw_response(dataset: xr.Dataset, folder: Path) -> list[Path]:
     revolution; ``scatter`` the percentiles over error samples.
     """
     if "percentile" in dataset.dims:
-        _figure(_scatter, dataset, folder / "scatter.png")
+        write(_scatter, dataset, folder / "scatter.png")
         return [folder / "scatter.png"]
     kinds: tuple[tuple[str, Any], ...] = (("force", _force),)
     if "order" in dataset.dims:
@@ -38,51 +37,22 @@ def draw_response(dataset: xr.Dataset, folder: Path) -> list[Path]:
         if "bearing" in dataset.dims:
             kinds = (*kinds, ("bearings", _bearings))
     written = []
+    if "mode_kind" in dataset:  # one set for all meshes, and the mesh that carries most
+        of_set = [("modes", draw_modes), ("sharing", draw_sharing), ("bearings", _bearings)]
+        of_set += [("ring", draw_ring)] if "lobes" in dataset.dims else []
+        for name, draw in of_set:
+            written.append(folder / f"{name}.png")
+            write(draw, dataset, written[-1])
+        kinds = tuple(each for each in kinds if each[0] != "bearings")
+        dataset = dataset.isel(mesh=[int(np.argmax(dataset["dynamic_factor"].max("speed").fillna(0.0).values))])
     meshes = file_parts([str(mesh) for mesh in dataset["mesh"].values])
     for number, mesh in enumerate(meshes):
         one = dataset.isel(mesh=number)
         for name, draw in kinds:
             path = folder / f"{name}_{mesh}.png"
-            _figure(draw, one, path)
+            write(draw, one, path)
             written.append(path)
     return written
-
-
-def _figure(draw: Any, one: xr.Dataset, path: Path) -> None:
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(8, 5.2), layout="constrained")
-    FigureCanvasAgg(figure)
-    found = draw(figure, one)
-    scene = tomllib.loads(one.attrs.get("scene", "")).get("name", "")
-    names = [scene, f"mesh {one['mesh'].item()}" if "mesh" in one.coords else ""]
-    title = ": ".join(filter(None, [", ".join(name[:NAME] for name in names if name), found]))
-    # names may hold what no font has
-    title = "".join(letter if letter.isprintable() or letter == "\n" else "?" for letter in title)
-    figure.suptitle(title, fontsize="medium", parse_math=False)
-    with replacing(path) as part:
-        figure.savefig(part, dpi=120, format="png")
-
-
-def _legend(figure: Any, lines: list, **more: Any) -> None:
-    """A legend below the axes, where it covers nothing."""
-    labels = [str(line.get_label()) for line in lines]
-    figure.legend(
-        lines,
-        labels,
-        loc="outside lower center",
-        ncols=2 if max(map(len, labels)) > LONG else 3,
-        fontsize="small",
-        **more,
-    )
-
-
-def _largest(values: Any, speeds: Any) -> tuple[float, float]:
-    """Largest of the values that are known, and the speed where it is."""
-    known = np.nan_to_num(np.asarray(values, dtype=float), nan=-np.inf)
-    at = int(known.argmax())
-    return float(known[at]), float(speeds[at])
 
 
 def _force(figure: Any, one: xr.Dataset) -> str:
@@ -98,12 +68,12 @@ def _force(figure: Any, one: xr.Dataset) -> str:
         others.plot(speed, here["mesh_force_rms"], style, color="C1", label=f"RMS of the mesh force{of}")
         rms = here["dynamic_transmission_error_rms"]
         errors.plot(speed, rms, style, color="C2", linewidth=0.8, label=f"RMS of the transmission error{of}")
-        largest, at = _largest(factor, speed)
+        largest, at = peak(factor, speed)
         finding.append(f"dynamic factor up to {largest:.3g} at {at:.4g} 1/min{of}")
     factors.set_ylabel("dynamic factor")
     others.set(xlabel="speed of the pinion [1/min]", ylabel="mesh force [N]")
     errors.set_ylabel("transmission error [µm]")
-    _legend(figure, [*factors.get_lines(), *others.get_lines(), *errors.get_lines()])
+    legend(figure, [*factors.get_lines(), *others.get_lines(), *errors.get_lines()])
     return ";\n".join(finding)
 
 
@@ -113,11 +83,11 @@ def _orders(figure: Any, one: xr.Dataset) -> str:
     for order in one["harmonic"].values[:8]:
         axes.semilogy(one["speed"], one["mesh_force_amplitude"].sel(harmonic=order), label=f"order {order}")
     axes.set(xlabel="speed of the pinion [1/min]", ylabel="mesh force [N]")
-    _legend(figure, axes.get_lines())
+    legend(figure, axes.get_lines())
     force = np.nan_to_num(one["mesh_force_amplitude"].values)
     order, (largest, at) = (
         one["harmonic"].values[force.max(axis=0).argmax()],
-        _largest(force.max(axis=1), one["speed"].values),
+        peak(force.max(axis=1), one["speed"].values),
     )
     return f"order {order} is the largest, {largest:.3g} N at {at:.4g} 1/min"
 
@@ -127,11 +97,12 @@ def _bearings(figure: Any, one: xr.Dataset) -> str:
     axes, found = figure.subplots(), {}
     for name in one["bearing"].values:
         squares = (one["bearing_force_amplitude"].sel(bearing=name) ** 2).sum(["direction", "harmonic"], skipna=False)
+        squares = squares.sum("mesh", skipna=False) if "mesh" in squares.dims else squares
         rms = np.sqrt(squares.values / 2)
         axes.plot(one["speed"], rms, label=str(name))
-        found[name] = _largest(rms, one["speed"].values)
+        found[name] = peak(rms, one["speed"].values)
     axes.set(xlabel="speed of the pinion [1/min]", ylabel="RMS of the force on the bearing [N]")
-    _legend(figure, axes.get_lines())
+    legend(figure, axes.get_lines())
     name = max(found, key=lambda each: found[each])
     return f"bearing {name} feels the most, {found[name][0]:.3g} N at {found[name][1]:.4g} 1/min"
 
@@ -154,8 +125,8 @@ def _scatter(figure: Any, one: xr.Dataset) -> str:
         values = one["mesh_force_percentile"].sel(percentile=percentile)
         axes.plot(one["speed"], values, color=f"C{k}", label=f"{percentile:g} %")
     axes.set(xlabel="speed of the pinion [1/min]", ylabel="RMS of the mesh force [N]")
-    _legend(figure, axes.get_lines(), title="of the samples below")
-    largest, at = _largest(one["mesh_force_percentile"].sel(percentile=95.0).values, one["speed"].values)
+    legend(figure, axes.get_lines(), title="of the samples below")
+    largest, at = peak(one["mesh_force_percentile"].sel(percentile=95.0).values, one["speed"].values)
     return f"95 % of the samples stay below {largest:.3g} N, reached at {at:.4g} 1/min"
 
 
@@ -165,7 +136,9 @@ def _campbell(figure: Any, one: xr.Dataset) -> str:
     force = one["mesh_force_amplitude"].values
     floor = max(np.nanmax(force, initial=0.0) * 1e-4, 1e-300)
     orders = one["harmonic"].values
-    natural = one["natural_frequency"].values[one["mode_participation"].values > SHOWN]
+    felt = one["mode_participation"].values > SHOWN
+    natural = one["natural_frequency"].values[felt]
+    names = one["mode_kind"].values[felt] if "mode_kind" in one else [f"mode {k + 1}" for k in range(len(natural))]
     # to what has modes, and the first order
     top = 1.1 * max(natural.max(initial=0.0), frequency.max())
     rows = np.multiply.outer(frequency, orders)
@@ -181,7 +154,7 @@ def _campbell(figure: Any, one: xr.Dataset) -> str:
     for k, f in enumerate(natural):
         axes.axhline(f, color="C3", linewidth=0.8)
         axes.annotate(
-            f"mode {k + 1}, {f:.4g} Hz", (speed.max(), f), fontsize="x-small", color="C3", ha="right", va="bottom"
+            f"{names[k]}, {f:.4g} Hz", (speed.max(), f), fontsize="x-small", color="C3", ha="right", va="bottom"
         )
     for n in orders:
         at = int(np.flatnonzero(n * frequency <= top)[-1]) if n * frequency.min() <= top else None

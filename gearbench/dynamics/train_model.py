@@ -254,11 +254,7 @@ class TrainModel(LinearModel):
         return sense * radius * np.array([turn.get(name, 0.0) for name in linkage.bodies])
 
     def _ring_waves(self, vibration: Vibration, speeds: NDArray) -> Variables:
-        """Forces of the meshes at the ring, which run round it with the planets, by the number of their lobes.
-
-        Σ f_j,n e^{ikψ_j} with the places ψ_j of the planets, counted as the carrier turns: a point of the ring feels
-        it at n f_z + k f_c, k > 0 running ahead of the planets.
-        """
+        """Forces of the meshes at the ring as waves that run round it, by the number of their lobes (D12)."""
         train, carrier = self.linkage.train, self.linkage.carrier
         if carrier is None:
             return {}

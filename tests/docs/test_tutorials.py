@@ -54,8 +54,9 @@ def test_from_a_gearbox_to_its_whine(folder):
 @pytest.mark.slow
 def test_from_a_planetary_set_to_its_load_shares(folder):
     done = list(follow("tutorial_planetary.md"))
-    assert [block.language for block in done].count("python") == 4
-    assert {path.name for path in (folder / "plots").glob("*.png")} == {"load_shares.png", "train.png"}
+    assert [block.language for block in done].count("python") == 5
+    static, over_speed = {"load_shares.png", "train.png"}, {"modes.png", "sharing.png", "ring.png"}
+    assert static | over_speed < {path.name for path in (folder / "plots").glob("*.png")}
 
 
 def test_bring_measured_flanks(folder):

@@ -10,6 +10,7 @@ from scipy.integrate import solve_ivp
 from gearbench import response, simulate
 from gearbench.contact.phases import uniform_phases
 from gearbench.dynamics.analysis import over_speed
+from gearbench.dynamics.figures import draw_response
 from gearbench.dynamics.steady import steady
 from gearbench.dynamics.train_model import TrainModel
 from gearbench.errors import InputError
@@ -255,6 +256,34 @@ def test_faults_are_one_line(keys, key):
     with pytest.raises(InputError) as caught:
         scene(**keys)
     assert caught.value.key == key
+
+
+def test_the_turning_carrier_moves_modes_by_its_frequency_at_most():
+    whole = scene(phases=8, **ELASTIC)
+    model = TrainModel(scene=whole, solved=solve_train(whole))
+    own, mass = model.mechanics, np.array([body.mass for body in model.bodies.values()])
+    x, y = own.bearing[:, 0], own.bearing[:, 1]
+    across = np.einsum("bi,b,bj->ij", x, mass, y)
+    turn, rest = 2 * np.pi * 20.0, own.stiffness + own.mesh.T @ model.stiffness @ own.mesh
+    # Coriolis and centrifugal forces in the frame of the carrier
+    G = 2 * turn * (across.T - across)
+    C = turn**2 * (np.einsum("bi,b,bj->ij", x, mass, x) + np.einsum("bi,b,bj->ij", y, mass, y))
+    zero = np.zeros_like(rest)
+    A = np.block([[zero, np.eye(len(rest))], [-np.linalg.solve(own.mass, np.hstack([rest - C, G]))]])
+    turning = np.sort(np.linalg.eigvals(A).imag)
+    still = model.modes.frequency[model.modes.frequency > 0]
+    moved = np.abs(turning[turning > 1.0] - still) / turn
+    assert 0.5 < moved.max() < 1.0
+    note = response(whole, speed=20 * 60 * 132 / 36, harmonics=1).attrs["notes"]
+    assert f"the mode at {still[0] / 2 / np.pi:.4g} Hz by up to {100 * turn / still[0]:.2g} % at" in note
+
+
+def test_figures_are_of_the_set(tmp_path):
+    found = response(scene(phases=16, planets=4, **ELASTIC), speed=np.linspace(1000, 9000, 6), harmonics=3)
+    names = [path.name for path in draw_response(found, tmp_path)]
+    assert names[:4] == ["modes.png", "sharing.png", "bearings.png", "ring.png"]
+    assert len([name for name in names if name.startswith("campbell")]) == 1
+    assert all((tmp_path / name).stat().st_size > 10_000 for name in names)
 
 
 def test_remarks_say_what_is_left_out_or_assumed():

@@ -1,0 +1,55 @@
+"""A figure of a response: its file, title and legend."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gearbench.files import replacing
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: Letters of a name in a title; of a label beyond which two stand in a row.
+NAME, LONG = 40, 36
+
+
+def write(draw: Any, one: xr.Dataset, path: Path) -> None:
+    """Write the figure that ``draw`` makes; its title names the scene, the mesh, and what ``draw`` finds."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(8, 5.2), layout="constrained")
+    FigureCanvasAgg(figure)
+    found = draw(figure, one)
+    scene = tomllib.loads(one.attrs.get("scene", "")).get("name", "")
+    names = [scene, f"mesh {one['mesh'].item()}" if "mesh" in one.coords and not one["mesh"].ndim else ""]
+    title = ": ".join(filter(None, [", ".join(name[:NAME] for name in names if name), found]))
+    # names may hold what no font has
+    title = "".join(letter if letter.isprintable() or letter == "\n" else "?" for letter in title)
+    figure.suptitle(title, fontsize="medium", parse_math=False)
+    with replacing(path) as part:
+        figure.savefig(part, dpi=120, format="png")
+
+
+def legend(figure: Any, lines: list, **more: Any) -> None:
+    """A legend below the axes, where it covers nothing."""
+    labels = [str(line.get_label()) for line in lines]
+    figure.legend(
+        lines,
+        labels,
+        loc="outside lower center",
+        ncols=2 if max(map(len, labels)) > LONG else 3,
+        fontsize="small",
+        **more,
+    )
+
+
+def peak(values: Any, speeds: Any) -> tuple[float, float]:
+    """Largest of the values that are known, and the speed where it is."""
+    known = np.nan_to_num(np.asarray(values, dtype=float), nan=-np.inf)
+    at = int(known.argmax())
+    return float(known[at]), float(speeds[at])

@@ -1,0 +1,110 @@
+"""Pictures of the response of a planetary set: its modes drawn, load sharing over speed, side bands at the ring."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gearbench.dynamics.drawing import legend, peak
+from gearbench.results.origin import scene_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: Modes drawn at most, in rows of so many; and those this near to one of their kind are its twins in another direction.
+DRAWN, ROW, TWIN = 8, 4, 0.02
+#: Largest motion drawn over the radius of a planet.
+DRAWN_MOTION = 0.45
+#: Mesh orders whose side bands are drawn, and the least of these over the largest.
+PANELS, FAINT = 3, 1e-4
+
+
+def draw_modes(figure: Any, dataset: xr.Dataset) -> str:
+    """Members where they are, dashed, and where a mode moves them; spokes turn."""
+    scene, kinds = scene_of(dataset), dataset["mode_kind"].values
+    assert scene.train is not None
+    linkage, f = scene.train.linkage(scene.geometry), dataset["natural_frequency"].values
+    train = linkage.train
+    radius = {}
+    for mesh in train.meshes:
+        gears = zip(mesh.gears, mesh.pair.gears, strict=True)
+        radius |= {train.shaft(name): abs(gear.base_radius) for name, gear in gears}
+    size = DRAWN_MOTION * min(radius.values())
+    twin = [any(kinds[i] == kinds[k] and f[k] - f[i] < TWIN * f[k] for i in range(k)) for k in range(len(f))]
+    shown = np.flatnonzero(~np.array(twin, dtype=bool))[:DRAWN]
+    count = max(len(shown), 1)
+    figure.set_size_inches(2.9 * min(count, ROW), 3.2 * math.ceil(count / ROW) + 0.4)
+    grid = figure.subplots(math.ceil(count / ROW), min(count, ROW), squeeze=False)
+    for axes in grid.flat:
+        axes.set_axis_off()
+    around = np.linspace(0, 2 * np.pi, 121)
+    circle = np.column_stack([np.cos(around), np.sin(around)])
+    for axes, k in zip(grid.flat, shown, strict=False):
+        for name in linkage.bodies:
+            x, y, arc = size * dataset["mode_shape"].isel(mode=k).sel(bearing=name).values
+            if name == linkage.carrier:
+                r = train.meshes[0].pair.centre_distance
+                own = np.array([train.places[pin] for pin in linkage.carried])
+                ring, centre = np.vstack([own, own[:1]]), np.zeros(2)
+            else:
+                r, centre = radius[name], train.places[name]
+                ring = centre + r * circle
+            turn = arc / r
+            rotation = np.array([[math.cos(turn), math.sin(turn)], [-math.sin(turn), math.cos(turn)]])
+            axes.plot(*ring.T, color="0.75", linewidth=0.7, linestyle="--")
+            colour = {"carrier": "C2", "ring": "0.3", "sun": "C1"}.get(name, "C0")
+            axes.plot(*((ring - centre) @ rotation + centre + (x, y)).T, color=colour, linewidth=1.3)
+            spoke = np.array([[0.0, 0.0], [0.0, -r]]) @ rotation + centre + (x, y)
+            axes.plot(*spoke.T, color=colour, linewidth=0.9)
+        axes.set_aspect("equal")
+        axes.invert_yaxis()
+        axes.set_title(f"{f[k]:.4g} Hz, {kinds[k]}", fontsize="small")
+    return f"modes below {1.001 * f.max():.3g} Hz" if len(f) else "no mode is excited"
+
+
+def draw_sharing(figure: Any, dataset: xr.Dataset) -> str:
+    """Greatest share of the load, force of every mesh and transmission error of the train over speed."""
+    top, middle, bottom = figure.subplots(3, sharex=True)
+    speed, factor = dataset["speed"].values, dataset["mesh_load_factor"].values
+    top.plot(speed, factor, color="C0")
+    parted = ~dataset["contact_kept"].values.all(axis=1)
+    if parted.any():
+        top.plot(speed[parted], factor[parted], ".", color="C3", label="flanks part")
+        top.legend(fontsize="small", frameon=False)
+    for number, name in enumerate(dataset["mesh"].values):
+        style = "-" if 2 * number < dataset.sizes["mesh"] else "--"  # meshes at sun, and at ring
+        middle.plot(speed, dataset["mesh_force_rms"].sel(mesh=name), style, linewidth=1.0, label=str(name))
+    bottom.plot(speed, dataset["train_dynamic_transmission_error_rms"], color="C2")
+    top.set_ylabel("K_γ")
+    middle.set_ylabel("RMS F_bt [N]")
+    bottom.set(xlabel="speed [1/min]", ylabel="RMS Δ [µm]")
+    legend(figure, middle.get_lines())
+    most, at = peak(factor, speed)
+    return f"the heaviest mesh carries {most:.3g} of its share at {at:.4g} 1/min"
+
+
+def draw_ring(figure: Any, dataset: xr.Dataset) -> str:
+    """Side bands of the first mesh orders at a point of the ring, at the speed where they are largest."""
+    wave = dataset["ring_wave_amplitude"].sel(harmonic=slice(1, PANELS))
+    at = int(np.argmax(wave.max(["harmonic", "lobes"]).fillna(0.0).values))
+    here, f = wave.isel(speed=at), dataset["ring_wave_frequency"].isel(speed=at)
+    lobes, top = dataset["lobes"].values, 2.0 * float(here.max())
+    grid = figure.subplots(here.sizes["harmonic"], sharex=True, squeeze=False)[:, 0]
+    for axes, order in zip(grid, here["harmonic"], strict=True):
+        for words, inside, colour in (
+            ("torsion", lobes == 0, "C0"),
+            ("radial force", np.abs(lobes) == 1, "C1"),
+            ("bends the ring", np.abs(lobes) > 1, "0.6"),
+        ):
+            axes.bar(lobes[inside], here.sel(harmonic=order).values[inside], color=colour, label=words)
+        axes.set(yscale="log", ylim=(FAINT * top, top), ylabel=f"order {int(order)} [N]")
+        axes.annotate(f"{float(f.sel(harmonic=order, lobes=0)):.4g} Hz", (0.01, 0.86), xycoords="axes fraction")
+    last = grid[-1]
+    last.set(
+        xlabel="side band k, at n f_z + k f_c: the wave has |k| lobes and runs ahead of the planets, or k < 0 behind"
+    )
+    last.set_xticks(lobes)
+    legend(figure, last.get_legend_handles_labels()[0])
+    return f"force waves at the ring at {float(dataset['speed'][at]):.5g} 1/min"
