@@ -156,7 +156,7 @@ def fillet_stress(
         If flanks or fillets of the section cross.
     """
     if body.gear.teeth < 0:
-        raise MeshingError("stress in the fillet is of external gears so far")
+        raise MeshingError("fillet stress supports external gears only")
     order = order or default_order(body.gear)
     level = Level(body=body, number=number, waves=order[1], rim=RIM)
     b = body.gear.face_width

@@ -213,7 +213,7 @@ def check_section(body: Body) -> None:
     psi, pitch = gear.sign * gear.half_angle(R), abs(body.pitch_angle)
     if not np.all(np.isfinite(psi)) or psi.min() <= 1e-6 * pitch:
         at = R[int(np.argmin(np.nan_to_num(psi, nan=-1.0)))]
-        raise MeshingError(f"the flanks of the tooth cross at R = {at:.6g} mm (pointed or undercut right through)")
+        raise MeshingError(f"the flanks of the tooth cross at R = {at:.6g} mm (pointed, or cut off by undercut)")
     on_fillet = gear.form_radius >= R
     if psi[on_fillet].max() > 0.5 * pitch * (1 + 1e-9):
         raise MeshingError("the fillets of neighbouring teeth cross")

@@ -95,9 +95,9 @@ def tooth_mesh(body: Body, cells: Cells, kind: str = "hex20") -> ToothMesh:
     """
     start = time.perf_counter()
     if body.web is not None:
-        raise MeshingError("plain meshes know no webs")
+        raise MeshingError("plain meshes do not support webs")
     if body.gear.teeth < 0 or body.support is not None:
-        raise MeshingError("plain meshes are of external gears held firmly")
+        raise MeshingError("plain meshes support rigidly held external gears only")
     check_section(body)
     flat = _straight(body, cells, kind)
     mesh = screw(_quadratic(flat, body) if kind != "hex8" else flat, body)

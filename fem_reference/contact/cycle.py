@@ -131,13 +131,13 @@ def _method(settings: Settings | SpatialSettings) -> str:
 
 def _check(scene: Scene, loads: Sequence[float], settings: Settings | SpatialSettings, factor: float) -> None:
     if scene.pair.is_internal:
-        raise InputError("pair.wheel.teeth", scene.pair.wheel.teeth, "contact by finite elements is of external pairs")
+        raise InputError("pair.wheel.teeth", scene.pair.wheel.teeth, "contact finite elements need external pairs")
     if isinstance(settings, Settings) and scene.pair.helix_angle:
         raise InputError("pair.helix_angle", scene.pair.helix_angle, "must be 0 in plane strain")
     if isinstance(settings, SpatialSettings) and factor != 1:
         raise InputError("width_factor", factor, "must be 1 where the width is finite")
     if scene.pair.overhangs != ((0.0, 0.0), (0.0, 0.0)):
-        raise InputError("pair", "faces that overhang", "contact finite elements have both gears equally wide")
+        raise InputError("pair", "faces that overhang", "contact finite elements need equal face widths")
     require_bores(scene.pair)
     for index, member in enumerate(scene.pair.members):
         if isinstance(settings, Settings) and member.rim_thickness is not None:

@@ -132,7 +132,7 @@ def _settled(
         if better == laying:
             return found
         laying = better
-    raise StripError(f"mesh phase {phase:.4g}: strips laid {_LAYINGS} times do not follow where the flanks touch")
+    raise StripError(f"mesh phase {phase:.4g}: strips do not cover the contact after {_LAYINGS} attempts")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -120,7 +120,7 @@ def _checked(key: str, name: str, grid: FlankGrid) -> FlankGrid:
     """The grid, after checking that coordinates increase and deviations are plausible."""
     for axis, values in ((grid.along, grid.coordinate), (FACE, grid.face)):
         if not (values.size and np.isfinite(values).all() and np.all(np.diff(values) > 0)):
-            raise InputError(key, f"{name}, {axis}", "must increase, number by number")
+            raise InputError(key, f"{name}, {axis}", "must be strictly increasing")
         if max(-values[0], values[-1]) > LARGEST:
             raise InputError(key, f"{name}, {axis} {values[0]:g} to {values[-1]:g}", f"must be within ±{LARGEST:g} mm")
     if not np.all(np.isfinite(grid.deviation)) or np.any(np.abs(grid.deviation) > 1000):

@@ -42,7 +42,7 @@ def _teeth(count: Any) -> Any:
     """Take numpy's integers too; refuse gears of fewer than 5 teeth, and rings of fewer than 15."""
     count = int(count) if isinstance(count, np.integer) else count
     if isinstance(count, int) and -15 < count < 5:
-        raise InputError("", count, "must be at least 5, or at most -15 of an internal gear")
+        raise InputError("", count, "must be at least 5, or at most -15 for an internal gear")
     return count
 
 
@@ -132,7 +132,7 @@ class Member:
         for key in foreign:
             if (value := getattr(self, key)) is not None:
                 shown = "given" if is_dataclass(value) else value
-                raise InputError(key, shown, f"means nothing on {kind} gear")
+                raise InputError(key, shown, f"is not a key of {kind} gear")
         if self.tip_rounding is not None and self.tip_chamfer is not None:
             raise InputError("tip_chamfer", self.tip_chamfer, "conflicts with tip_rounding: give one of the two")
         stock = self.grinding_stock

@@ -46,7 +46,7 @@ class VirtualTooth:
 
     def __post_init__(self) -> None:
         if not isinstance(self.gear.fillet, Fillet):
-            raise InputError("blank", self.gear.blank, "root stress of ISO 6336-3 is for gears that a rack has cut")
+            raise InputError("blank", self.gear.blank, "root stress of ISO 6336-3 needs a gear cut by a rack")
 
     @property
     def teeth(self) -> float:

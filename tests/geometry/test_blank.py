@@ -131,6 +131,6 @@ def test_faults_are_one_line():
         scene("eliptic")
     with pytest.raises(InputError, match="another blank"):
         register("elliptic", EllipticRoot(0.7))
-    with pytest.raises(InputError, match="rack has cut"):
+    with pytest.raises(InputError, match="cut by a rack"):
         simulate(scene("elliptic"), outputs=["root_stress"])
     assert blank_of("elliptic") == EllipticRoot(0.6)

@@ -336,7 +336,7 @@ def test_what_is_not_there_for_rings_is_refused(change, message):
 
 
 def test_root_stress_of_a_ring_is_refused():
-    with pytest.raises(InputError, match="rack has cut"):
+    with pytest.raises(InputError, match="cut by a rack"):
         simulate(parse_scene(example()), outputs=["root_stress"])
 
 
