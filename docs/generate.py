@@ -207,8 +207,8 @@ inertia = 0.011
 All meshes are one contact problem. `simulate` computes `load_sharing` of each mesh, `mesh_load_factor` K_γ, the
 `train_transmission_error`, motions of floating members, and forces and torques on every member with their harmonics.
 `robust` does so over the errors of `[planetary.scatter]` and of the flanks; `sweep` takes keys of all these tables.
-Ring and planets are rigid between their meshes. `response` computes the same meshes over speed, with the
-masses of `[planetary.dynamics]`.
+With `[effects.gear_body]` sun, planets and ring yield to all their meshes at once. `response` computes the same meshes
+over speed, with the masses of `[planetary.dynamics]`.
 
 {key_tables(Planetary)}
 ## Several loads

@@ -66,6 +66,9 @@ class ToothedRing:
         the body is held firmly.
     lugs
         Lugs that a ring of the same ``support`` as a free one is held by; all teeth are then different.
+    both_flanks
+        Whether the polynomials are those of the right flank of a tooth and, behind them, those of its left one, as it
+        is seen when the gear is turned over.
     """
 
     tooth: SolidTooth
@@ -74,6 +77,7 @@ class ToothedRing:
     order: int = 6
     support: tuple[float, float] | None = None
     lugs: Lugs | None = None
+    both_flanks: bool = False
 
     @property
     def axis_order(self) -> int:
@@ -86,7 +90,11 @@ class ToothedRing:
         # from the Ritz functions, orthonormal on [0, 1], to those orthonormal on the root
         scale = math.sqrt(self.root_arc * self.tooth.gear.face_width)
         parts = self.tooth.root_parts(self.axis_order)
-        return parts.stiffness / scale**2, parts.moved / scale
+        moved = parts.moved / scale
+        if self.both_flanks:
+            # a tooth turned over about its middle looks the same: its root moves by η² as much
+            moved = np.concatenate([moved, moved * np.real(self._phase**2)])
+        return parts.stiffness / scale**2, moved
 
     @property
     def root_arc(self) -> float:

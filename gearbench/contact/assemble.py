@@ -82,11 +82,27 @@ def assemble(
 
 def with_gaps(problem: ContactProblem, effects: Sequence[Effect], lines: ContactLines) -> ContactProblem:
     """``problem``, assembled on ``lines``, with the gaps of other ``effects`` of the same compliance."""
-    gaps = gaps_along(effects, lines)
+    along = problem.along and replace(problem.along, effects=tuple(effects))
+    return _apart(replace(problem, along=along), gaps_along(effects, lines))
+
+
+def with_field(problem: ContactProblem, field: NDArray) -> ContactProblem:
+    """``problem`` with one more gap, smooth along its lines, (position, pair, node) [mm], over the levers.
+
+    At the nodes of ``Along.smooth_lines``, or at the segments where these are no cells.
+    """
+    if problem.along is None:
+        return replace(problem, gap=problem.gap + field.reshape(problem.gap.shape) / problem.length_scale)
+    along = replace(problem.along, field=field)
+    return _apart(replace(problem, along=along), along.gaps + (along.rows @ field[:, :, None, :, None])[..., 0])
+
+
+def _apart(problem: ContactProblem, gaps: NDArray) -> ContactProblem:
+    """``problem`` with other ``gaps``, see ``gaps_along``."""
     gap, sigma = (x.reshape(problem.gap.shape) for x in gap_and_variation(gaps))
     sigma = sigma if problem.a.any() else np.zeros_like(sigma)  # without a law there is nothing to average
     gap, sigma = (np.ascontiguousarray(x / problem.length_scale) for x in (gap - sigma, sigma))
-    along = problem.along and replace(problem.along, effects=tuple(effects), gaps=gaps)
+    along = problem.along and replace(problem.along, gaps=gaps)
     return replace(problem, gap=gap, sigma=sigma, along=along)
 
 

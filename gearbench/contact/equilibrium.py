@@ -1,20 +1,23 @@
-"""Contact of all meshes of a train together, coupled by a few rigid motions only (M2).
+"""Contact of all meshes of a train together, coupled by a few rigid motions and by bodies that yield (M2, M4).
 
 Each mesh answers with its approach δ_m and its stiffness k_m under a force F_m, as a pair does; the forces that it may
 not know beforehand follow from the balance K q + Bᵀ F = f of the motions q, and from δ_m(F_m) = B_m q + g_m where it is
 loaded. Newton's method: under the forces found so far every mesh is its tangent, F_m = max(0, F_m + k_m (B_m q + g_m −
-δ_m)), and the q that balances these gives the next forces. Torques of parallel paths are part of the answer.
+δ_m)), and the q that balances these gives the next forces. Torques of parallel paths are part of the answer. What a
+body yields to one mesh is a gap at the others, from the loads found so far; its mean, C F, is part of the balance.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gearbench.contact.assemble import with_field
+from gearbench.contact.bodies import Bodies
 from gearbench.contact.loads import in_own_units
 from gearbench.contact.patches import solve_patches
 from gearbench.contact.problem import ContactProblem, ContactSolution, under
@@ -32,6 +35,10 @@ PARTED = 1e-6
 _BALANCED, _INNER, _HALVED = 1e-13, 30, 30
 #: Where rounding of flanks that just touch leaves more than ``SETTLED``: the most that is an answer.
 ENOUGH = 1e-9
+#: The same as ``SETTLED`` where bodies yield: how loads are spread is known that well of the solution before.
+SPREAD = 1e-9
+#: Least part of the compliance of a mesh that is left where its body lends some.
+LENT = 0.05
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,10 +59,16 @@ class MeshAt:
     nominal: float
     cos_b: float
 
-    def answer(self, force: NDArray, guess: Guess) -> tuple[NDArray, NDArray, ContactSolution]:
-        """Approach δ [mm], ∂F_bt/∂δ [N/mm] and solution under forces F_bt (position,) [N]."""
+    def answer(
+        self, force: NDArray, guess: Guess, field: NDArray | None = None
+    ) -> tuple[NDArray, NDArray, ContactSolution]:
+        """Approach δ [mm], ∂F_bt/∂δ [N/mm] and solution under forces F_bt (position,) [N].
+
+        ``field``: one more gap, see ``with_field``.
+        """
         share = force / self.nominal
-        solution = in_own_units(solve_patches(under(self.problem, share), guess), share)
+        problem = self.problem if field is None else with_field(self.problem, field)
+        solution = in_own_units(solve_patches(under(problem, share), guess), share)
         return solution.approach / self.cos_b, solution.stiffness * self.cos_b**2, solution
 
 
@@ -75,6 +88,10 @@ class Balance:
         Contact of each mesh under its force; of parted ones under the least that is solved.
     steps
         Newton steps.
+    statics
+        Coupling of the meshes, bodies included.
+    fields
+        Gaps that bodies open at each mesh, (position, pair, node) [mm]; None where there are none.
     """
 
     force: NDArray
@@ -82,6 +99,8 @@ class Balance:
     stiffness: NDArray
     solutions: tuple[ContactSolution, ...]
     steps: int
+    statics: Statics
+    fields: tuple[NDArray | None, ...]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -98,12 +117,39 @@ class Statics:
         f (motion,) [N …].
     offset
         g (mesh,) or (position, mesh) [mm]; negative: the mesh touches later.
+    elastic
+        E (position, mesh, n) with E Eᵀ = C + D, compliance of bodies between meshes, and of each as far as it is lent
+        [√(mm/N)]: amplitudes η of motions that springs of stiffness 1 hold.
+    lent
+        D, diagonal, (position, mesh) [mm/N]: with it the balance is that of a convex function. Approaches leave it out.
     """
 
     rows: NDArray
     stiffness: NDArray
     force: NDArray
     offset: NDArray
+    elastic: NDArray | None = None
+    lent: NDArray | float = 0.0
+
+    @cached_property
+    def whole(self) -> tuple[NDArray, NDArray, NDArray]:
+        """B, K and f of q and η."""
+        if self.elastic is None:
+            return self.rows, self.stiffness, self.force
+        n, motions = self.elastic.shape[-1], len(self.force)
+        rows = np.broadcast_to(self.rows, (len(self.elastic), *self.rows.shape))
+        stiffness = np.eye(motions + n)
+        stiffness[:motions, :motions] = self.stiffness
+        return np.concatenate([rows, self.elastic], axis=-1), stiffness, np.append(self.force, np.zeros(n))
+
+    def stiffer(self, k: NDArray) -> NDArray:
+        """Stiffness (…, mesh) of meshes without the compliance that is lent."""
+        return k / np.maximum(1 - self.lent * k, LENT)
+
+    def matrix(self, k: NDArray) -> NDArray:
+        """K + Bᵀ k B of meshes with the stiffness k (position, mesh), (position, motion, motion)."""
+        B, K, _ = self.whole
+        return K + (np.swapaxes(B, -1, -2) * self.stiffer(k)[:, None]) @ B
 
     def balanced(
         self, response: Callable[[NDArray], tuple[NDArray, NDArray]], q: NDArray, enough: float = 0.0
@@ -117,13 +163,16 @@ class Statics:
         ConvergenceError
             If more than ``ENOUGH`` of the load, and than ``enough``, is left.
         """
-        B, K, f = self.rows, self.stiffness, self.force
-        lever = np.abs(B).max(axis=0)  # torques are forces on these
+        B, K, f = self.whole
+        motions = q.shape[-1]
+        q = np.concatenate([q, np.zeros((*q.shape[:-1], len(f) - motions))], axis=-1)
+        lever = np.abs(B).reshape(-1, len(f)).max(axis=0)  # torques are forces on these
+        lever[lever == 0] = 1.0
         load = np.abs(f / lever).max()
 
         def state(q: NDArray) -> tuple[NDArray, NDArray, NDArray]:
-            F, k = response(q @ B.T + self.offset)
-            return F, k, f - q @ K - F @ B
+            F, k = response(_times(B, q) + self.offset)
+            return F, k, f - q @ K - _pulled(F, B)
 
         F, k, rest = state(q)
         size = np.abs(rest / lever).max(axis=-1) / load
@@ -133,7 +182,8 @@ class Statics:
             if not left.any():
                 break
             step = np.zeros_like(rest)
-            matrix = K + (B.T * k[left][:, None]) @ B
+            own = B if B.ndim == 2 else np.broadcast_to(B, (*left.shape, *B.shape[-2:]))[left]
+            matrix = K + (np.swapaxes(own, -1, -2) * k[left][:, None]) @ own
             step[left] = np.linalg.solve(matrix, rest[left][..., None])[..., 0]
             slope, t, new = np.einsum("...i,...i->...", rest, step), np.ones(q.shape[:-1]), q
             for _ in range(_HALVED):
@@ -151,7 +201,17 @@ class Statics:
             )
         if best[2].max() > max(enough, ENOUGH):
             raise ConvergenceError(f"balance of the meshes not found: {best[2].max():.1e} of the load is left")
-        return best[0], best[1]
+        return best[0][..., :motions], best[1]
+
+
+def _times(B: NDArray, q: NDArray) -> NDArray:
+    """B q (…, mesh), B the same at all positions or (position, mesh, motion)."""
+    return q @ B.T if B.ndim == 2 else (B @ q[..., None])[..., 0]
+
+
+def _pulled(F: NDArray, B: NDArray) -> NDArray:
+    """Bᵀ F (…, motion)."""
+    return F @ B if B.ndim == 2 else (F[..., None, :] @ B)[..., 0, :]
 
 
 def _tangents(approach: NDArray, *, k: NDArray, free: NDArray) -> tuple[NDArray, NDArray]:
@@ -174,12 +234,15 @@ class Forces:
         Force over the nominal one below which a mesh is its tangent.
     settled
         Change of a force over the greatest at which the search has ended.
+    moved
+        How much the answers depend on what was not known of earlier forces, in the same measure.
     """
 
     answer: Callable[[NDArray], tuple[NDArray, NDArray]]
     nominal: NDArray
     least: float = LEAST
     settled: float = SETTLED
+    moved: Callable[[], float] = float
 
     def found(
         self, statics: Statics, force: NDArray, q: NDArray | None = None
@@ -196,13 +259,14 @@ class Forces:
         for step in range(STEPS):
             at = np.maximum(force, least)
             approach, k = self.answer(at)
+            approach, own = approach - statics.lent * at, statics.stiffer(k)
             if q is None:  # as if all were loaded
-                matrix = statics.stiffness + (statics.rows.T * k[:, None]) @ statics.rows
-                right = statics.force - (k * (statics.offset - approach) + at) @ statics.rows
-                q = np.linalg.solve(matrix, right[..., None])[..., 0]
-            q, found = statics.balanced(partial(_tangents, k=k, free=approach - at / k), q)
+                B, _, f = statics.whole
+                right = f - _pulled(own * (statics.offset - approach) + at, B)
+                q = np.linalg.solve(statics.matrix(k), right[..., None])[..., : len(statics.force), 0]
+            q, found = statics.balanced(partial(_tangents, k=own, free=approach - at / own), q)
             change = np.where(force > least, found - force, np.maximum(found - at, 0.0))
-            left = np.abs(change).max() / np.abs(found).max()
+            left = max(np.abs(change).max() / np.abs(found).max(), self.moved())
             if left <= (self.settled if step < STEPS - 1 else max(self.settled, ENOUGH)):
                 return force, q, k * (force > 0), step + 1
             # forces that swing about where flanks begin to touch go half of the way
@@ -212,8 +276,8 @@ class Forces:
         raise ConvergenceError(f"forces of the meshes not settled after {STEPS} steps: {left:.1e} of the greatest")
 
 
-def balance(meshes: Sequence[MeshAt], statics: Statics) -> Balance:
-    """Forces of all meshes, contact of each included.
+def balance(meshes: Sequence[MeshAt], statics: Statics, bodies: Bodies | None = None) -> Balance:
+    """Forces of all meshes, contact of each included, and of ``bodies`` that yield to several of them.
 
     Raises
     ------
@@ -221,16 +285,49 @@ def balance(meshes: Sequence[MeshAt], statics: Statics) -> Balance:
         If the forces do not settle, or the contact of a mesh is not solved.
     """
     nominal = np.array([mesh.nominal for mesh in meshes])
+    cos_b = np.array([mesh.cos_b for mesh in meshes])
     guesses = [Guess.nothing(mesh.problem) for mesh in meshes]
     solutions: list[ContactSolution] = []
+    fields: list[NDArray | None] = [None] * len(meshes)
+    between = np.zeros((1, len(meshes), len(meshes)))
+
+    def loads(force: NDArray) -> list[NDArray]:
+        """Of each mesh, spread as in the last solution, (position, pair, segment) [N]."""
+        unit = (each.force / each.force.sum(axis=(1, 2), keepdims=True) for each in solutions)
+        return [own * total[:, None, None] for own, total in zip(unit, (force / cos_b).T, strict=True)]
 
     def answer(force: NDArray) -> tuple[NDArray, NDArray]:
-        answers = [mesh.answer(force[:, m], guesses[m]) for m, mesh in enumerate(meshes)]
+        if bodies is not None and solutions:
+            fields[:] = bodies.fields(loads(force))
+        each = zip(meshes, force.T, guesses, fields, strict=True)
+        answers = [mesh.answer(F, guess, field) for mesh, F, guess, field in each]
         solutions[:] = [solution for _, _, solution in answers]
-        return np.stack([x for x, _, _ in answers], axis=1), np.stack([k for _, k, _ in answers], axis=1)
+        approach, k = (np.stack(each, axis=1) for each in list(zip(*answers, strict=True))[:2])
+        return approach - (between @ force[..., None])[..., 0], k
+
+    def moved() -> float:
+        """By how much the loads found last open other gaps than those they were found with, over the approach."""
+        if bodies is None:
+            return 0.0
+        now = bodies.fields(loads(cos_b * np.stack([each.force.sum(axis=(1, 2)) for each in solutions], axis=1)))
+        pairs = [(a, b) for a, b in zip(now, fields, strict=True) if a is not None and b is not None]
+        most = max(float(np.abs(each.approach).max()) for each in solutions)
+        return max((float(np.abs(a - b).max()) for a, b in pairs), default=0.0) / most
 
     even = np.tile(nominal, (len(meshes[0].problem.gap), 1))
-    force, q, k, steps = Forces(answer=answer, nominal=nominal).found(statics, even)
+    settled = SETTLED
+    if bodies is not None:
+        answer(even)
+        whole = bodies.compliance(loads(np.ones_like(even) * cos_b)) / np.multiply.outer(cos_b, cos_b)
+        value, vector = np.linalg.eigh(whole)
+        elastic = vector * np.sqrt(np.maximum(value, 0.0))[:, None]
+        whole = elastic @ np.swapaxes(elastic, 1, 2)
+        lent = np.diagonal(whole, axis1=1, axis2=2)
+        between, settled = whole - lent[:, None] * np.eye(len(meshes)), SPREAD
+        statics = replace(statics, elastic=elastic, lent=lent)
+    search = Forces(answer=answer, nominal=nominal, settled=settled, moved=moved)
+    force, q, k, steps = search.found(statics, even)
     alone = [np.where(loaded, 1.0, 0.0) for loaded in (force > 0).T]  # parted flanks are loaded a little
     own = (replace(a, force=a.force * one[:, None, None]) for a, one in zip(solutions, alone, strict=True))
-    return Balance(force=force, motion=q, stiffness=k, solutions=tuple(own), steps=steps)
+    parts = {"solutions": tuple(own), "fields": tuple(fields), "statics": statics, "steps": steps}
+    return Balance(force=force, motion=q, stiffness=k, **parts)

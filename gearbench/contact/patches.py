@@ -129,8 +129,11 @@ def on_patches(problem: ContactProblem, guess: Guess) -> tuple[ContactProblem, C
     if nodes.touch is not None:
         w = nodes.touch.levers[0]
         a, h = (a + h * np.log(w)) / w**2, h / w**2
-    factor = rows_at(along.smooth_lines, nodes.y) @ along.factor
-    gap = np.where(nodes.active[..., None], total_gap(along.effects, nodes), 0.0)
+    rows = rows_at(along.smooth_lines, nodes.y)
+    factor, gap = rows @ along.factor, total_gap(along.effects, nodes)
+    if along.field is not None:
+        gap = gap + (rows @ along.field[..., None])[..., 0]
+    gap = np.where(nodes.active[..., None], gap, 0.0)
     new = scale_problem(nodes, gap, none[..., None], a, h, none, problem.force, problem.length_scale, coupled=False)
     new = under(new, along.share)
     block = np.repeat(problem.block[:: problem.shape[2]], nodes.shape[2])

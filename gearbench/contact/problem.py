@@ -40,6 +40,8 @@ class Along:
         Gauss points on the patches of each line, as many whichever positions are looked at.
     share
         Load of each position over that of the problem, (position,).
+    field
+        Gap at the nodes of ``smooth_lines`` beside that of the effects, (position, pair, node) [mm]; ``gaps`` have it.
     """
 
     effects: tuple[Effect, ...]
@@ -51,10 +53,12 @@ class Along:
     laws: tuple[ComplianceEffect, ...]
     nodes: int
     share: NDArray
+    field: NDArray | None = None
 
     def part(self, positions: slice | NDArray) -> Along:
         """The same of some of the positions."""
-        arrays = {name: getattr(self, name)[positions] for name in ("gaps", "factor", "rows", "share")}
+        names = ("gaps", "factor", "rows", "share", *(() if self.field is None else ("field",)))
+        arrays = {name: getattr(self, name)[positions] for name in names}
         return replace(self, lines=self.lines.part(positions), smooth_lines=self.smooth_lines.part(positions), **arrays)
 
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from pydantic.dataclasses import dataclass
 
 from gearbench.effects.base import Dense, Effects, Flanks, LowRank, ToothCompliance, refuse_foreign_keys
-from gearbench.effects.teeth import of_both, own_web, require_bores, ring_flank, tooth_among
+from gearbench.effects.teeth import of_both, own_web, require_bores, ring_between, ring_flank, tooth_among
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.pair import Pair
@@ -81,6 +81,19 @@ class GearBody(ToothCompliance):
         order = _joint_order(beside)
         pinion, wheel = of_both(ring_flank, lines.pair, order, neighbours, lines.coast)
         return Flanks(both=(pinion, wheel), coupled=self.coupled)
+
+    def between(self, pair: Pair, index: int, beside: Effects, *, coast: bool, across: bool) -> NDArray:
+        """C_d of a ring [mm/N], d = −z/2 … z/2: motion of a flank under loads on that of the tooth d behind (R7).
+
+        As seen when the gear drives. ``across``: of the right flanks under loads on the left ones, as these are seen
+        when it is driven.
+        """
+        return ring_between(pair, index, _joint_order(beside), coast, across)
+
+    def shapes(self, lines: ContactLines, index: int, beside: Effects) -> NDArray:
+        """Polynomials of ``between`` on the lines of a mesh, (position, pair, segment, function) [1/mm]."""
+        flank = ring_flank(lines.pair, index, _joint_order(beside), 0, lines.coast)
+        return flank.shapes(lines.radii[index] - flank.gear.root_radius, lines.own_y(index))
 
     def tooth_factor(self, pair: Pair, index: int, height: NDArray, y: NDArray, beside: Effects) -> NDArray:
         """Ψ of a single tooth; of rank 0 with finite elements, which contain the body."""

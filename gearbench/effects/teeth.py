@@ -11,6 +11,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gearbench.effects.base import Effects, ToothCompliance
 from gearbench.errors import InputError
@@ -148,6 +149,18 @@ def ring_flank(
             f"body of the {GEARS[index]} too soft beside its teeth for double precision: bore, rim or web too thin"
         )
         raise InputError("effects.gear_body.model", "ring", allowed) from None
+
+
+@lru_cache(maxsize=64)
+def ring_between(pair: Pair, index: int, order: tuple[int, int, int] | None, coast: bool, across: bool) -> NDArray:
+    """Blocks of all teeth of a body, see ``ToothedRing.blocks``; ``across``: right flanks under loads on left ones."""
+    half = abs(pair.gears[index].teeth) // 2
+    body = toothed_ring(pair, index, order, coast)
+    if not across:
+        return body.blocks(half)
+    both = replace(body, both_flanks=True).blocks(half)
+    count = both.shape[1] // 2
+    return np.ascontiguousarray(both[:, :count, count:])
 
 
 @lru_cache(maxsize=64)

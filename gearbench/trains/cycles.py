@@ -120,7 +120,7 @@ def train_cycles(scene: Scene, orders: float, threads: int) -> TrainCycles:
     positions, curves_kept = len(solved.phases.phase), len(solved.meshes) + OTHERS
     size = f"{count} mesh cycles × {positions} positions × {len(solved.meshes)} meshes"
     require(curves_kept * cycles_memory(positions, count, orders, 0), "hunting", size, "fewer positions would fit")
-    forces = curves(solved.contacts, float(len(solved.meshes)))
+    forces = curves(solved, float(len(solved.meshes)))
     each = zip(mesh_scenes(scene).values(), solved.meshes.values(), strict=True)
     amounts = [turning_gaps(unlike(own), mesh.lines, count)[1] for own, mesh in each]
 

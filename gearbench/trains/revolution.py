@@ -25,7 +25,7 @@ def revolution_columns(solved: SolvedTrain) -> tuple[Columns, Columns]:
     turns = np.arange(POINTS) / POINTS
     ring = solved.linkage.train.meshes[-1].pair.wheel
     offset = eccentric(solved, abs(ring.teeth) * turns)
-    forces = curves(solved.contacts, float(short.keys.number))
+    forces = curves(solved, float(short.keys.number))
     _, F = solved.statics(offset[:, None]).balanced(forces, solved.begun(POINTS), SETTLED)
     sharing: NDArray = (F / solved.even).max(axis=1).T
     coords: Columns = {"revolution": (("revolution",), turns)}

@@ -11,14 +11,14 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.contact.batch import chunks, on_threads
-from gearbench.contact.equilibrium import PARTED, Forces, MeshAt
+from gearbench.contact.equilibrium import PARTED, Forces, MeshAt, Statics
 from gearbench.contact.problem import part_of
 from gearbench.contact.solver import Guess
 from gearbench.effects.distributions import DISTRIBUTIONS
@@ -58,27 +58,37 @@ class Curves:
     ----------
     approach, force, slope
         (mesh, position, level) [mm, N, N/mm].
+    statics
+        Coupling of the meshes: the compliance that it lends them is not in F(δ).
     """
 
     approach: NDArray
     force: NDArray
     slope: NDArray
+    statics: Statics
+
+    @cached_property
+    def _own(self) -> tuple[NDArray, NDArray]:
+        """Approach and slope without the compliance that is lent."""
+        lent = np.expand_dims(np.transpose(self.statics.lent), -1)
+        return self.approach - lent * self.force, self.statics.stiffer(self.slope.T).T
 
     def __call__(self, x: NDArray) -> tuple[NDArray, NDArray]:
         """Force and stiffness at x (sample, position, mesh)."""
         x = np.moveaxis(x, -1, 0)
         level = np.zeros(x.shape, dtype=np.int64)
-        for each in range(1, self.approach.shape[2] - 1):
-            level += x >= self.approach[:, None, :, each]
+        approach, slope = self._own
+        for each in range(1, approach.shape[2] - 1):
+            level += x >= approach[:, None, :, each]
         mesh, position = np.ogrid[: x.shape[0], : x.shape[2]]
 
         def at(values: NDArray, more: int) -> NDArray:
             return values[mesh[:, None], position[None], level + more]
 
-        x0, x1 = at(self.approach, 0), at(self.approach, 1)
+        x0, x1 = at(approach, 0), at(approach, 1)
         h = x1 - x0
         t = (x - x0) / h
-        f0, f1, k0, k1 = at(self.force, 0), at(self.force, 1), h * at(self.slope, 0), h * at(self.slope, 1)
+        f0, f1, k0, k1 = at(self.force, 0), at(self.force, 1), h * at(slope, 0), h * at(slope, 1)
         inside = np.clip(t, 0.0, 1.0)
         c2, c3 = 3 * (f1 - f0) - 2 * k0 - k1, 2 * (f0 - f1) + k0 + k1
         f = f0 + inside * (k0 + inside * (c2 + inside * c3))
@@ -95,11 +105,11 @@ def levels(most: float) -> NDArray:
     return np.geomspace(LEAST, most, LEVELS)
 
 
-def curves(meshes: Sequence[MeshAt], most: float) -> Curves:
+def curves(solved: SolvedTrain, most: float) -> Curves:
     """Tables up to ``most`` times the force of even sharing."""
     shares = levels(most)
     found = []
-    for mesh in meshes:
+    for mesh in solved.contacts:
         count = len(mesh.problem.gap)
         problem = part_of(mesh.problem, np.tile(np.arange(count), LEVELS))
         force = np.repeat(shares, count) * mesh.nominal
@@ -107,7 +117,7 @@ def curves(meshes: Sequence[MeshAt], most: float) -> Curves:
         approach, slope, _ = whole.answer(force, Guess.nothing(problem))
         found.append([each.reshape(LEVELS, count).T for each in (approach, force, slope)])
     approach, force, slope = (np.stack(each) for each in zip(*found, strict=True))
-    return Curves(approach=approach, force=force, slope=slope)
+    return Curves(approach=approach, force=force, slope=slope, statics=solved.own)
 
 
 def variables(scatter: PlanetaryScatter, planets: tuple[str, ...]) -> dict[str, float]:
@@ -247,7 +257,7 @@ def sampled_train(scene: Scene, solved: SolvedTrain | None = None) -> SampledTra
         raise InputError("planetary.scatter", "no error", "must have at least one, e.g. pin_tangential = 20.0")
     solved = solved or solve_train(scene)
     most = float(len(solved.meshes) if short is None else short.keys.number)
-    forces = curves(solved.contacts, most)
+    forces = curves(solved, most)
     flanks = FlankErrors.of(solved, levels(most), forces.approach) if of_flanks else None
     return SampledTrain(solved=solved, forces=forces, scatter=scatter, names=names, flanks=flanks)
 

@@ -9,17 +9,19 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.contact.assemble import assemble
-from gearbench.contact.equilibrium import Balance, MeshAt, Statics, balance
+from gearbench.contact.assemble import assemble, with_field
+from gearbench.contact.equilibrium import LEAST, Balance, MeshAt, Statics, balance
 from gearbench.contact.look import scene_lines
 from gearbench.contact.panels import CLOSE, LONGEST, panel_ends
 from gearbench.contact.phases import gauss_phases, uniform_phases
+from gearbench.contact.solver import Guess
 from gearbench.contact.transitions import CLOSER, GAUSS_POINTS, transitions
 from gearbench.effects.base import GapEffect
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.linkage import Linkage
 from gearbench.geometry.names import GEARS
+from gearbench.geometry.train import Train
 from gearbench.hunting.cycles import unlike
 from gearbench.results.cycle import Phases
 from gearbench.results.solved import Solved
@@ -27,6 +29,7 @@ from gearbench.results.train_cycle import TrainCycle
 from gearbench.scene import Load, Resolution, Scene
 from gearbench.schema import changed
 from gearbench.threads import single_threaded_blas
+from gearbench.trains.bodies import yielding_bodies
 
 #: Load of a mesh over that its contact lines were made for, from which they are made once more, and how often.
 HEAVIER, ROUNDS = 1.2, 4
@@ -67,11 +70,27 @@ class SolvedTrain:
 
     def statics(self, more: NDArray) -> Statics:
         """Coupling of the meshes, with ``more`` approach of each mesh, (…, mesh) [mm]."""
-        return replace(self.own, offset=self.own.offset + more)
+        return replace(self.own, offset=self.own.offset - self.spread + more)
 
     def begun(self, samples: int) -> NDArray:
         """Motions that samples begin with, (sample, position, motion)."""
         return np.broadcast_to(self.balance.motion, (samples, *self.balance.motion.shape))
+
+    @cached_property
+    def spread(self) -> NDArray | float:
+        """Approach that bodies which yield to other meshes add beside C F, (position, mesh) [mm].
+
+        Samples have that of the loads as they are spread here.
+        """
+        own, F = self.own, self.balance.force
+        if own.elastic is None:
+            return 0.0
+        F = np.maximum(F, LEAST * np.array([mesh.nominal for mesh in self.contacts]))
+        contacts = zip(self.contacts, F.T, self.balance.fields, strict=True)
+        both = [[m.answer(f, Guess.nothing(m.problem), e)[0] for e in (field, None)] for m, f, field in contacts]
+        yielded = [one - other for one, other in both]
+        mean = (own.elastic @ (np.swapaxes(own.elastic, 1, 2) @ F[..., None]))[..., 0] - own.lent * F
+        return np.stack(yielded, axis=1) - mean
 
     @cached_property
     def cycle(self) -> TrainCycle:
@@ -88,8 +107,7 @@ class SolvedTrain:
     @cached_property
     def input_stiffness(self) -> NDArray:
         """Torque on that shaft over the angle, (position,) [N·mm/rad]."""
-        B, k = self.linkage.rows, self.balance.stiffness
-        whole = self.linkage.stiffness + np.einsum("mi,pm,mj->pij", B, k, B)
+        whole = self.own.matrix(self.balance.stiffness)
         return 1 / np.linalg.pinv(whole, hermitian=True)[:, self.linkage.input, self.linkage.input]
 
     @property
@@ -166,7 +184,7 @@ def solve_train(scene: Scene, *, alike: bool = False) -> SolvedTrain:
     even = np.array([own.F_bt for own in scenes.values()])
     f = linkage.force(scene.load.torque)
     statics = Statics(rows=linkage.rows, stiffness=linkage.stiffness, force=f, offset=scene.train.offset(linkage))
-    at, found = _balanced(scenes, shift, phases, statics, alike)
+    at, found = _balanced(train, scenes, phases, statics, alike=alike)
     for _ in range(ROUNDS):
         heavy = found.force.max(axis=0) / [mesh.nominal for _, mesh in at.values()]
         # off the line of action the load decides how far contact lines reach
@@ -175,29 +193,38 @@ def solve_train(scene: Scene, *, alike: bool = False) -> SolvedTrain:
             break
         share = np.where(heavy > HEAVIER, heavy, 1.0)
         scenes = {name: _under(own, by) for (name, own), by in zip(scenes.items(), share, strict=True)}
-        at, found = _balanced(scenes, shift, phases, statics, alike)
+        at, found = _balanced(train, scenes, phases, statics, alike=alike)
     meshes = {
         name: Solved(
-            scene=scenes[name], lines=lines, weight=phases.weight, problem=mesh.problem, solution=own, at=phases
+            scene=scenes[name],
+            lines=lines,
+            weight=phases.weight,
+            problem=mesh.problem if field is None else with_field(mesh.problem, field),
+            solution=own,
+            at=phases,
         )
-        for (name, (lines, mesh)), own in zip(at.items(), found.solutions, strict=True)
+        for (name, (lines, mesh)), own, field in zip(at.items(), found.solutions, found.fields, strict=True)
     }
-    parts = {"meshes": meshes, "contacts": tuple(mesh for _, mesh in at.values()), "own": statics, "balance": found}
+    contacts = tuple(mesh for _, mesh in at.values())
+    parts = {"meshes": meshes, "contacts": contacts, "own": found.statics, "balance": found}
     return SolvedTrain(scene=scene, linkage=linkage, phases=phases, even=even, **parts)
 
 
 def _balanced(
-    scenes: Mapping[str, Scene], shift: Mapping[str, float], phases: Phases, statics: Statics, alike: bool
+    train: Train, scenes: Mapping[str, Scene], phases: Phases, statics: Statics, *, alike: bool
 ) -> tuple[dict[str, tuple[ContactLines, MeshAt]], Balance]:
     """Contact of each mesh by its name, and the balance of all of them."""
     known: dict[tuple[Scene, float], tuple[ContactLines, MeshAt]] = {}
     at = {}
+    coast = next(iter(scenes.values())).load.coast
+    shift = train.phases(coast=coast)
     for name, scene in scenes.items():
         key = _plain(scene), shift[name]
         if key not in known:
             known[key] = _mesh(key[0], phases.phase + shift[name], alike)
         at[name] = known[key]
-    return at, balance([mesh for _, mesh in at.values()], statics)
+    bodies = yielding_bodies(train, scenes, at, coast=coast)
+    return at, balance([mesh for _, mesh in at.values()], statics, bodies)
 
 
 def _plain(scene: Scene) -> Scene:

@@ -1,0 +1,84 @@
+"""Gear bodies of a train that several meshes load: a planet between sun and ring, a ring under all its planets (M4)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.contact.bodies import Bodies, Link, Side
+from gearbench.contact.equilibrium import MeshAt
+from gearbench.effects.gear_body import GearBody
+from gearbench.geometry.action import ContactLines
+from gearbench.geometry.train import Train
+from gearbench.scene import Scene
+
+#: Mean over a cell of what is known at its beginning, middle and end: Simpson's rule.
+_MEAN = np.array([1.0, 4.0, 1.0]) / 6
+
+
+def yielding_bodies(
+    train: Train, scenes: Mapping[str, Scene], at: Mapping[str, tuple[ContactLines, MeshAt]], *, coast: bool
+) -> Bodies | None:
+    """Bodies that several meshes load, where the scene has ``gear_body`` with teeth that move each other."""
+    sides: list[Side] = []
+    seats: dict[str, list[int]] = {}
+    names: list[tuple[str, int]] = []
+    known: dict[tuple[int, int], Side] = {}
+    for number, mesh in enumerate(train.meshes):
+        body = _body(scenes[mesh.name])
+        for index, gear in enumerate(mesh.gears if body is not None else ()):
+            lines, contact = at[mesh.name]
+            if (id(contact), index) not in known:
+                known[id(contact), index] = _side(scenes[mesh.name], lines, contact, index)
+            seats.setdefault(gear, []).append(len(sides))
+            alike = known[id(contact), index]
+            sides.append(Side(mesh=number, cells=alike.cells, nodes=alike.nodes))
+            names.append((mesh.name, index))
+
+    def link(one: int, other: int) -> Link:
+        (first, i), (second, j) = names[one], names[other]
+        scene, lines, others = scenes[first], at[first][0], at[second][0]
+        body = _body(scene)
+        assert body is not None
+        gear = scene.pair.gears[i]
+        blocks = body.between(scene.pair, i, scene.effects_by_name, coast=coast, across=i != j)
+        ahead = [train.leading(name, train[name].gears[k], 0.0, coast=coast) for name, k in (names[one], names[other])]
+        # the tooth of pair 0, counted in the sense of rotation, from that at the other mesh
+        apart = np.round(ahead[0] + lines.mesh_phase - ahead[1] - others.mesh_phase).astype(int)
+        z, half = abs(gear.teeth), abs(gear.teeth) // 2
+        groups = []
+        for d in np.unique(apart):
+            teeth = d + lines.index[:, None] - others.index
+            # seen from a driven gear teeth ahead are behind
+            teeth = teeth if i == 0 else -teeth
+            groups.append((np.flatnonzero(apart == d), blocks[half + (teeth + half) % z - half].swapaxes(1, 2)))
+        return Link(sides=(one, other), groups=tuple(groups))
+
+    shared = [own for own in seats.values() if len(own) > 1]
+    if not shared:
+        return None
+    # a gear that drives in one mesh and is driven in the other is seen as it drives
+    pairs = [sorted(both, key=lambda s: names[s][1]) for own in shared for both in combinations(own, 2)]
+    own = tuple(link(s, s) for each in shared for s in each)
+    return Bodies(sides=tuple(sides), links=tuple(link(*both) for both in pairs), own=own)
+
+
+def _body(scene: Scene) -> GearBody | None:
+    """The bodies of a mesh, if their teeth move each other."""
+    found = scene.effect("gear_body")
+    return found if isinstance(found, GearBody) and found.model == "ring" and found.coupled else None
+
+
+def _side(scene: Scene, lines: ContactLines, contact: MeshAt, index: int) -> Side:
+    """Flank polynomials of a gear over the levers on the lines of its mesh."""
+    along = contact.problem.along
+    at = lines if along is None else along.smooth_lines
+    body = _body(scene)
+    assert body is not None
+    nodes: NDArray = body.shapes(at, index, scene.effects_by_name) / np.expand_dims(at.lever, -1)
+    nodes = np.where(at.active[..., None, None], nodes, 0.0)
+    cells = nodes if along is None else _MEAN @ along.rows @ nodes
+    return Side(mesh=0, cells=cells, nodes=nodes)

@@ -1,0 +1,165 @@
+"""Bodies that several meshes load: H with blocks between the meshes, against one dense system of all of them."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from gearbench.contact.equilibrium import balance
+from gearbench.contact.problem import full_factor
+from gearbench.effects.teeth import ring_between, ring_flank
+from gearbench.scene_file import parse_scene
+from gearbench.trains.bodies import yielding_bodies
+from gearbench.trains.scatter import offsets, sampled_train
+from gearbench.trains.solve import solve_train
+from tests.test_planetary import tables
+
+EFFECTS = {"tooth_bending": {"model": "solid", "order": [4, 4, 4]}, "gear_body": {}, "hertz": {"law": "yang_sun"}}
+
+
+def made(effects=EFFECTS, sun=(36, 30.0), planet=(30, 46.0), ring=(96, 210.0), **keys):
+    """A set on bodies: teeth and diameter of the bore, or of the outside, of each member."""
+    given = tables((sun[0], planet[0], ring[0]), effects=effects, **{"planets": 3, "torque": 300.0} | keys)
+    for name, own in (("sun", sun), ("planet", planet)):
+        given["planetary"][name]["bore_diameter"] = own[1]
+    given["planetary"]["ring"]["outer_diameter"] = ring[1]
+    return parse_scene(given)
+
+
+def dense(whole, position):
+    """Forces of the meshes [N] and motions by one linear system of all loaded points, teeth counted one by one."""
+    meshes, train = list(whole.meshes.items()), whole.linkage.train
+    flanks, parts, sizes = {}, [], []
+    for (name, mesh), contact in zip(meshes, whole.contacts, strict=True):
+        p, lines = contact.problem, mesh.lines
+        there = p.active[position]
+        psi = full_factor(p, position)
+        parts.append((psi @ psi.T + np.diag(p.a[position][there])) * p.length_scale / p.force)
+        sizes.append(int(there.sum()))
+        for side, gear in enumerate(train[name].gears):
+            radius = lines.radii[side][position].ravel()[there]
+            teeth = (
+                train.leading(name, gear, lines.mesh_phase[position]) + np.repeat(lines.index, lines.shape[2])[there]
+            )
+            y = lines.own_y(side)[position].ravel()[there]
+            flanks[len(sizes) - 1, side] = gear, mesh.scene.pair, teeth, radius, y
+    first = np.concatenate([[0], np.cumsum(sizes)])
+    H = np.zeros((first[-1], first[-1]))
+    for m, part in enumerate(parts):
+        H[first[m] : first[m + 1], first[m] : first[m + 1]] = part
+    for (m, i), (gear, pair, teeth, radius, y) in flanks.items():
+        for (n, j), (other, _, their, r, v) in flanks.items():
+            if gear != other or m == n:
+                continue
+            z = abs(pair.gears[i].teeth)
+            one = ring_flank(pair, i, (4, 4, 4), z // 2)
+            two = ring_flank(flanks[n, j][1], j, (4, 4, 4), 0)
+            a, b = one.shapes(radius - one.gear.root_radius, y), two.shapes(r - two.gear.root_radius, v)
+            block = H[first[m] : first[m + 1], first[n] : first[n + 1]]
+            for k, l in np.ndindex(block.shape):
+                d = (round(teeth[k] - their[l]) + z // 2) % z - z // 2
+                if i == j:
+                    C = one.block(d)
+                else:
+                    drives = pair if i == 0 else flanks[n, j][1]
+                    C = ring_between(drives, 0, (4, 4, 4), False, True)
+                    C = C[z // 2 + d] if i == 0 else C[z // 2 - d].T
+                block[k, l] = a[k] @ C @ b[l]
+    assert_allclose(H, H.T, atol=1e-12 * np.abs(H).max())
+    assert np.linalg.eigvalsh(H)[0] > 0
+    ones = np.repeat(np.eye(len(sizes)), sizes, axis=0)
+    B, motions = ones @ whole.linkage.rows, len(whole.linkage.motions)
+    matrix = np.block([[H, -B], [B.T, whole.linkage.stiffness]])
+    right = np.concatenate([ones @ whole.own.offset, whole.own.force])
+    found = np.linalg.solve(matrix, right)
+    assert (found[: first[-1]] > 0).all()
+    return ones.T @ found[: first[-1]], found[-motions:]
+
+
+@pytest.mark.parametrize(
+    "keys",
+    [{}, {"planets": 4, "torque": 400.0, "pin_stiffness": 200.0, "pin_tangential": [4.0, 0.0, -3.0, 0.0]}],
+)
+def test_all_meshes_and_bodies_are_one_linear_system(keys):
+    whole = solve_train(made(phases=3, **keys))
+    for position in range(3):
+        force, motion = dense(whole, position)
+        assert_allclose(whole.balance.force[position], force, rtol=1e-8)
+        assert_allclose(whole.balance.motion[position], motion, rtol=1e-7, atol=1e-9 * np.abs(motion).max())
+
+
+def test_without_coupling_teeth_move_by_themselves():
+    apart = made({**EFFECTS, "gear_body": {"coupled": False}})
+    assert solve_train(apart).own.elastic is None
+
+
+def test_a_planet_is_twisted_less_than_by_both_meshes_one_by_one():
+    """The sun pushes its rim ahead, the ring pushes it back; the smaller the bore, the more of the twist cancels."""
+    share = []
+    for bore in (30.0, 20.0, 14.0):
+        E = solve_train(made(planets=1, planet=(30, bore))).own.elastic
+        whole = E @ np.swapaxes(E, 1, 2)
+        share.append(float((whole[:, 0, 1] / whole[:, 0, 0]).mean()))
+    assert share[0] < -0.01
+    assert share == sorted(share, reverse=True)
+    assert share[2] < -0.3
+
+
+def test_planets_lobe_a_ring_on_springs():
+    """Loads of three planets at once: a soft ring yields more, and less than three times as much as under one."""
+    found = {}
+    for planets in (1, 3):
+        given = tables((36, 30, 96), effects=EFFECTS, planets=planets, torque=100.0 * planets, phases=2)
+        for name in ("sun", "planet"):
+            given["planetary"][name]["bore_diameter"] = 30.0
+        given["planetary"]["ring"] |= {"outer_diameter": 215.0, "support": {"radial": 2.0, "tangential": 2000.0}}
+        found[planets] = solve_train(parse_scene(given))
+    E = found[3].own.elastic[0]
+    ring = (E @ E.T)[3:, 3:]
+    assert_allclose(ring[np.triu_indices(3, 1)], ring[0, 1], rtol=1e-9)
+    assert_allclose(np.diag(ring), ring[0, 0], rtol=1e-9)
+    # in phase, so that all three have the same: the ring yields by the sum of a row, in place of its diagonal
+    yielded = found[3].cycle.transmission_error - found[1].cycle.transmission_error
+    other = (E @ E.T)[:3, :3]
+    expected = 1e3 * found[3].balance.force[0, 0] * 2 * (ring[0, 1] + other[0, 1])
+    assert_allclose(yielded[0], expected, rtol=0.02)  # how loads are spread along a line changes too
+
+
+@pytest.mark.parametrize("law", ["yang_sun", "weber_banaschek"])
+def test_permuting_and_turning_planets_changes_nothing_on_bodies_either(law):
+    effects = {**EFFECTS, "hertz": {"law": law}, "crowning": {"amount": 4.0}}
+    keys = {"effects": effects, "pin_stiffness": 150.0, "torque": 400.0, "phases": 4}
+    errors, other, step = [0.0, 12.0, 5.0, -7.0], [0, 3, 1, 2], 360.0 / (36 + 96)
+    base = solve_train(made(planets=4, pin_tangential=errors, **keys))
+    turned = [90.0 * i + 33 * step for i in other]
+    found = solve_train(made(positions=turned, pin_tangential=[errors[i] for i in other], **keys))
+    assert_allclose(found.cycle.input_turn, base.cycle.input_turn, rtol=1e-9)
+    assert_allclose(found.balance.force[:, :4], base.balance.force[:, other], rtol=1e-8)
+
+
+def test_a_negative_torque_is_the_set_in_a_mirror_on_bodies():
+    keys = {
+        "pin_stiffness": 200.0,
+        "phases": 4,
+        "helix_angle": 15.0,
+        "centre_distance": 66.0 / math.cos(math.radians(15)),
+    }
+    drive = solve_train(made(positions=[0.0, 120.0, 240.0], pin_tangential=[10.0, 0.0, -5.0], **keys))
+    coast = solve_train(made(positions=[0.0, 120.0, 240.0], torque=-300.0, pin_tangential=[-10.0, 5.0, 0.0], **keys))
+    assert_allclose(coast.balance.force[:, [0, 2, 1, 3, 5, 4]], drive.balance.force, rtol=1e-8)
+
+
+def test_samples_on_bodies_are_solved_as_single_sets_are():
+    train = sampled_train(made(planets=4, pin_stiffness=300.0, scatter={"pin_tangential": 15.0}))
+    errors = train.draw(np.random.default_rng(1).random((3, 4)))
+    cycle = next(train.cycles(errors))
+    whole = train.solved
+    scenes = {name: mesh.scene for name, mesh in whole.meshes.items()}
+    at = {name: (mesh.lines, own) for (name, mesh), own in zip(whole.meshes.items(), whole.contacts, strict=True)}
+    bodies = yielding_bodies(whole.linkage.train, scenes, at, coast=False)
+    for n, offset in enumerate(offsets(whole, train.names, errors)):
+        exact = balance(whole.contacts, replace(whole.own, offset=whole.own.offset + offset), bodies)
+        # samples take how the load is spread from the set without errors
+        assert_allclose(cycle.force[n], exact.force, rtol=1e-4)
