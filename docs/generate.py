@@ -147,7 +147,7 @@ length = 0.5
 normal_module = 2.0
 face_width = 20.0
 teeth = 31
-[gears.idler.coast]                               # flanks with which the idler drives
+[gears.idler.coast]               # flanks with which the idler drives
 profile_slope = 4.0
 [gears.output]
 normal_module = 2.0
