@@ -1,14 +1,14 @@
-"""Teeth on the body of their gear: solid teeth joined to a ring along their roots, all of them at once.
+"""Teeth on their gear body: solid teeth joined to a ring along their roots.
 
-The root of every tooth moves by q, polynomials of s and z for each displacement, and presses on the rim of the ring
-with tractions t of the same polynomials φ (orthonormal on the root). With the tooth's stiffness S against motions of
+The root of every tooth moves by q (polynomials of s and z for each displacement) and loads the rim of the ring with
+tractions t in the same polynomials φ (orthonormal on the root). With the tooth's stiffness S against motions of
 its root, the displacement Φ of its flank under them, and the compliance B of the ring between the roots (R6 of
 docs/theory.md),
 
     q = B t    S q + t = Φᵀ P    ⇒    deflection of the flank due to the body = Φ (S + B⁻¹)⁻¹ Φᵀ P.
 
-The gear looks the same from every tooth: with waves e^{2πi m d/z} over the teeth d, the ring's harmonics n = m, m ± z,
-m ± 2z, … make up B(m), and each wave is solved by itself. Half-turn symmetry makes all these matrices real in the
+The gear is periodic: with waves e^{2πi m d/z} over the teeth d, the ring's harmonics n = m, m ± z,
+m ± 2z, … make up B(m), and each wave is solved separately. Half-turn symmetry makes all these matrices real in the
 phases η = i^{k+j} (times i for u_θ, u_z) of the polynomials P_k(s) g_j(z); with a web out of the middle they are
 Hermitian.
 """
@@ -36,7 +36,7 @@ from gearbench.threads import lazy
 if TYPE_CHECKING:
     from gearbench.compliance.webbed_ring import WebbedRing
 
-#: Greatest n ψ of the harmonics counted, ψ the half-angle of a root: the remainder falls like its square.
+#: Largest n ψ of the harmonics, ψ the half-angle of a root: the remainder falls like its square.
 FINEST = 30.0
 #: All waves up to ``LONG`` are computed, and further ones these steps of ln tan(πm/2z) apart, closer where springs
 #: hold the body; degree of the spline between them.
@@ -49,18 +49,18 @@ FINE, RESOLVED, SHORT = 16, 16.0, 24.0
 
 @dataclass(frozen=True, kw_only=True)
 class ToothedRing:
-    """A ring with teeth along its rim: ``flank`` is the compliance that the ring adds to all of them.
+    """A ring with teeth along its rim; ``flank`` is the compliance that the ring adds to the teeth.
 
     Parameters
     ----------
     tooth
-        The tooth; its flank polynomials are used.
+        The tooth, with its flank polynomials.
     bore_radius
-        Radius [mm] at which the body is held; negative outside of an internal gear.
+        Radius [mm] at which the body is held; negative for the outside of an internal gear.
     web
-        Rim, web and hub, seen as on a driving gear; None where the ring reaches down to the bore.
+        Rim, web and hub, seen as on a driving gear; None for a solid body.
     order
-        Number of functions along the radius of the ring; along the axis it has those of the tooth.
+        Number of functions along the radius of the ring; along the axis as for the tooth.
     support
         Stiffness of springs at ``bore_radius``, radial and along the edge [N/mm³], both 0 of a free ring; None where
         the body is held firmly.
@@ -135,15 +135,15 @@ class ToothedRing:
 
     @property
     def _symmetric(self) -> bool:
-        """Whether both faces of the body are alike."""
+        """Whether the body is symmetric about the middle of the face."""
         return isinstance(self.ring, Ring) or self.ring.symmetric
 
     @lazy
     def _harmonics(self) -> tuple[NDArray, NDArray]:
         """B(m) of waves m computed as weights (m, pair of k ≤ l, …) times (…, field·j·field·j) (R4).
 
-        Every harmonic is a sum of those computed; harmonic −n is the conjugate of n, and in the phases of the functions
-        their squares, ±1, are left of that.
+        Every harmonic is a weighted sum of computed ones. Harmonic −n is the conjugate of n; in the phases of the
+        functions this leaves their squares, ±1.
         """
         gear = self.tooth.gear
         across, axis = self.tooth.order[0], self.axis_order
@@ -167,8 +167,8 @@ class ToothedRing:
     def _waves(self) -> tuple[NDArray, NDArray]:
         """Deflection Φ (S + B⁻¹)⁻¹ Φᵀ of the flank of tooth 0 per unit force, of waves m = 0 … z/2, (m, p·q, p·q).
 
-        Between motions of the root of the same phase, ±1 or ±i, and between those of different ones. Of the waves
-        computed: between them ``wave_weights`` interpolate.
+        First between motions of the root of equal phase, ±1 or ±i, then between different phases. Only for computed
+        waves; ``wave_weights`` interpolate between them.
         """
         weights, c = self._harmonics
         sign = np.real(self._phase) + np.imag(self._phase)
@@ -183,13 +183,13 @@ class ToothedRing:
 
     @property
     def _lowest(self) -> NDArray:
-        """Functions of the root (field, k, j) constant or linear on it: no motion without strain is without them."""
+        """Constant and linear functions (field, k, j) of the root, which include all motions without strain."""
         _, k, j = np.indices((3, self.tooth.order[0], self.axis_order)).reshape(3, -1)
         return np.flatnonzero(k + j <= 1)
 
     @lazy
     def _spring(self) -> float:
-        """Half of what the body can lend a tooth of its stiffness against each of these motions, in every wave."""
+        """Half of the least stiffness of the body against each of these motions, over all waves."""
         weights, c = self._harmonics
         across, axis = self.tooth.order[0], self.axis_order
         k, l = np.triu_indices(across)
@@ -199,7 +199,7 @@ class ToothedRing:
 
     @property
     def _split(self) -> bool:
-        """Whether there are functions of the root that do not see each other: faces alike, and no helix angle."""
+        """Whether functions of the root decouple in two classes: symmetric faces and no helix angle."""
         return not self.tooth.gear.beta and self._symmetric
 
     def blocks(self, neighbours: int) -> NDArray:
@@ -291,9 +291,9 @@ class ToothedRing:
 
 @dataclass(frozen=True, kw_only=True)
 class _Firm:
-    """A tooth whose root stands on springs σ against its ``low`` motions, so that no motion is free; of two phases.
+    """A tooth on springs σ against ``low`` motions of its root, so that no motion is free; for two phases.
 
-    With the springs taken from the body again, B_σ⁻¹ = B⁻¹ − σ E Eᵀ and S_σ = S + σ E Eᵀ,
+    With the springs subtracted from the body, B_σ⁻¹ = B⁻¹ − σ E Eᵀ and S_σ = S + σ E Eᵀ,
 
         (S + B⁻¹)⁻¹ = S_σ⁻¹ − S_σ⁻¹ (S_σ⁻¹ + B_σ)⁻¹ S_σ⁻¹.
     """
@@ -332,7 +332,7 @@ class _Firm:
             if not join(np.ascontiguousarray(every), taken, tooth, same, other, addresses()):
                 raise np.linalg.LinAlgError("a tooth on its body is not positive definite")
             return
-        # one wave at a time: what it needs stays in the cache
+        # one wave at a time: its data stay in the cache
         B, halves = (np.empty((k, w), every.dtype) for k, w in ((size, size), (2 * size - n, len(self.alone))))
         first, second = halves[:size], halves[size:]
         for k, numbers in enumerate(every):
@@ -360,9 +360,9 @@ def _phases(across: int, axis: int) -> NDArray:
 
 @lru_cache(maxsize=16)
 def _seen_together(across: int, axis: int, split: bool) -> list[tuple[list[NDArray], NDArray]]:
-    """Functions of the root (field, k, j) that see each other, if they are ``split`` in two classes, else all.
+    """Coupled functions of the root (field, k, j): one of two classes if they are ``split``, else all.
 
-    Of each class those of the phases ±1 and ±i, and which numbers (pair of k ≤ l, field, j, field, j) make up their B.
+    For each class the functions of phase ±1 and ±i, and the numbers (pair of k ≤ l, field, j, field, j) of their B.
     """
     pair = np.zeros((across, across), dtype=int)
     k, l = np.triu_indices(across)
@@ -381,7 +381,7 @@ def _seen_together(across: int, axis: int, split: bool) -> list[tuple[list[NDArr
 
 
 def waves_computed(teeth: int, apart: float = APART) -> NDArray:
-    """Waves m of 0 … z/2 that are computed."""
+    """Computed waves m of 0 … z/2."""
     most = teeth // 2
     if most <= LONG:
         return np.arange(most + 1)
@@ -398,7 +398,7 @@ def _abscissa(m: NDArray, teeth: int) -> NDArray:
 
 @lru_cache(maxsize=64)
 def wave_weights(teeth: int, apart: float = APART) -> tuple[NDArray, NDArray]:
-    """Weights of the waves computed in all waves m = 0 … z/2, (m, computed): where they are even about z/2, and odd.
+    """Weights of computed waves in all waves m = 0 … z/2, (m, computed), for even and odd functions about z/2.
 
     Times sin(πm/z) they are smooth in ln tan(πm/2z).
     """
@@ -420,7 +420,7 @@ def wave_weights(teeth: int, apart: float = APART) -> tuple[NDArray, NDArray]:
 
 @lru_cache(maxsize=16)
 def rim_harmonics(ring: Ring | WebbedRing, n: tuple[float, ...]) -> NDArray:
-    """``ring.harmonics`` of the numbers n, kept: teeth of another order stand on the same ring."""
+    """``ring.harmonics`` of the numbers n, cached, because teeth of other orders use the same ring."""
     found = ring.harmonics(np.array(n))
     found.flags.writeable = False
     return found

@@ -1,4 +1,4 @@
-"""Teeth and gear bodies, built once for a gear and kept: micro-geometry, errors and its mate do not change them."""
+"""Teeth and gear bodies, cached for each gear: they do not depend on micro-geometry, errors or the mate."""
 
 from __future__ import annotations
 
@@ -34,17 +34,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Tooth(ToothCompliance):
-    """The effect that stands for the teeth themselves; the effect of the body below them asks how they are made."""
+    """The effect of the teeth; the effect of the gear body depends on it."""
 
     @property
     @abstractmethod
     def meshed(self) -> bool:
-        """Whether the teeth, and with them the bodies, are of finite elements."""
+        """Whether teeth and bodies are finite elements."""
 
     @property
     @abstractmethod
     def solid_order(self) -> tuple[int, int, int] | None:
-        """Order of the solid teeth that a ring is joined to; None is their default."""
+        """Order of the solid teeth joined to a ring; None for the default."""
 
 
 def tooth_among(effects: Effects) -> Tooth | None:
@@ -74,15 +74,15 @@ def plate_tooth(gear: Gear, material: Material, order: tuple[int, int] | None, f
 #: Helix angle [°] above which solid teeth need more functions across: in ``studies/s11_gears_in_use`` peak-to-peak
 #: values of steeper gears were up to 7 % off without.
 STEEP = 27.0
-#: Share of its height above which the fillet of a tooth reaches high: tooth numbers are small, and undercut is near.
+#: Share of the tooth height above which a fillet counts as high (few teeth, nearly undercut).
 HIGH_FILLET = 0.27
 
 
 def solid_order(gear: Gear) -> tuple[int, int, int]:
-    """Order of a solid tooth unless a scene gives one.
+    """Default order of a solid tooth.
 
-    Across the face as many functions as the flank can feel, along the height enough for two families that meet where
-    the flank begins.
+    The number across the face follows the wavelengths that deflect the flank; along the height there are two families
+    that meet at the form circle.
     """
     from gearbench.compliance.local import waves_across
     from gearbench.compliance.section import JOINTED
@@ -95,7 +95,7 @@ def solid_order(gear: Gear) -> tuple[int, int, int]:
 
 @lru_cache(maxsize=256)
 def solid_tooth(gear: Gear, material: Material, order: tuple[int, int, int] | None, rooted: bool = False) -> SolidTooth:
-    """Solid tooth of a gear as if it drove, whatever its mate; ``rooted`` where a ring is joined to it."""
+    """Solid tooth of a gear, seen as a driving gear; ``rooted`` if it is joined to a ring."""
     from gearbench.compliance.solid_tooth import SolidTooth
 
     return SolidTooth(gear=gear, E=material.E, nu=material.nu, order=order or solid_order(gear), rooted=rooted)
@@ -109,7 +109,7 @@ def solid_flank(pair: Pair, index: int, order: tuple[int, int, int] | None, root
 
 
 def toothed_ring(pair: Pair, index: int, order: tuple[int, int, int] | None, coast: bool = False) -> ToothedRing:
-    """Body of pinion (k = 0) or wheel (k = 1) as a ring, or rim, web and hub, with solid teeth, as if it drove."""
+    """Body of pinion (k = 0) or wheel (k = 1) with solid teeth, as ring or rim, web and hub, seen as a driving gear."""
     held = require_bores(pair)[index] / 2, *own_support(pair, index, coast)
     return _toothed_ring(pair.gears[index], pair.materials[index], order, held, own_web(pair, index, coast))
 
@@ -137,9 +137,9 @@ def ring_flank(
     Raises
     ------
     InputError
-        If the body yields so much more than its teeth that rounding rules.
+        If the body is so much more compliant than its teeth that rounding dominates.
     """
-    # faces that are alike look alike from the coast flanks
+    # symmetric bodies are the same for the coast flanks
     web, (_, lugs) = own_web(pair, index, False), own_support(pair, index)
     coast = coast and (lugs is not None or (web is not None and web != web.mirrored(pair.gears[index].face_width)))
     try:
@@ -165,7 +165,7 @@ def ring_between(pair: Pair, index: int, order: tuple[int, int, int] | None, coa
 
 @lru_cache(maxsize=64)
 def meshed_flank(body: Body, material: Material, accuracy: float) -> FlankCompliance:
-    """Compliance by finite elements, kept on disk too."""
+    """Compliance by finite elements, also stored on disk."""
     from fem_reference.cache import cached_compliance
 
     return cached_compliance(body, material, accuracy)
@@ -173,9 +173,9 @@ def meshed_flank(body: Body, material: Material, accuracy: float) -> FlankCompli
 
 @lru_cache(maxsize=256)
 def of_both(flank: Callable[..., FlankCompliance], pair: Pair, *options: object) -> tuple[FlankCompliance, ...]:
-    """``flank`` (pair, index, …) of both gears, each on a thread of its own where there are two processors.
+    """``flank`` (pair, index, …) of both gears, on two threads if there are two processors.
 
-    Kernels and products of matrices let the other thread run. Gears that are alike share a tooth, which is made once.
+    Kernels and matrix products release the interpreter. Equal gears share one tooth.
     """
     alike = pair.gears[0] == pair.gears[1] and pair.materials[0] == pair.materials[1]
     if alike or default_threads() == 1:
@@ -185,7 +185,7 @@ def of_both(flank: Callable[..., FlankCompliance], pair: Pair, *options: object)
 
 
 def forget_fast_teeth() -> None:
-    """Build plates, solids and rings anew when they are next asked for: to measure it, or to free their memory."""
+    """Clear the cache of plates, solids and rings, to measure their construction or to free memory."""
     from gearbench.compliance.flank import joined
     from gearbench.compliance.gear_body import rim_harmonics
 
@@ -194,7 +194,7 @@ def forget_fast_teeth() -> None:
 
 
 def meshed_body(pair: Pair, index: int, *, on_body: bool, coast: bool = False) -> Body:
-    """Part of pinion (k = 0) or wheel (k = 1) that is meshed: a clamped tooth, or the gear on its bore.
+    """Meshed part of pinion (k = 0) or wheel (k = 1): a clamped tooth, or the gear on its bore.
 
     Plain meshes (``fem_reference.mesh_family``) have teeth on a sector only: those in contact at a time, and one more
     on either side.
@@ -241,9 +241,9 @@ def _side(index: int, coast: bool) -> int:
 
 
 def own_web(pair: Pair, index: int, coast: bool) -> Web | None:
-    """Web of pinion (k = 0) or wheel (k = 1), seen as on a driving gear; None where the body is as wide as the face.
+    """Web of pinion (k = 0) or wheel (k = 1), seen as on a driving gear; None without a web.
 
-    A driven gear is seen in a mirror, and so are the ``coast`` flanks.
+    Driven gears and ``coast`` flanks are mirrored.
     """
     member, gear = pair.members[index], pair.gears[index]
     if member.rim_thickness is None or member.web_thickness is None:
@@ -257,7 +257,7 @@ def own_web(pair: Pair, index: int, coast: bool) -> Web | None:
 
 
 def require_bores(pair: Pair) -> tuple[float, float]:
-    """Diameters [mm] at which pinion and wheel are held: their bores, negative the outside of an internal gear.
+    """Diameters [mm] at which pinion and wheel are held: bores, or the outside (negative) of an internal gear.
 
     Raises
     ------
