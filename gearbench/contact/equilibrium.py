@@ -292,7 +292,7 @@ def balance(meshes: Sequence[MeshAt], statics: Statics, bodies: Bodies | None = 
     between = np.zeros((1, len(meshes), len(meshes)))
 
     def loads(force: NDArray) -> list[NDArray]:
-        """Of each mesh, spread as in the last solution, (position, pair, segment) [N]."""
+        """Forces of each mesh, distributed as in the last solution, (position, pair, segment) [N]."""
         unit = (each.force / each.force.sum(axis=(1, 2), keepdims=True) for each in solutions)
         return [own * total[:, None, None] for own, total in zip(unit, (force / cos_b).T, strict=True)]
 
@@ -306,7 +306,7 @@ def balance(meshes: Sequence[MeshAt], statics: Statics, bodies: Bodies | None = 
         return approach - (between @ force[..., None])[..., 0], k
 
     def moved() -> float:
-        """By how much the loads found last open other gaps than those they were found with, over the approach."""
+        """Change of the gaps under the last loads, relative to the approach."""
         if bodies is None:
             return 0.0
         now = bodies.fields(loads(cos_b * np.stack([each.force.sum(axis=(1, 2)) for each in solutions], axis=1)))
