@@ -19,3 +19,15 @@ def run(monkeypatch, capsys):
         return int(end.value.code or 0), out.out, out.err
 
     return call
+
+
+@pytest.fixture
+def refused(run):
+    """Run a command that must be refused: the one line that it says, exit code 2."""
+
+    def line(*arguments: object) -> str:
+        code, out, err = run(*arguments)
+        assert (code, out, err.count("\n")) == (2, "", 1), err
+        return err
+
+    return line

@@ -82,19 +82,6 @@ def test_a_file_that_unpacks_to_very_much_is_refused(tmp_path):
         open_result(path)
 
 
-@pytest.mark.parametrize(("variable", "key"), [(None, "scene"), (None, "versions"), ("mesh_phase", "units")])
-def test_attributes_that_must_be_text_are(result, tmp_path, variable, key):
-    path = tmp_path / "hostile.nc"
-    path.write_bytes(unseal(result.read_bytes()))
-    with h5py.File(path, "r+") as file:
-        holder = file if variable is None else file[variable]
-        holder.attrs[key] = [1.0, 2.0]
-    path.write_bytes(seal(path.read_bytes()))
-    of = f" of {variable}" if variable else ""
-    with pytest.raises(InputError, match=f"^{path}: its attribute {key}{of} must be text$"):
-        open_result(path)
-
-
 def test_a_fault_of_the_program_is_one_line_and_a_report(run, tmp_path, monkeypatch):
     import tempfile
 

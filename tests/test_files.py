@@ -87,7 +87,6 @@ def test_commands_leave_nothing_where_the_disk_is_full(run, stored, tmp_path, mo
     for arguments in (
         ("select", stored, "--csv", out / "a.csv", "--markdown", out / "a.md"),
         ("select", stored, "--export", 1, out / "a.toml"),
-        ("explore", stored, "--export", out / "a.html"),
         ("rexs", GEARBOX, "--scene", 2, out / "a.toml"),
         ("simulate", EXAMPLES / "sc.toml", "--plots", out),
     ):

@@ -36,17 +36,6 @@ def test_the_version_follows_the_last_release():
     assert own == releases[0] or (own.is_devrelease and own > releases[0])
 
 
-def test_the_hooks_are_the_checks_of_make_lint():
-    yaml = pytest.importorskip("yaml")
-    config = yaml.safe_load((ROOT / ".pre-commit-config.yaml").read_text(encoding="utf-8"))
-    assert [repo["repo"] for repo in config["repos"]] == ["local"]
-    hooks = [hook["entry"].removeprefix(".venv/bin/") for hook in config["repos"][0]["hooks"]]
-    assert all(hook["language"] == "system" for hook in config["repos"][0]["hooks"])
-    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
-    lint = re.findall(r"^\t\$\(BIN\)/(.+)$", makefile.split("\nlint:")[1].split("\n\n")[0], flags=re.MULTILINE)
-    assert [hook.removesuffix(" --force-exclude") for hook in hooks] == [line.removesuffix(" .") for line in lint]
-
-
 @pytest.fixture
 def examine(monkeypatch):
     """What doctor finds where the package's metadata asks for ``requirements``."""

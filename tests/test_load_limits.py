@@ -15,9 +15,8 @@ CASE = read_scene(EXAMPLES / "case1.toml")
 
 
 @pytest.mark.parametrize("torque", ["5e-324", "1e300", "1.7e308"])
-def test_torques_that_mean_nothing_are_one_line(run, torque):
-    code, out, err = run("simulate", EXAMPLES / "case1.toml", "--torque", torque)
-    assert (code, out, err.count("\n")) == (2, "", 1)
+def test_torques_that_mean_nothing_are_one_line(refused, torque):
+    err = refused("simulate", EXAMPLES / "case1.toml", "--torque", torque)
     assert f"--torque = {float(torque):.6g}: must lie within " in err
 
 

@@ -59,8 +59,7 @@ def select(
     """
     from gearbench.files import write_text
     from gearbench.optimisation.conditions import parse_condition, parse_ranking
-    from gearbench.optimisation.listing import csv_text, markdown_text
-    from gearbench.optimisation.select import open_designs
+    from gearbench.optimisation.select import csv_text, markdown_text, open_designs
     from gearbench.optimisation.select import select as run
 
     conditions = [parse_condition(text) for text in where or ()]
@@ -114,7 +113,7 @@ def _print_list(selection: Selection, top: int) -> None:
     import re
 
     from gearbench.cli.table import print_columns
-    from gearbench.optimisation.listing import heading, ranking_text
+    from gearbench.optimisation.select import heading, ranking_text
 
     for condition, left in selection.steps:
         say(f"{left:7d}  {condition}")

@@ -1,7 +1,8 @@
-"""One quantity of many designs: name, label with unit, kind, values."""
+"""One quantity of many designs: name, label with unit, kind, values. Names are literal text, never TeX or HTML."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -9,9 +10,19 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.explore.names import as_text
+from gearbench.errors import plain
 from gearbench.results.quantities import KEYS
 from gearbench.results.responses import quantity
+
+#: Between the two signs of a mark at which BokehJS begins or ends to set text as TeX, and with it any HTML in it.
+_TEX = re.compile(r"(?<=\$)(?=\$)|(?<=\\)(?=[\[\]()])")
+_WORD_JOINER = "\u2060"
+
+
+def as_text(name: str) -> str:
+    """Name as literal text in BokehJS: a zero-width character separates TeX delimiters."""
+    return _TEX.sub(_WORD_JOINER, plain(name))
+
 
 Kind = Literal["variable", "limit", "statistic"]
 

@@ -8,8 +8,7 @@ from typing import Any
 from bokeh.models import ColorBar, ColumnDataSource, LinearColorMapper, Slider, Span
 
 from gearbench.explore.gear_data import Tables
-from gearbench.explore.look import BEFORE, HEIGHT, INK, NOW, PALETTE, chart, fitted, fixed
-from gearbench.explore.scripts import script
+from gearbench.explore.look import BEFORE, HEIGHT, INK, NOW, PALETTE, chart, fitted, fixed, script
 
 #: Parts of the stored gear shown beside the changed one.
 COMPARED = ("ste", "stiffness", "ste_orders", "stiffness_orders", "ste_density", "stiffness_density", "numbers")

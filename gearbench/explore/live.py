@@ -14,9 +14,9 @@ from gearbench.explore.catalogue import Catalogue
 from gearbench.explore.controls import moved, positions, sliders
 from gearbench.explore.conversation import Conversation
 from gearbench.explore.gear_data import densities, tables
+from gearbench.explore.look import script
 from gearbench.explore.model import Picture, outline, picture, scattered
 from gearbench.explore.page import Page, answer_data, knee
-from gearbench.explore.scripts import script
 from gearbench.results.solved import Solved
 
 #: Pictures kept of designs as they are stored.

@@ -1,13 +1,26 @@
-"""Colours and sizes of the page, and figures that share them."""
+"""The page's own JavaScript and HTML, its colours and sizes, and figures that share them.
+
+The JavaScript is in the folder ``js``, one file a task.
+"""
 
 from __future__ import annotations
 
+from importlib.resources import files
 from typing import Any
 
-from bokeh.models import Range1d
+from bokeh.models import CustomJS, Range1d
 from bokeh.plotting import figure
 
-from gearbench.explore.scripts import script
+
+def script(*names: str, **args: Any) -> CustomJS:
+    """The scripts ``js/<name>.js``, one after the other, with the models and values they work on."""
+    return CustomJS(args=args, code="\n".join(text_of(f"js/{name}.js") for name in names))
+
+
+def text_of(name: str) -> str:
+    """A file of the page."""
+    return files("gearbench.explore").joinpath(*name.split("/")).read_text("utf-8")
+
 
 #: Okabe–Ito colours, safe for colour-blind readers: one a result, then again from the first.
 PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")

@@ -5,6 +5,7 @@ Nothing here knows of a page.
 
 from __future__ import annotations
 
+import math
 import time
 from dataclasses import dataclass, replace
 
@@ -12,15 +13,41 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.effects.manufacturing_errors import ManufacturingErrors
-from gearbench.explore.flank_map import flank_map, flank_range
 from gearbench.results import flank
 from gearbench.results.cycle import coefficients, curves
+from gearbench.results.flank_map import over_flank
 from gearbench.results.responses import response
 from gearbench.results.solved import Solved
 from gearbench.robustness.montecarlo import prepare_scene, respond
 from gearbench.scene import Resolution, Scene
 from gearbench.solution import solve_scene
 from gearbench.threads import default_threads
+
+#: Pixels across and up.
+SIZE = (48, 72)
+
+
+def flank_range(solved: Solved) -> tuple[float, float]:
+    """u [mm] between which a map is drawn: the path of contact, or as far as lines reach beyond it."""
+    lines, meshing = solved.lines, solved.scene.pair.meshing
+    u = lines.u[lines.active]
+    return min(meshing.path_start, float(u.min())), max(meshing.path_end, float(u.max()))
+
+
+def flank_map(solved: Solved, values: NDArray, size: tuple[int, int] = SIZE) -> NDArray:
+    """``values`` (position, pair, segment) over the rectangle of 0 … b and ``flank_range``, (up, across).
+
+    NaN where no line is near.
+    """
+    lines, meshing = solved.lines, solved.scene.pair.meshing
+    active = lines.active
+    order = np.argsort((lines.mesh_phase[:, None] + lines.index)[active])
+    u, y, length, own = (each[active][order] for each in (lines.u, lines.y, lines.length, values))
+    (first, last), (across, up) = flank_range(solved), size
+    path = first + (np.arange(up) + 0.5) / up * (last - first)
+    face = (np.arange(across) + 0.5) / across * meshing.face_width
+    return over_flank(u, y, length * math.cos(meshing.beta_b), own, path, face)
+
 
 #: Error samples, and mesh orders of the spectra.
 SAMPLES, ORDERS = 256, 10

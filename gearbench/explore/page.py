@@ -16,8 +16,7 @@ from gearbench.explore import cloud, filters, parallel
 from gearbench.explore.catalogue import ACROSS, SCATTER_ACROSS, SCATTER_UP, UP, Catalogue, fronts
 from gearbench.explore.gear import GearPanel
 from gearbench.explore.gear_data import Tables
-from gearbench.explore.look import PALETTE, SIDE, colour
-from gearbench.explore.scripts import script, text_of
+from gearbench.explore.look import PALETTE, SIDE, colour, script, text_of
 
 #: Picks kept beside the one that is shown, at most.
 MOST = 3

@@ -14,9 +14,9 @@ from gearbench.errors import GearbenchError, InputError
 from gearbench.explore.catalogue import Catalogue, fronts
 from gearbench.explore.gear_data import Tables, tables
 from gearbench.explore.guard import guarded_file
+from gearbench.explore.look import script
 from gearbench.explore.model import picture
 from gearbench.explore.page import Page, knee
-from gearbench.explore.scripts import script
 from gearbench.files import write_text
 
 #: Designs whose pictures go into the file at most.

@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.errors import InputError
-from gearbench.explore.columns import Column, known_column, variable_column
-from gearbench.explore.names import as_text
+from gearbench.explore.columns import Column, as_text, known_column, variable_column
 from gearbench.optimisation.designs import Designs
 from gearbench.optimisation.select import chosen_scene, open_designs
 from gearbench.optimisation.study import RESPONSES

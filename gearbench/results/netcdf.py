@@ -22,11 +22,6 @@ _LOG = logging.getLogger(__name__)
 
 #: Attribute with the digest of the values.
 DIGEST = "data_sha256"
-#: Attributes of Datasets and variables that are text: others may be numbers, or lists.
-TEXTS = frozenset(
-    ("scene", "scene_sha256", "study", "study_sha256", "reference_scene", "variables", "versions", "git_revision",
-     "created", "host", "name", "notes", "warning", "units", "long_name", "symbol", "data_sha256")
-)  # fmt: skip
 
 
 def save(dataset: xr.Dataset, path: str | Path) -> Path:
@@ -82,10 +77,6 @@ def open_result(path: str | Path, *, proven: bool = False) -> xr.Dataset:
     try:
         sealed = is_sealed(data)
         dataset = dataset_of(unseal(data) if sealed else data)
-        for name, attrs in (("", dataset.attrs), *((str(n), v.attrs) for n, v in dataset.variables.items())):
-            for key in TEXTS & attrs.keys():
-                if not isinstance(attrs[key], str):
-                    raise InputError("", "", f"its attribute {key} {f'of {name} ' if name else ''}must be text")
         _check_digest(dataset, sealed=sealed, proven=proven, path=path)
         # with its encoding names joined to it would be cut to the length of its own when saved
         return _of_now(dataset.drop_encoding())

@@ -67,9 +67,7 @@ def scene_of(dataset: xr.Dataset) -> Scene:
         tables = tomllib.loads(str(dataset.attrs["scene"]))
         _recall(dataset, tables)
         scene = parse_scene(tables)
-    except RecursionError as error:
-        raise InputError("dataset", "scene", f"cannot be read: {error}") from None
-    except ValueError as error:  # an InputError is one, too
+    except (ValueError, RecursionError) as error:  # an InputError is one, too
         raise InputError("dataset", "scene", f"cannot be read: {error}") from None
     point = {}
     for path in map(str, np.atleast_1d(dataset.attrs.get("swept", []))):

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gearbench.optimisation.listing import markdown_name
+from gearbench.optimisation.select import markdown_name
 from gearbench.plotting import BLUE, GREEN, GREY, ORANGE, PURPLE, as_label, write_figure
 from gearbench.results.responses import quantity
 

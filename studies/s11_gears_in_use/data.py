@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import json
 import math
 import time
 from dataclasses import replace
+from functools import partial
 from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -17,7 +17,6 @@ from gearbench.effects.base import Effect
 from gearbench.effects.gear_body import GearBody
 from gearbench.effects.hertz import Hertz
 from gearbench.effects.tooth_bending import ToothBending
-from gearbench.files import write_text
 from gearbench.scene import Scene
 from gearbench.simulation import simulate
 from gearbench.solution import dataset, solve_scene
@@ -25,6 +24,7 @@ from gearbench.validation.comparison import compliance_seconds
 from gearbench.validation.mac import compare_shapes
 from gearbench.validation.reference import finest_level, meshed_flanks, reference_scene
 from gearbench.validation.ste_error import OUTPUTS, cycle_errors, error_bars
+from studies.report import kept
 from studies.s05_tooth_models.data import ERRORS
 from studies.s05_tooth_models.data import MODELS as MODELS_OF_S05
 from studies.s05_tooth_models.pairs import draw, in_use
@@ -55,45 +55,26 @@ def compute(*, quick: bool = False, folder: Path | None = None) -> xr.Dataset:
 
     drawn = [(seed, each) for seed, pairs in DRAWN.items() for each in islice(draw(in_use, seed), pairs)]
     seeds, scenes = zip(*drawn[: 1 if quick else None], strict=True)
-    found = [_kept(each, folder and folder / f"{i:03d}.json") for i, each in enumerate(scenes)]
-    data: dict[str, tuple] = {"scene": (("design",), [scene.to_toml() for scene in scenes])}
-    data["seed"] = (("design",), list(seeds))
-    for name in found[0]:
-        values = np.array([each[name] for each in found], dtype=float)
-        data[name] = (("design", "tooth_model")[: values.ndim], values)
-    return xr.Dataset(data, coords={"tooth_model": list(MODELS)})
+    found = [kept(folder and folder / f"{i:03d}.nc", partial(pair_errors, each)) for i, each in enumerate(scenes)]
+    return xr.concat(found, "design").assign(seed=("design", list(seeds)))
 
 
-def _kept(scene: Scene, path: Path | None) -> dict:
-    """Errors of the models on a pair, from ``path`` where it holds those of the same pair."""
-    key = {"scene": scene.to_toml(), "models": list(MODELS), "accuracy": ACCURACY}
-    if path is not None and path.exists():
-        stored = json.loads(path.read_text(encoding="utf-8"))
-        if stored.pop("key") == key:
-            return stored
-    found = pair_errors(scene)
-    if path is not None:
-        write_text(path, json.dumps({"key": key} | found))
-    return found
+def pair_errors(scene: Scene) -> xr.Dataset:
+    """Errors, error bars, MAC and seconds of the models on a pair, (tooth_model,); numbers of the reference."""
+    import xarray as xr
 
-
-def pair_errors(scene: Scene) -> dict:
-    """Errors, error bars, MAC and seconds of the models on a pair, lists; numbers of the reference."""
     solid = replace(scene, effects=(ToothBending(model="solid"), GearBody(), Hertz()))
     reference = reference_scene(solid, ACCURACY)
     exact, again = simulate(reference, outputs=OUTPUTS), _finest_cycle(reference)
-    bare = finest_level(reference)
-    found: dict[str, list[float]] = {}
-    for effects in MODELS.values():
-        row = _model_errors(scene, effects, (reference, exact), (bare, again))
-        for name, value in row.items():
-            found.setdefault(name, []).append(value)
-    flanks = meshed_flanks(reference)
-    return found | {
-        "reference_seconds": sum(flank.attrs["seconds"] for flank in flanks),
-        "reference_error": max(flank.error for flank in flanks),
-        "reference_level": max(flank.attrs["level"] for flank in flanks),
+    bare, flanks = finest_level(reference), meshed_flanks(reference)
+    rows = [_model_errors(scene, effects, (reference, exact), (bare, again)) for effects in MODELS.values()]
+    of_models = {name: ("tooth_model", np.array([row[name] for row in rows])) for name in rows[0]}
+    of_reference = {
+        "reference_seconds": float(sum(flank.attrs["seconds"] for flank in flanks)),
+        "reference_error": float(max(flank.error for flank in flanks)),
+        "reference_level": float(max(flank.attrs["level"] for flank in flanks)),
     }
+    return xr.Dataset({"scene": scene.to_toml(), **of_models, **of_reference}, coords={"tooth_model": list(MODELS)})
 
 
 def _finest_cycle(reference: Scene) -> xr.Dataset:

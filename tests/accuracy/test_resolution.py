@@ -17,7 +17,7 @@ from gearbench.scene import Resolution, Scene
 from gearbench.simulation import simulate
 from gearbench.solution import solve_scene
 from studies.s05_tooth_models.pairs import draw, in_use
-from tests.support.default_curves import HIGHEST, converged, judge, missed, misses
+from tests.support.default_curves import HIGHEST, converged, drawn_scenes, missed, misses
 from tests.support.paths import ROOT
 
 GEARS = sorted(path.stem for path in (ROOT / "examples" / "gears").glob("*.toml"))
@@ -56,8 +56,8 @@ def test_wide_flanks_that_touch_all_along_have_the_nodes_that_their_teeth_need()
 @pytest.mark.slow
 def test_default_settings_resolve_modified_pairs_that_nobody_tuned_for(tmp_path):
     """A fifth of the scenes of ``support/default_curves.py``; on a bilinear grid each of its lines is a kink."""
-    rows = dict(judge(tmp_path, 73, 5))
-    held = {name: missed(row) <= 1.0 for name, row in rows.items()}
+    some = islice(drawn_scenes(tmp_path, 73), None, None, 5)
+    held = {name: missed(scene, converged(scene)) <= 1.0 for name, scene in some}
     smooth = [found for name, found in held.items() if not name.endswith("grid")]
     assert np.mean(smooth) >= 0.92
     assert np.mean(list(held.values())) >= 0.87

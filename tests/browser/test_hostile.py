@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from gearbench.explore.bench.session import example
-from gearbench.explore.scripts import text_of
+from gearbench.explore.look import text_of
 from gearbench.optimisation.study_file import read_study
 from gearbench.optimisation.variables import Variable
 from gearbench.results.netcdf import save

@@ -211,27 +211,23 @@ def test_bad_input_is_one_line_and_exit_code_2(run, tmp_path, old, new, key, say
 
 
 @pytest.mark.parametrize("kind", ["missing", "folder", "binary"])
-def test_unreadable_files(run, tmp_path, kind):
+def test_unreadable_files(refused, tmp_path, kind):
     scene = tmp_path / "scene.toml"
     if kind == "folder":
         scene.mkdir()
     if kind == "binary":
         scene.write_bytes(b"\xff\xfe\x00")
-    code, _, err = run("simulate", scene)
-    assert code == 2
-    assert err.count("\n") == 1
+    err = refused("simulate", scene)
     assert str(scene) in err
 
 
 @pytest.mark.parametrize("command", ["simulate", "robust"])
 @pytest.mark.parametrize("where", ["no/such/folder/out.nc", "."])
-def test_outputs_that_cannot_be_written_are_refused_before_computing(run, tmp_path, command, where, monkeypatch):
+def test_outputs_that_cannot_be_written_are_refused_before_computing(refused, tmp_path, command, where, monkeypatch):
     import gearbench.contact.solver
 
     monkeypatch.setattr(gearbench.contact.solver, "solve", lambda *_: pytest.fail("computed"))
-    code, _, err = run(command, EXAMPLES / "gear55_robust.toml", "-o", tmp_path / where)
-    assert code == 2
-    assert err.count("\n") == 1
+    refused(command, EXAMPLES / "gear55_robust.toml", "-o", tmp_path / where)
 
 
 def test_results_are_not_written_under_the_name_of_another_format(run, tmp_path):

@@ -42,12 +42,9 @@ def test_response_writes_dataset_plots_and_sound(run, tmp_path):
         ("0", "speed = 0: must be positive"),
     ],
 )
-def test_speeds_that_cannot_be_are_one_line(run, tmp_path, speed, line):
+def test_speeds_that_cannot_be_are_one_line(refused, tmp_path, speed, line):
     (tmp_path / "s.toml").write_text(spur_scene({}).to_toml())
-    code, _, err = run("response", tmp_path / "s.toml", "--speed", speed)
-    assert code == 2
-    assert line in err
-    assert err.count("\n") == 1
+    assert line in refused("response", tmp_path / "s.toml", "--speed", speed)
 
 
 @pytest.mark.parametrize(

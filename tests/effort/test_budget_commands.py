@@ -97,7 +97,7 @@ def test_memory_of_a_revolution(system):
 
 def test_memory_of_a_response_with_loss_of_contact():
     scene = spur_scene({"damping_ratio": 0.1}, **COARSE)
-    each = grows(lambda n: nonlinear_response(scene, speed=SPEEDS(n), harmonics=3), 40, 140)
+    each = grows(lambda n: nonlinear_response(scene, speed=SPEEDS(n), harmonics=3), 20, 60)
     assert each < nonlinear_memory(max(STEPS, PER_ORDER * 3), 3, 0, 1) < 2 * each
 
 

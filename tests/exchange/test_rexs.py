@@ -11,8 +11,8 @@ from gearbench.errors import InputError
 from gearbench.exchange import rexs_document
 from gearbench.exchange.rexs import find_stage, read_rexs, scene_of, stage_scene, stages
 from gearbench.exchange.rexs_document import read_document
-from gearbench.library.iso6336 import norm_stiffness
 from gearbench.simulation import simulate
+from tests.support.iso6336 import norm_stiffness
 from tests.support.paths import DATA
 
 SEW = DATA / "sew_3_stage_cylindrical_gearbox_1.0.rexs"

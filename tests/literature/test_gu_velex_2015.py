@@ -8,9 +8,9 @@ from gearbench.contact.phases import gauss_phases
 from gearbench.effects.hertz import Hertz
 from gearbench.geometry.action import contact_lines
 from gearbench.geometry.pair import Member, Pair
-from gearbench.library.guvelex2015 import relative_stiffness
 from gearbench.scene import Load, Resolution, Scene
 from gearbench.simulation import simulate
+from tests.support.gu_velex_2015 import relative_stiffness
 
 
 def pair(helix_angle: float, face_width: float) -> Pair:

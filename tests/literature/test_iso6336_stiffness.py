@@ -5,7 +5,7 @@ import math
 import pytest
 
 from gearbench.geometry.pair import Member, Pair
-from gearbench.library.iso6336 import norm_stiffness
+from tests.support.iso6336 import norm_stiffness
 
 EXAMPLE_1 = Pair(
     normal_module=8.0, helix_angle=15.8, face_width=100.0, centre_distance=500.0,

@@ -150,8 +150,8 @@ def test_every_variable_of_a_generation_is_proven(search, tmp_path, monkeypatch)
     copy = Path(shutil.copytree(folder, tmp_path / "damaged"))
     with Store(copy, SEARCH, resume=True) as store:
         assert store.read(2, asked) is not None
-        for number, name in enumerate(map(str, dataset.variables)):
-            if number % 2:
+        for name in ("code", "violation", "reason", "teeth", "transmission_error_rms_std"):
+            if name == "reason":
                 changed(dataset, name).to_netcdf(store.path(2), engine="h5netcdf")
             else:
                 save(changed(dataset, name), store.path(2))

@@ -177,10 +177,6 @@ def kill_and_resume(
     assert in_time >= count // 3
 
 
-def test_kill_at_random_moments_and_resume(tmp_path):
-    kill_and_resume(2, STUDY, tmp_path, 1)
-
-
 @pytest.mark.slow
 def test_many_kills_and_as_many_identical_results(tmp_path):
     kill_and_resume(many(30), STUDY, tmp_path, 2, "--threads", "2")

@@ -85,7 +85,7 @@ def test_the_same_compliance_moves_nothing(designs, plate_for_finite_elements):
 
 
 def test_one_model_for_each_macro_geometry(designs, plate_for_finite_elements):
-    found = verify(designs, numbers=np.flatnonzero(designs.dataset["feasible"].values).tolist(), threads=1)
+    found = verify(designs, numbers=np.flatnonzero(designs.dataset["feasible"].values)[:8].tolist(), threads=1)
     names = ("teeth", "addendum", "pair.helix_angle")
     pairs = {tuple(float(found[name][i]) for name in names) for i in range(found.sizes["design"])}
     assert found.attrs["macro_geometries"] == len(pairs) < found.sizes["design"]
@@ -209,8 +209,6 @@ def test_command(stored, tmp_path, monkeypatch, run, plate_for_finite_elements):
         (["{folder}"], "no front.nc"),
     ],
 )
-def test_bad_input_is_one_line(stored, tmp_path, run, arguments, message):
-    code, _, err = run("verify", *(a.format(stored=stored, folder=tmp_path) for a in arguments))
-    assert code == 2
-    assert err.count("\n") == 1
+def test_bad_input_is_one_line(stored, tmp_path, refused, arguments, message):
+    err = refused("verify", *(a.format(stored=stored, folder=tmp_path) for a in arguments))
     assert message in err

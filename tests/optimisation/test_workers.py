@@ -173,26 +173,26 @@ def test_a_design_that_ends_its_workers_is_named_by_its_values(monkeypatch):
         dict(evaluations(some, STUDY, DESIGNS))
 
 
-def test_workers_end_with_the_process_that_started_them(tmp_path):
+@pytest.mark.parametrize("how", [signal.SIGKILL, pytest.param(signal.SIGINT, marks=pytest.mark.slow)])
+def test_workers_end_with_the_process_that_started_them(how):
     code = (
         "import os, time\nfrom gearbench.optimisation.workers import open_workers\n"
         "from tests.optimisation.test_workers import warm, where\n"
         "some = open_workers(threads=2, after=0.0)\nwarm(some)\n"
         "print(*{process for _, (process, _) in some.map(where, range(9))}, flush=True)\ntime.sleep(60)\n"
     )
-    for how in (signal.SIGKILL, signal.SIGINT):
-        with subprocess.Popen(
-            [sys.executable, "-c", code], cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
-        ) as parent:
-            assert parent.stdout is not None
-            children = [int(number) for number in parent.stdout.readline().split()]
-            assert children
-            parent.send_signal(how)
-            parent.wait(20)
-        deadline = time.monotonic() + 20
-        while any(Path(f"/proc/{child}").exists() for child in children):
-            assert time.monotonic() < deadline
-            time.sleep(0.1)
+    with subprocess.Popen(
+        [sys.executable, "-c", code], cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+    ) as parent:
+        assert parent.stdout is not None
+        children = [int(number) for number in parent.stdout.readline().split()]
+        assert children
+        parent.send_signal(how)
+        parent.wait(20)
+    deadline = time.monotonic() + 20
+    while any(Path(f"/proc/{child}").exists() for child in children):
+        assert time.monotonic() < deadline
+        time.sleep(0.1)
 
 
 # -- the same code -----------------------------------------------------------------------------------------------------

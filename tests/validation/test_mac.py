@@ -30,17 +30,6 @@ def with_teeth(number: int, **teeth: object):
     return replace(case(number), effects=(ToothBending(**teeth), Hertz()))
 
 
-def test_mac_of_a_shape_with_itself_is_one():
-    shapes = np.random.default_rng(1).normal(size=(40, 5))
-    assert_allclose(mac(shapes, shapes), 1, rtol=1e-14)
-
-
-def test_mac_of_orthogonal_shapes_is_zero():
-    x = np.linspace(0, 2 * np.pi, 101)[:-1]
-    waves = np.stack([np.sin(x), np.cos(x), np.sin(2 * x)], axis=1)
-    assert_allclose(mac(waves, np.roll(waves, 1, axis=1)), 0, atol=1e-28)  # square of a rounded inner product
-
-
 def test_mac_does_not_see_scale_or_sign():
     rng = np.random.default_rng(2)
     a, b = rng.normal(size=(2, 30, 4))

@@ -16,9 +16,8 @@ from gearbench.explore.bench.answers import NOT_SWEPT
 from gearbench.explore.bench.form import Group, form
 from gearbench.explore.gear import GearPanel
 from gearbench.explore.gear_data import ORDERS, Tables
-from gearbench.explore.look import HEIGHT, INK, PALETTE, chart, fitted, fixed
+from gearbench.explore.look import HEIGHT, INK, PALETTE, chart, fitted, fixed, script, text_of
 from gearbench.explore.page import answer_data
-from gearbench.explore.scripts import script, text_of
 from gearbench.scene import Scene
 
 #: Variants kept at most: as many as have colours of their own.

@@ -14,8 +14,8 @@ from gearbench.explore.bench.page import BenchPage
 from gearbench.explore.conversation import Conversation
 from gearbench.explore.gear import OVERLAID
 from gearbench.explore.gear_data import tables
+from gearbench.explore.look import text_of
 from gearbench.explore.model import Picture, outline, picture, scattered
-from gearbench.explore.scripts import text_of
 from gearbench.explore.static import as_file
 from gearbench.scene import Scene
 from gearbench.scene_file import parse_scene
