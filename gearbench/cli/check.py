@@ -57,7 +57,7 @@ def describe(path: Path) -> str:
         If it is not whole, or nothing that gearbench reads.
     """
     from gearbench.errors import InputError, naming
-    from gearbench.exchange.rexs_document import is_rexs
+    from gearbench.exchange import is_rexs
     from gearbench.files import is_sealed, read_bytes
     from gearbench.netcdf_bytes import is_netcdf
     from gearbench.results.netcdf import DIGEST

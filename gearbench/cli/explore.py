@@ -115,7 +115,7 @@ def _scenes(results: list[Path], stage: str | None) -> list[Scene]:
 def _scene(path: Path, stage: str | None) -> Scene | None:
     """The scene of a scene file, of a stage of a REXS file or of a result of one gear; None of a study."""
     from gearbench.cli.rexs import load_any
-    from gearbench.exchange.rexs_document import is_rexs
+    from gearbench.exchange import is_rexs
 
     if path.suffix.lower() == ".toml" or is_rexs(path):
         return load_any(path, stage)[0]

@@ -49,7 +49,7 @@ def plan(
 
 
 def _is_study(path: Path) -> bool:
-    from gearbench.exchange.rexs_document import is_rexs
+    from gearbench.exchange import is_rexs
     from gearbench.schema import read_toml
 
     return not is_rexs(path) and "objectives" in read_toml(path)

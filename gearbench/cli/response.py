@@ -158,7 +158,8 @@ def _kind(
 
 def _load(path: Path, stage: str | None, torque: float | None, load_case: int | None) -> tuple[Scene, tuple[str, ...]]:
     """Scene of a file; of a REXS file with its shafts."""
-    from gearbench.exchange.rexs_document import is_rexs, read_document
+    from gearbench.exchange import is_rexs
+    from gearbench.exchange.rexs_document import read_document
 
     if not is_rexs(path):
         return load_any(path, stage, torque, load_case)

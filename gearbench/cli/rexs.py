@@ -49,7 +49,7 @@ def load_any(
         If there is none, or an option for REXS files is given with a TOML file.
     """
     from gearbench.errors import InputError
-    from gearbench.exchange.rexs_document import is_rexs
+    from gearbench.exchange import is_rexs
 
     if is_rexs(path):
         from gearbench.exchange.rexs import find_stage, scene_of, stage_scene

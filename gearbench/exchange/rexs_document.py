@@ -16,16 +16,13 @@ from types import MappingProxyType
 from xml.etree.ElementTree import Element, TreeBuilder
 
 from gearbench.errors import InputError
+from gearbench.exchange import JSON, PACKED, PLAIN
 from gearbench.exchange.rexs_json import parse_json
 from gearbench.exchange.rexs_units import LENGTH, Dimension
 
 VERSIONS = tuple(f"1.{minor}" for minor in range(8))
 #: Other spellings of versions in files of the first years.
 _SPELLINGS = MappingProxyType({"1.00": "1.0", "1.10": "1.1"})
-#: Ends of names: XML, JSON and packed (REXS 1.5, file formats).
-PLAIN = (".rexs", ".rexs.xml")
-JSON = (".rexsj", ".rexs.json")
-PACKED = (".rexsz", ".rexs.zip")
 #: Largest size of the text [bytes].
 LARGEST = 50_000_000
 
@@ -160,11 +157,6 @@ def read_document(path: str | Path) -> RexsDocument:
         raise InputError("", (error.strerror or str(error)).lower(), "must be a REXS file", str(path)) from None
     except Exception as error:  # XML, JSON and ZIP readers say it with any of them
         raise InputError("", "damaged", f"must be a REXS file ({error})", str(path)) from None
-
-
-def is_rexs(path: str | Path) -> bool:
-    """Whether the name of a file says that it is REXS."""
-    return str(path).lower().endswith((*PLAIN, *JSON, *PACKED))
 
 
 def children(element: Element, tag: str) -> Iterator[Element]:

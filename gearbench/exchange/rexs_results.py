@@ -17,8 +17,9 @@ from typing import TYPE_CHECKING
 from xml.etree.ElementTree import Element, SubElement, tostring
 
 from gearbench.errors import InputError
+from gearbench.exchange import PACKED, PLAIN
 from gearbench.exchange.rexs import Stage
-from gearbench.exchange.rexs_document import PACKED, PLAIN, RexsDocument, children
+from gearbench.exchange.rexs_document import RexsDocument, children
 from gearbench.files import check_target, write_bytes
 
 if TYPE_CHECKING:

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from gearbench.errors import InputError
+from gearbench.exchange import is_rexs
 from gearbench.exchange.rexs import read_rexs, stages
-from gearbench.exchange.rexs_document import is_rexs, read_document
+from gearbench.exchange.rexs_document import read_document
 from gearbench.exchange.rexs_results import write_results
 from gearbench.exchange.rexs_system import system_scene
 from gearbench.scene import Resolution

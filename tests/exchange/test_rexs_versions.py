@@ -10,8 +10,9 @@ from dataclasses import replace
 import pytest
 
 from gearbench.errors import InputError
+from gearbench.exchange import is_rexs
 from gearbench.exchange.rexs import read_rexs
-from gearbench.exchange.rexs_document import is_rexs, read_document
+from gearbench.exchange.rexs_document import read_document
 from tests.support.paths import DATA
 
 #: One stage in the dialect of REXS 1.6.

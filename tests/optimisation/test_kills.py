@@ -39,7 +39,7 @@ RACING = replace(STUDY, robustness=Robustness(samples=256, racing=True))
 WAITING = "; waiting up to 10 min\n"
 
 NURSERY = """
-import functools, os, random, sys, time
+import functools, os, sys
 from gearbench import read_study, optimise
 from gearbench.cli import main
 from gearbench.optimisation import run, workers
@@ -48,19 +48,13 @@ study = read_study(sys.argv[1])
 run.open_workers = functools.partial(workers.open_workers, after=float(sys.argv[2]))
 optimise(study, threads=1)
 
-def jumping(seed):
-    now, rng = time.time, random.Random(seed)
-    return lambda: now() + rng.uniform(-1e7, 1e7)
-
 print("ready", flush=True)
 for line in iter(sys.stdin.readline, ""):
-    folder, clock, *more = line.split()
+    folder, *more = line.split()
     child = os.fork()
     if child == 0:
         os.dup2(os.open(folder + ".err", os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), 2)
         os.dup2(2, 1)
-        if clock != "steady":
-            time.time = jumping(clock)
         sys.argv = ["gearbench", "optimise", sys.argv[1], "-o", folder, "--resume", "-q", *more]
         main()
     print(child, flush=True)
@@ -84,9 +78,9 @@ class Nursery:
         self.process.stdin.flush()
         return int(self.process.stdout.readline())
 
-    def start(self, folder: Path, *more: str, clock: str = "steady") -> int:
+    def start(self, folder: Path, *more: str) -> int:
         """Begin or resume a search in ``folder``; its process."""
-        return self._answer(" ".join([str(folder), clock, *more]))
+        return self._answer(" ".join([str(folder), *more]))
 
     def end(self) -> int:
         """Exit code of the search, the number of the signal that killed it less than zero."""
@@ -108,9 +102,9 @@ def nursery(study: OptimisationStudy, folder: Path, after: float = AFTER) -> Ite
         process.kill()
 
 
-def end_at(nest: Nursery, folder: Path, moment: float, how: signal.Signals, *more: str, clock: str) -> bool:
+def end_at(nest: Nursery, folder: Path, moment: float, how: signal.Signals, *more: str) -> bool:
     """Send a signal to a new search at some moment; whether it was still running."""
-    child = nest.start(folder, *more, clock=clock)
+    child = nest.start(folder, *more)
     time.sleep(moment)
     os.kill(child, how)  # one that has ended is waited for only after this
     code = nest.end()
@@ -150,7 +144,7 @@ def assert_as_if_nothing_had_happened(folder: Path, expected: xr.Dataset) -> Non
 def kill_and_resume(
     count: int, study: OptimisationStudy, tmp_path: Path, seed: int, *more: str, after: float = AFTER
 ) -> None:
-    """Kill and interrupt searches, twice in a row at times; clocks jump and bits flip; each is resumed to its end."""
+    """Kill and interrupt searches, twice in a row at times; bits flip; each is resumed to its end."""
     rng, expected = random.Random(seed), optimise(study, threads=1)
     with nursery(study, tmp_path, after) as nest:
         began = time.monotonic()
@@ -161,12 +155,10 @@ def kill_and_resume(
         in_time = 0
         for i in range(count):
             folder = tmp_path / str(i)
-            # dask gives up on workers that it starts while the clock jumps
-            clock = "steady" if i % 3 or "--scheduler" in more else str(i)
             how = (signal.SIGKILL, signal.SIGINT, signal.SIGKILL, signal.SIGTERM)[i % 4]
-            ended = end_at(nest, folder, rng.uniform(0.0, duration), how, *more, clock=clock)
+            ended = end_at(nest, folder, rng.uniform(0.0, duration), how, *more)
             if ended and i % 5 == 0:
-                end_at(nest, folder, rng.uniform(0.0, duration / 2), how, *more, clock="steady")
+                end_at(nest, folder, rng.uniform(0.0, duration / 2), how, *more)
             if ended and i % 2:
                 flip_a_bit(folder, rng)
             in_time += ended
