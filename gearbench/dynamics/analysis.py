@@ -121,7 +121,9 @@ def over_speed(model: LinearModel, speeds: NDArray, harmonics: int) -> Variables
     # order zero is what shifts the mean between parallel paths
     mean = model.force + np.real(force[:, 0])
     te, force, shaken = (np.moveaxis(values[:, 1:], 1, -1) for values in (te, force, shaken))
-    vibration = Vibration(index=index, omega=found.omega[:, 1:], mean=mean, force=force, shaken=shaken)
+    vibration = Vibration(
+        harmonics=harmonics, index=index, omega=found.omega[:, 1:], mean=mean, force=force, shaken=shaken
+    )
     many = waves.points(harmonics)
     peak, least = (mean + sign * waves.highest(sign * force, index, many) for sign in (1, -1))
     own, dims = _of_own_frequency(model, harmonics), ("speed", "mesh", "harmonic")

@@ -16,6 +16,10 @@ if TYPE_CHECKING:
 
 #: Modes with a smaller share in the compliance of a mesh are not drawn.
 SHOWN = 0.01
+#: Modes in a figure, share of the energy of a mode from which a part is named, and columns of a waterfall.
+PANELS, LEAST_SHARE, BINS = 6, 0.05, 500
+#: Share of the width of a figure that the name of an order takes.
+ROOM = 0.09
 
 
 def draw_response(dataset: xr.Dataset, folder: Path) -> list[Path]:
@@ -23,19 +27,24 @@ def draw_response(dataset: xr.Dataset, folder: Path) -> list[Path]:
 
     ``force_…`` the dynamic factor, the RMS of the mesh force and of the dynamic transmission error over speed,
     ``orders_…`` the amplitude of every order over speed, ``campbell_…`` orders and the modes they meet over speed,
-    coloured by the mesh force, ``bearings_…`` the forces on the bearings over speed; ``bands_…`` the orders of a
-    revolution; ``scatter`` the percentiles over error samples.
+    coloured by the mesh force, ``waterfall_…`` the mesh force over frequency and speed, ``bearings_…`` and
+    ``housing_…`` forces on the bearings and motion of points of the housing over speed; ``bands_…`` the orders of a
+    revolution. For all meshes together: ``modes`` the shapes of the shafts and energies of the parts, ``ripples`` the
+    mesh forces that ripples make, ``scatter`` the percentiles over error samples.
     """
     if "percentile" in dataset.dims:
         write(_scatter, dataset, folder / "scatter.png")
         return [folder / "scatter.png"]
     kinds: tuple[tuple[str, Any], ...] = (("force", _force),)
+    whole: tuple[tuple[str, Any], ...] = ()
     if "order" in dataset.dims:
         kinds = (*kinds, ("bands", _bands))
     elif "sweep" not in dataset.dims and dataset.sizes["speed"] > 1:
-        kinds = (*kinds, ("orders", _orders), ("campbell", _campbell))
-        if "bearing" in dataset.dims:
-            kinds = (*kinds, ("bearings", _bearings))
+        kinds = (*kinds, ("orders", _orders), ("campbell", _campbell), ("waterfall", _waterfall))
+        kinds += (("bearings", _bearings),) if "bearing" in dataset.dims else ()
+        kinds += (("housing", _housing),) if "point" in dataset.dims else ()
+        whole = (("modes", _modes),) if dataset.get("shaft_mode_shape", np.empty(0)).size else ()
+        whole += (("ripples", _ripples),) if "ripple" in dataset.dims else ()
     written = []
     if "mode_kind" in dataset:  # one set for all meshes, and the mesh that carries most
         of_set = [("modes", draw_modes), ("sharing", draw_sharing), ("bearings", _bearings)]
@@ -46,12 +55,10 @@ def draw_response(dataset: xr.Dataset, folder: Path) -> list[Path]:
         kinds = tuple(each for each in kinds if each[0] != "bearings")
         dataset = dataset.isel(mesh=[int(np.argmax(dataset["dynamic_factor"].max("speed").fillna(0.0).values))])
     meshes = file_parts([str(mesh) for mesh in dataset["mesh"].values])
-    for number, mesh in enumerate(meshes):
-        one = dataset.isel(mesh=number)
-        for name, draw in kinds:
-            path = folder / f"{name}_{mesh}.png"
-            write(draw, one, path)
-            written.append(path)
+    drawn = [(f"{name}_{mesh}", draw, dataset.isel(mesh=k)) for k, mesh in enumerate(meshes) for name, draw in kinds]
+    for name, draw, one in (*drawn, *((name, draw, dataset) for name, draw in whole)):
+        written.append(folder / f"{name}.png")
+        write(draw, one, written[-1])
     return written
 
 
@@ -94,17 +101,109 @@ def _orders(figure: Any, one: xr.Dataset) -> str:
 
 def _bearings(figure: Any, one: xr.Dataset) -> str:
     """RMS of all orders and directions of each bearing."""
+    squares = (one["bearing_force_amplitude"] ** 2).sum(["direction", "harmonic"], skipna=False)
+    squares = squares.sum("mesh", skipna=False) if "mesh" in squares.dims else squares
+    name, largest, at = _felt(figure, squares, "bearing", "RMS of the force on the bearing [N]")
+    return f"bearing {name} feels the most, {largest:.3g} N at {at:.4g} 1/min"
+
+
+def _housing(figure: Any, one: xr.Dataset) -> str:
+    """RMS of all orders at each point of the housing."""
+    unit = one["housing_amplitude"].attrs["units"]
+    squares = (one["housing_amplitude"] ** 2).sum("harmonic")
+    name, largest, at = _felt(figure, squares, "point", f"RMS at the point [{unit}]")
+    return f"point {name} has the most, {largest:.3g} {unit} at {at:.4g} 1/min"
+
+
+def _felt(figure: Any, squares: xr.DataArray, dim: str, label: str) -> tuple[str, float, float]:
+    """One curve over speed for each label along ``dim``; the largest, and where it is."""
     axes, found = figure.subplots(), {}
-    for name in one["bearing"].values:
-        squares = (one["bearing_force_amplitude"].sel(bearing=name) ** 2).sum(["direction", "harmonic"], skipna=False)
-        squares = squares.sum("mesh", skipna=False) if "mesh" in squares.dims else squares
-        rms = np.sqrt(squares.values / 2)
-        axes.plot(one["speed"], rms, label=str(name))
-        found[name] = peak(rms, one["speed"].values)
-    axes.set(xlabel="speed of the pinion [1/min]", ylabel="RMS of the force on the bearing [N]")
+    for name in squares[dim].values:
+        rms = np.sqrt(squares.sel({dim: name}).values / 2)
+        axes.plot(squares["speed"], rms, label=str(name))
+        found[str(name)] = peak(rms, squares["speed"].values)
+    axes.set(xlabel="speed of the pinion [1/min]", ylabel=label)
     legend(figure, axes.get_lines())
     name = max(found, key=lambda each: found[each])
-    return f"bearing {name} feels the most, {found[name][0]:.3g} N at {found[name][1]:.4g} 1/min"
+    return name, *found[name]
+
+
+def _ripples(figure: Any, one: xr.Dataset) -> str:
+    """Mesh force over speed that each ripple makes."""
+    force = one["ripple_mesh_force_amplitude"]
+    axes, meshes = figure.subplots(), one["mesh"].values
+    for ripple in one["ripple"].values:
+        for mesh in meshes:
+            label = str(ripple) + (f", mesh {mesh}" if len(meshes) > 1 else "")
+            axes.semilogy(one["speed"], force.sel(ripple=ripple, mesh=mesh), label=label)
+    axes.set(xlabel="speed of the pinion [1/min]", ylabel="amplitude of the mesh force [N]")
+    legend(figure, axes.get_lines())
+    largest, at = peak(force.max(["ripple", "mesh"]).values, one["speed"].values)
+    return f"ripples make a mesh force of up to {largest:.3g} N, at {at:.4g} 1/min"
+
+
+def _modes(figure: Any, one: xr.Dataset) -> str:
+    """Shafts in the modes that the meshes feel the most, between both ends of their motion."""
+    felt = one["mode_participation"].max("mesh").values
+    chosen = np.sort(np.argsort(-felt)[:PANELS])
+    figure.set_size_inches(11, 7)
+    panels = figure.subplots(2, -(-len(chosen) // 2), squeeze=False, sharex=True).ravel()
+    shafts = list(dict.fromkeys(one["shaft"].values))
+    lines = []
+    for axes, mode in zip(panels, chosen, strict=False):
+        shape = one["shaft_mode_shape"].isel(mode=mode)
+        for place, shaft in enumerate(shafts):
+            own = shape.isel(station=np.flatnonzero(one["shaft"].values == shaft))
+            z, base = own["shaft_position"].values, -2.2 * place
+            axes.plot(z, np.full(len(z), base), color="0.6", linewidth=3)
+            axes.annotate(str(shaft), (z[0], base + 1.02), fontsize="x-small", color="0.4")
+            for number, component in enumerate(own["component"].values):
+                moved, colour = own.sel(component=component).values, f"C{number}"
+                lines += axes.plot(z, base + moved, color=colour, label=component)
+                axes.fill_between(z, base - moved, base + moved, color=colour, alpha=0.12, linewidth=0)
+        axes.set(yticks=[], ylim=(1.1 - 2.2 * len(shafts), 1.4))
+        axes.set_title(_mode_name(one, int(mode)).replace(": ", "\n"), fontsize="small")
+    for axes in panels[len(chosen) :]:
+        axes.remove()
+    for axes in panels[: len(chosen)][-(-len(panels) // 2) :]:
+        axes.set_xlabel("position on the shaft [mm]")
+    legend(figure, lines[: one.sizes["component"]], title="motion of the axis; twist as an arc on the base circle")
+    return f"the {len(chosen)} modes that the meshes feel the most, and where their strain energy is"
+
+
+def _mode_name(one: xr.Dataset, mode: int) -> str:
+    """Frequency of a mode, and the parts that hold most of its energy."""
+    kind = one["mode_kind"].values[mode] if "mode_kind" in one else f"mode {mode + 1}"
+    name = f"{kind}, {float(one['natural_frequency'][mode]):.4g} Hz"
+    if "mode_energy" not in one:
+        return name
+    share, parts = one["mode_energy"].isel(mode=mode).values, one["part"].values
+    most = [part for part in np.argsort(-share)[:2] if share[part] > LEAST_SHARE]
+    return f"{name}: " + ", ".join(f"{100 * share[part]:.0f} % {parts[part]}" for part in most)
+
+
+def _waterfall(figure: Any, one: xr.Dataset) -> str:
+    """Mesh force over frequency and speed, natural frequencies beside it."""
+    axes, force = figure.subplots(), np.nan_to_num(one["mesh_force_amplitude"].values)
+    frequency = np.multiply.outer(one["mesh_frequency"].values, one["harmonic"].values)
+    natural = one["natural_frequency"].values[one["mode_participation"].values > SHOWN]
+    # to what has modes, and the first order
+    edges = np.linspace(0.0, 1.1 * max(natural.max(initial=0.0), frequency[:, 0].max()), BINS + 1)
+    level = np.zeros((len(force), BINS + 1))
+    for row, order in np.ndindex(force.shape):
+        # from the frequency at this speed to that at the next, so that lines have no gaps
+        ends = np.searchsorted(edges, frequency[[row, min(row + 1, len(force) - 1)], order])
+        here = slice(min(ends) - 1, max(ends) + 1)
+        level[row, here] = np.maximum(level[row, here], force[row, order])
+    shown = np.log10(np.maximum(level[:, :-1], max(force.max() * 1e-4, 1e-300)))
+    image = axes.pcolormesh((edges[1:] + edges[:-1]) / 2, one["speed"], shown, cmap="viridis", shading="nearest")
+    figure.colorbar(image, ax=axes, label="log₁₀ of the mesh force [N]")
+    for f in natural:
+        axes.axvline(f, color="white", linewidth=0.6, linestyle=":")
+    axes.set(xlabel="frequency [Hz]; dotted: natural frequencies", ylabel="speed of the pinion [1/min]")
+    row, order = np.unravel_index(force.argmax(), force.shape)
+    at = f"{frequency[row, order]:.4g} Hz and {float(one['speed'][row]):.4g} 1/min"
+    return f"largest mesh force, {force.max():.3g} N, at {at}"
 
 
 def _bands(figure: Any, one: xr.Dataset) -> str:
@@ -136,9 +235,8 @@ def _campbell(figure: Any, one: xr.Dataset) -> str:
     force = one["mesh_force_amplitude"].values
     floor = max(np.nanmax(force, initial=0.0) * 1e-4, 1e-300)
     orders = one["harmonic"].values
-    felt = one["mode_participation"].values > SHOWN
+    felt = np.flatnonzero(one["mode_participation"].values > SHOWN)
     natural = one["natural_frequency"].values[felt]
-    names = one["mode_kind"].values[felt] if "mode_kind" in one else [f"mode {k + 1}" for k in range(len(natural))]
     # to what has modes, and the first order
     top = 1.1 * max(natural.max(initial=0.0), frequency.max())
     rows = np.multiply.outer(frequency, orders)
@@ -151,14 +249,16 @@ def _campbell(figure: Any, one: xr.Dataset) -> str:
         cmap="viridis",
     )
     figure.colorbar(dots, ax=axes, label="log₁₀ of the mesh force [N]")
-    for k, f in enumerate(natural):
+    for mode, f in zip(felt, natural, strict=True):
         axes.axhline(f, color="C3", linewidth=0.8)
-        axes.annotate(
-            f"{names[k]}, {f:.4g} Hz", (speed.max(), f), fontsize="x-small", color="C3", ha="right", va="bottom"
-        )
+        name = _mode_name(one, int(mode))
+        axes.annotate(name, (speed.max(), f), fontsize="x-small", color="C3", ha="right", va="bottom")
+    free = np.inf
     for n in orders:
         at = int(np.flatnonzero(n * frequency <= top)[-1]) if n * frequency.min() <= top else None
-        if at is not None:
-            axes.annotate(f"{n}", (speed[at], n * frequency[at]), fontsize="x-small", ha="right", va="bottom")
+        # no name beside the one before
+        if at is not None and speed[at] < free:
+            free = speed[at] - ROOM * np.ptp(speed) if n * frequency.max() > top else np.inf
+            axes.annotate(f"order {n}", (speed[at], n * frequency[at]), fontsize="x-small", ha="right", va="bottom")
     axes.set(xlabel="speed of the pinion [1/min]", ylabel="frequency [Hz]", ylim=(0, top))
     return f"{len(natural)} modes that the mesh feels, and the orders that meet them"

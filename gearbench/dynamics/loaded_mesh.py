@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -28,6 +29,8 @@ from gearbench.scene import Scene
 
 #: N/mm in 1 N/µm.
 PER_MICROMETRE = 1e3
+#: Coefficient of friction of the estimate.
+FRICTION = 0.05
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -161,6 +164,13 @@ class LoadedMesh:
 
     def _off_shafts(self, cycle: MeshCycle, found: Resultants) -> Flanks:
         return Flanks.off_shafts(found.force, found.stiffness, cycle.transmission_error / MICROMETRES, self.compliance)
+
+    @cached_property
+    def friction(self) -> NDArray:
+        """Estimate of the friction force across the line of action (position,) [N], which turns at the pitch point."""
+        meshing = self.scene.pair.meshing
+        ahead = np.sign(self.lines.u - meshing.pitch_point)
+        return FRICTION * math.cos(meshing.beta_b) * (self.solved.solution.force * ahead).sum(axis=(1, 2))
 
     @property
     def mean_stiffness(self) -> NDArray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -11,12 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
+from gearbench.dynamics import surroundings
 from gearbench.dynamics.balance import Excitation, receptances
-from gearbench.dynamics.loaded_mesh import LoadedMesh, loaded_mesh
+from gearbench.dynamics.loaded_mesh import FRICTION, LoadedMesh, loaded_mesh
 from gearbench.dynamics.modes import Modes, modes
 from gearbench.errors import InputError
 from gearbench.scene import Scene
 from gearbench.system.mechanics import DIRECTIONS, Mechanics, mechanics, shafts_at_rest, two_wheels
+from gearbench.system.static import Settled
 
 #: Motions of a mesh of gears on shafts: approach, tilt and bending. Two leave 5 % of the forces, three 2 %.
 ROWS = 3
@@ -50,6 +53,8 @@ class Vibration:
 
     Parameters
     ----------
+    harmonics
+        Orders of each mesh frequency.
     index
         Multiples of the mesh frequencies (order, frequency), zero left out.
     omega
@@ -62,6 +67,7 @@ class Vibration:
         What the rows of bearings of the model have (speed, bearing, 3, order).
     """
 
+    harmonics: int
     index: NDArray
     omega: NDArray
     mean: NDArray
@@ -100,6 +106,11 @@ class LinearModel(ABC):
     @abstractmethod
     def damping_ratio(self) -> float:
         """ζ of every mode."""
+
+    @property
+    def mode_damping(self) -> Sequence[tuple[float, float]]:
+        """Pairs of a frequency [Hz] and ζ of modes there, in its place."""
+        return ()
 
     @cached_property
     @abstractmethod
@@ -148,7 +159,7 @@ class LinearModel(ABC):
     @cached_property
     def modes(self) -> Modes:
         """Modes of the system with its mean mesh stiffnesses."""
-        return modes(self.mechanics, self.stiffness, self.damping_ratio)
+        return modes(self.mechanics, self.stiffness, self.damping_ratio, self.mode_damping)
 
     def rows_of(self, meshes: NDArray) -> NDArray:
         """Numbers of the rows of ``meshes`` among those of all."""
@@ -209,12 +220,16 @@ class Model(LinearModel):
         scene = self.scene
         if scene.system is not None and not scene.has_shafts:
             return two_wheels(scene.system, scene.pair)
-        box = scene.gearbox
-        settled = dict(enumerate(shafts_at_rest(box)))
+        return mechanics(scene.gearbox, self.settled, [cycle.spread for cycle in self.cycles])
+
+    @cached_property
+    def settled(self) -> tuple[Settled, ...]:
+        """Each shaft at rest."""
+        settled = dict(enumerate(shafts_at_rest(self.scene.gearbox)))
         assert self.cycles[0].on_shafts is not None
         for gear in self.cycles[0].on_shafts.gears:
             settled |= dict.fromkeys(gear.settled.structure.shafts, gear.settled)
-        return mechanics(box, tuple(settled.values()), [cycle.spread for cycle in self.cycles])
+        return tuple(settled.values())
 
     @cached_property
     def stiffness(self) -> NDArray:
@@ -226,6 +241,12 @@ class Model(LinearModel):
         """ζ of every mode."""
         assert self.scene.system is not None
         return self.scene.system.damping_ratio
+
+    @property
+    def mode_damping(self) -> Sequence[tuple[float, float]]:
+        """Pairs of a frequency [Hz] and ζ of modes there, in its place."""
+        assert self.scene.system is not None
+        return self.scene.system.mode_damping
 
     @cached_property
     def groups(self) -> tuple[Group, ...]:
@@ -268,18 +289,33 @@ class Model(LinearModel):
         return vibration.shaken
 
     def further(self, vibration: Vibration, speeds: NDArray) -> Variables:
-        """None: meshes and bearings are all there is."""
-        return {}
+        """Friction, shafts at rest, and their answer to ripples."""
+        found: Variables = {"friction_force_amplitude": (("mesh", "harmonic"), self.friction(vibration.harmonics))}
+        if not self.scene.has_shafts:
+            return found
+        at_rest = surroundings.at_rest(self.scene.gearbox, self.settled)
+        return found | at_rest | surroundings.of_ripples(self, speeds)
+
+    def friction(self, harmonics: int) -> NDArray:
+        """Estimate of the amplitudes of the friction force of each mesh (mesh, order 1 … H) [N]."""
+        orders = (cycle.waves(2 * harmonics)[1 : harmonics + 1] @ cycle.friction for cycle in self.cycles)
+        return 2 * np.abs(np.array(list(orders)))
 
     @property
     def coords(self) -> dict[str, Any]:
-        """None."""
-        return {}
+        """Gears, parts and shafts by name."""
+        return surroundings.coords(self) if self.scene.has_shafts else {}
 
     def of_modes(self, which: NDArray) -> Variables:
-        """None."""
-        return {}
+        """Energies of the parts, and shapes of the shafts."""
+        return surroundings.of_modes(self, which) if self.scene.has_shafts else {}
 
     def remarks(self, speeds: NDArray) -> list[str]:
-        """None."""
-        return []
+        """Size of friction, and what ripples leave out."""
+        lines, largest = [], self.friction(1)[:, 0]
+        for name, force, mean in zip(self.names, largest, self.force, strict=True):
+            size = f"{force:.3g} N at the mesh frequency, {100 * force / mean:.2g} % of the mean force"
+            lines.append(f"mesh {name}: friction (coefficient {FRICTION}) acts across the line of action with {size}; it is left out")  # fmt: skip  # noqa: E501
+        if self.scene.has_shafts and len(self.modes.push):
+            lines.append("ripples meet meshes of their mean stiffness, and are not part of the mesh forces and peaks")
+        return lines

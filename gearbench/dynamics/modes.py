@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,11 +25,15 @@ class Modes:
     frequency
         ω_r (mode,) [rad/s], ascending; 0 for rigid bodies.
     damping_ratio
-        ζ of every mode.
+        ζ (mode,).
+    shape
+        φ_r of unit modal mass, all motions of the system (n, mode).
     mesh, spin
         a_m · φ_r of the rows of the meshes (row, mode), and of their transmission errors (mesh, mode).
     bearing
         Force on the bearings per mode (bearing, 3, mode).
+    push
+        Work of the ripples per mode (ripple, mode).
     dampers
         Rows of the viscous dampers per mode (d, mode), and their constants [N·s/mm].
     stiffness
@@ -36,10 +41,12 @@ class Modes:
     """
 
     frequency: NDArray
-    damping_ratio: float
+    damping_ratio: NDArray
+    shape: NDArray
     mesh: NDArray
     spin: NDArray
     bearing: NDArray
+    push: NDArray
     dampers: tuple[NDArray, NDArray]
     stiffness: NDArray
 
@@ -53,7 +60,7 @@ class Modes:
         size = real**2 + imaginary**2
         # a rigid body has no static response
         size = np.where((r == 0) & (w == 0), 1.0, size)
-        if self.damping_ratio == 0 and (size == 0).any():
+        if (size == 0).any():
             f = r[np.argwhere(size == 0)[0, -1]] / (2 * np.pi)
             raise InputError("system.damping_ratio", 0.0, f"an order meets the mode at {f:.6g} Hz: give it damping")
         return real / size, -imaginary / size
@@ -86,12 +93,16 @@ class Modes:
 
         They answer forces ``push`` (…, row) in the ``rows`` of meshes at the frequencies ``omega`` (…,).
         """
+        return self.driven(omega, push, self.mesh[rows])
+
+    def driven(self, omega: NDArray, push: NDArray, rows: NDArray) -> tuple[NDArray, NDArray, NDArray]:
+        """The same under forces on any rows of modes (row, mode)."""
         out = np.concatenate([-self.spin, -self.mesh, self.bearing.reshape(-1, len(self.frequency))]).T
         w, forces = omega.ravel(), push.reshape(-1, len(rows))
         found = np.empty((len(w), out.shape[1]), dtype=complex)
         for here in in_blocks(len(w), len(self.frequency)):
             real, imaginary = self._dynamic(w[here])
-            g, load = real + 1j * imaginary, forces[here] @ self.mesh[rows]
+            g, load = real + 1j * imaginary, forces[here] @ rows
             dampers, constants = self.dampers
             if len(constants):
                 damping = (1j * w[here, None] * constants)[..., None]
@@ -117,7 +128,9 @@ def _summed(left: NDArray, g: tuple[NDArray, NDArray], right: NDArray) -> NDArra
     return (real @ both + 1j * (imaginary @ both)).reshape(*real.shape[:-1], len(left), len(right))
 
 
-def modes(mechanics: Mechanics, stiffness: NDArray, damping_ratio: float) -> Modes:
+def modes(
+    mechanics: Mechanics, stiffness: NDArray, damping_ratio: float, by_mode: Sequence[tuple[float, float]] = ()
+) -> Modes:
     """Modes of M, K + aᵀ K̄ a.
 
     Parameters
@@ -127,7 +140,9 @@ def modes(mechanics: Mechanics, stiffness: NDArray, damping_ratio: float) -> Mod
     stiffness
         K̄ of the meshes (row, row) [N/mm].
     damping_ratio
-        ζ.
+        ζ of every mode.
+    by_mode
+        Pairs of a frequency [Hz] and ζ there, in its place.
 
     Raises
     ------
@@ -163,12 +178,15 @@ def modes(mechanics: Mechanics, stiffness: NDArray, damping_ratio: float) -> Mod
     mesh[:, rigid] = 0.0
     spin = mechanics.spin @ rows
     spin[:, rigid] = 0.0
+    table = np.array([*by_mode] or [(0.0, damping_ratio)])
     return Modes(
         frequency=np.sqrt(values),
-        damping_ratio=damping_ratio,
+        damping_ratio=np.interp(np.sqrt(values) / (2 * np.pi), *table.T),
+        shape=rows,
         mesh=mesh,
         spin=spin,
         bearing=mechanics.bearing @ rows,
+        push=np.zeros((0, len(values))) if mechanics.push is None else mechanics.push @ rows,
         dampers=(mechanics.damping[0] @ rows, mechanics.damping[1]),
         stiffness=k,
     )

@@ -110,8 +110,8 @@ class Sweep:
         from gearbench.dynamics._kernels import run
 
         modes, steps = self.model.modes, self.curve.steps
-        r, zeta, reach = modes.frequency[self.kept], modes.damping_ratio, modes.mesh[np.ix_(self.rows, self.kept)]
-        state, reach = np.zeros((2, len(r))), np.ascontiguousarray(reach)
+        r, zeta = modes.frequency[self.kept], modes.damping_ratio[self.kept]
+        state, reach = np.zeros((2, len(r))), np.ascontiguousarray(modes.mesh[np.ix_(self.rows, self.kept)])
         periods, record = np.zeros(len(speeds), dtype=int), np.zeros((len(speeds), 2, len(reach), REPEATS, steps))
         rows, constants = modes.dampers
         damping = (rows[:, self.kept].T * constants) @ rows[:, self.kept]
@@ -120,7 +120,7 @@ class Sweep:
             within = max(WITHIN, math.ceil(r.max() * period / steps / RESOLVED))
             dt = period / steps / within
             free = np.vstack([free_motion(r, zeta, np.array(dt)), 1 / r])
-            most = np.clip(FADED / max(zeta * r.min() * period, 1e-12), LEAST, MOST)
+            most = np.clip(FADED / max((zeta * r).min() * period, 1e-12), LEAST, MOST)
             brake = _brake(damping, dt) if len(constants) else np.zeros((0, 0))
             limits = np.array([dt, within, most, SAME, NEAR])
             periods[k] = run(state, free, brake, reach, *self.compiled, record[k], limits)
@@ -142,12 +142,13 @@ def moving(model: Model, highest: float) -> NDArray:
         If nothing damps them, so that no motion becomes steady.
     """
     modes = model.modes
-    if modes.damping_ratio == 0:
-        raise InputError("system.damping_ratio", 0.0, "must be above 0: free motion would never fade")
     slow = np.flatnonzero((modes.frequency > 0) & (modes.frequency <= highest))
     if not len(slow):
         slow = np.flatnonzero(modes.frequency > 0)[:1]
-    return np.sort(slow[np.argsort(-modes.participation[0, slow], kind="stable")[:MODES]])
+    found = np.sort(slow[np.argsort(-modes.participation[0, slow], kind="stable")[:MODES]])
+    if (modes.damping_ratio[found] == 0).any():
+        raise InputError("system.damping_ratio", 0.0, "must be above 0: free motion would never fade")
+    return found
 
 
 @single_threaded_blas()

@@ -34,15 +34,16 @@ def is_proven(modes: Modes, rows: NDArray, stiffness: NDArray) -> bool:
         K(t) over the period (step, row, row) [N/mm].
     """
     zeta, r = modes.damping_ratio, modes.frequency
-    if zeta == 0:
+    if (zeta[r > 0] == 0).any():
         return False
     mean = modes.stiffness[np.ix_(rows, rows)]
     unit = np.sqrt(np.diag(mean))
     swing = np.linalg.norm((stiffness - mean) / unit[:, None] / unit, 2, axis=(-2, -1)).max()
-    peaks = r[(r > 0) & (modes.participation.max(axis=0) > 2 * zeta * PEAK)]
+    high = (r > 0) & (modes.participation.max(axis=0) > 2 * zeta * PEAK)
+    peaks = r[high]
     if not len(peaks):
         return False
-    near = np.multiply.outer(peaks, 1 + zeta * np.linspace(-2, 2, 17)).ravel()
+    near = (peaks * (1 + zeta[high] * np.linspace(-2, 2, 17)[:, None])).ravel()
     omega = np.concatenate([near, np.geomspace(peaks[0] / 100, 2 * peaks[-1], 200)])
     gain = unit[:, None] * modes.at_meshes(omega[omega > 0], rows) * unit
     return bool(swing * np.linalg.norm(gain, 2, axis=(-2, -1)).max() < PROVEN)
@@ -71,7 +72,7 @@ def multipliers(modes: Modes, rows: NDArray, omega: NDArray, stiffness: NDArray)
     elastic = np.flatnonzero(modes.frequency > 0)
     share = np.diag(modes.stiffness)[rows] @ (modes.mesh[np.ix_(rows, elastic)] / modes.frequency[elastic]) ** 2
     keep = np.sort(elastic[np.argsort(-share, kind="stable")[:MODES]])
-    r, zeta = modes.frequency[keep], modes.damping_ratio
+    r, zeta = modes.frequency[keep], modes.damping_ratio[keep]
     dt = 2 * np.pi / omega / stiffness.shape[1]
     kick = np.ascontiguousarray(stiffness - modes.stiffness[np.ix_(rows, rows)])
     reach, found = np.ascontiguousarray(modes.mesh[np.ix_(rows, keep)]), np.empty(len(omega))
@@ -83,7 +84,7 @@ def multipliers(modes: Modes, rows: NDArray, omega: NDArray, stiffness: NDArray)
     return found
 
 
-def free_motion(r: NDArray, zeta: float, dt: NDArray) -> NDArray:
+def free_motion(r: NDArray, zeta: NDArray, dt: NDArray) -> NDArray:
     """Motion of free modes over Δt: coefficients of (p, v) → (p, v), (4, speed, mode)."""
     damped = r * np.sqrt(1 - zeta**2)
     fade = np.exp(-zeta * r * dt)

@@ -208,6 +208,29 @@ GROUPS: Mapping[str, Mapping[str, Quantity]] = MappingProxyType(
                 "largest Floquet multiplier; stable below 1, NaN if proven otherwise",
             ),
             "bearing_load": Quantity("N", "B", "mean force of a shaft on its bearing"),
+            "friction_force_amplitude": Quantity(
+                "N", "R_n", "estimate of the friction force across the line of action, coefficient 0.05"
+            ),
+            "gear_deflection": Quantity("µm", "u", "deflection of the axis at the middle of a gear, at rest"),
+            "gear_tilt": Quantity("mrad", "φ", "tilt of the axis at the middle of a gear, at rest"),
+            "mesh_misalignment": Quantity(
+                "µm", "F_β", "misalignment over the face in the plane of action, by both axes at rest"
+            ),
+            "ripple_frequency": Quantity("Hz", "f", "frequency of a ripple"),
+            "ripple_transmission_error_amplitude": Quantity(
+                "µm", "x", "amplitude of the dynamic transmission error at the frequency of a ripple"
+            ),
+            "ripple_mesh_force_amplitude": Quantity(
+                "N", "f", "amplitude of the mesh force at the frequency of a ripple"
+            ),
+            "ripple_bearing_force_amplitude": Quantity(
+                "N", "B", "amplitude of a bearing force at the frequency of a ripple"
+            ),
+            "mode_energy": Quantity("1", "–", "share of a part in the strain energy of a mode"),
+            "shaft_mode_shape": Quantity(
+                "1", "φ_r", "motion of the axis of a shaft, and twist as an arc, relative to the largest"
+            ),
+            "shaft_position": Quantity("mm", "z", "position on the shaft"),
             "bearing_force_amplitude": Quantity("N", "B_n", "amplitude of a bearing force"),
             "bearing_force_phase": Quantity("rad", "arg B_n", "phase of a bearing force"),
             "bearing_torque_amplitude": Quantity("N·m", "M_n", "amplitude of the torque that holds a member"),

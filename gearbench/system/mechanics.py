@@ -13,13 +13,32 @@ from gearbench.errors import InputError
 from gearbench.geometry.names import PAIR
 from gearbench.geometry.pair import Pair
 from gearbench.system.gearbox import Gearbox
-from gearbench.system.schema import Disc, Seat, System
+from gearbench.system.schema import Disc, Ripple, Seat, System
 from gearbench.system.shaft_model import DENSITY, DYNAMIC_ELEMENTS, INERTIA, METRE, ShaftModel, add_disc
 from gearbench.system.static import Settled, external_load
 from gearbench.system.structure import Structure
 
 #: Directions in which the force on a bearing is given.
 DIRECTIONS = ("x", "y", "axial")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Part:
+    """A spring of a system, of any number of motions: a shaft or a bearing.
+
+    Parameters
+    ----------
+    name
+        Name in results.
+    rows
+        Its motions by those of the system (m, n).
+    stiffness
+        Matrix (m, m) of these.
+    """
+
+    name: str
+    rows: NDArray
+    stiffness: NDArray
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,6 +62,10 @@ class Mechanics:
         Of the bearings, in order.
     bearing_load
         Mean force on each (bearing, 3) [N].
+    push
+        Load of the amplitude of each ripple (ripple, n) [N, N·mm].
+    parts
+        Shafts and bearings.
     """
 
     mass: NDArray
@@ -53,6 +76,8 @@ class Mechanics:
     bearing: NDArray
     bearing_names: tuple[str, ...]
     bearing_load: NDArray = field(default_factory=lambda: np.zeros((0, 3)))
+    push: NDArray | None = None
+    parts: tuple[Part, ...] = ()
 
 
 def two_wheels(system: System, pair: Pair) -> Mechanics:
@@ -119,9 +144,11 @@ def mechanics(box: Gearbox, settled: tuple[Settled, ...], spread: Sequence[NDArr
     M, K = np.zeros((n, n)), np.zeros((n, n))
     M[:extra, :extra] = whole.assembled({k: _mass(box, k, model) for k, model in models.items()}, "mass")
     K[:extra, :extra] = whole.stiffness
-    names, rows, dampers, constants = _supports(whole, settled, K)
+    parts, dampers, constants = _supports(whole, settled, K)
+    push = []
     for number, model in models.items():
         coupling = model.shaft.coupling
+        push += [_push(ripple, model, whole.motions(number), n) for ripple in model.shaft.ripples]
         if coupling is None:
             continue
         spin = whole.starts[number] + 6 * model.node(coupling.position) + 5
@@ -130,6 +157,8 @@ def mechanics(box: Gearbox, settled: tuple[Settled, ...], spread: Sequence[NDArr
             K[np.ix_([spin, extra], [spin, extra])] += k * np.array([[1, -1], [-1, 1]])
             spin, extra = extra, extra + 1
         M[spin, spin] += coupling.inertia * INERTIA
+        for row, ripple in zip(push[len(push) - len(model.shaft.ripples) :], model.shaft.ripples, strict=True):
+            row[spin] += ripple.torque * METRE if ripple.position is None else 0.0
     mesh, spin = np.zeros((len(box.names), len(spread[0]), n)), np.zeros((len(box.names), n))
     for k, name in enumerate(box.names):
         for index in (0, 1):
@@ -142,34 +171,51 @@ def mechanics(box: Gearbox, settled: tuple[Settled, ...], spread: Sequence[NDArr
         damping=(dampers, constants),
         mesh=mesh.reshape(-1, n),
         spin=spin,
-        bearing=rows,
-        bearing_names=names,
+        bearing=np.array([part.stiffness[:3] @ part.rows for part in parts]).reshape(-1, 3, n),
+        bearing_names=tuple(part.name for part in parts),
         bearing_load=np.array(
             [force[:3] for number in models for force in settled[number].bearing_force(number)]
         ).reshape(-1, 3),
+        push=np.array(push).reshape(-1, n),
+        parts=(
+            *(
+                Part(name=model.shaft.name, rows=np.eye(n)[whole.motions(k)], stiffness=model.stiffness)
+                for k, model in models.items()
+            ),
+            *parts,
+        ),
     )
     return _without_massless(found, whole)
 
 
-def _supports(
-    whole: Structure, settled: tuple[Settled, ...], K: NDArray
-) -> tuple[tuple[str, ...], NDArray, NDArray, NDArray]:
-    """Names of the bearings, their forces per motion (bearing, 3, n), dampers; their stiffness is added to ``K``."""
-    n, names, rows, dampers, constants = len(K), [], [], [], []
+def _push(ripple: Ripple, model: ShaftModel, motions: slice, size: int) -> NDArray:
+    """Load (size,) of the amplitude of a ripple on the motions of its shaft; torque on a coupling comes later."""
+    load = np.zeros(size)
+    at, torque = ripple.position, ripple.torque * METRE
+    if at is None:
+        assert model.shaft.coupling is not None
+        at, torque = model.shaft.coupling.position, 0.0
+    load[motions] = model.rows(np.array(at), np.array([*ripple.force, 0.0, 0.0, torque]))
+    return load
+
+
+def _supports(whole: Structure, settled: tuple[Settled, ...], K: NDArray) -> tuple[list[Part], NDArray, NDArray]:
+    """The bearings, and rows and constants of dampers; the bearings' stiffness is added to ``K``."""
+    n, names, parts, dampers, constants = len(K), [], [], [], []
     for number, model in whole.shafts.items():
         mine = (support for support in whole.supports if support.shaft == number)
         for k, (support, K_b) in enumerate(zip(mine, settled[number].bearing_stiffness(number), strict=True)):
             support.add(K, K_b)
             names.append(support.bearing.name or f"{model.shaft.name} {k + 1}")
             D = support.rows @ np.eye(n)[support.index]
-            rows.append(K_b[:3] @ D)
+            parts.append(Part(name=names[-1], rows=D, stiffness=K_b))
             if support.bearing.damping:
                 dampers += list(D[:3])
                 constants += [support.bearing.damping / METRE] * 3
     for k, name in enumerate(names):
         if names.index(name) != k:
             raise InputError("system.shafts.bearings.name", name, "given twice: each name at most once")
-    return tuple(names), np.array(rows).reshape(-1, 3, n), np.array(dampers).reshape(-1, n), np.array(constants)
+    return parts, np.array(dampers).reshape(-1, n), np.array(constants)
 
 
 def _without_massless(found: Mechanics, whole: Structure) -> Mechanics:
@@ -194,6 +240,8 @@ def _without_massless(found: Mechanics, whole: Structure) -> Mechanics:
         mesh=found.mesh @ T,
         spin=found.spin @ T,
         bearing=found.bearing @ T,
+        push=None if found.push is None else found.push @ T,
+        parts=tuple(replace(part, rows=part.rows @ T) for part in found.parts),
     )
 
 

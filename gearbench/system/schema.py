@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field
@@ -143,6 +144,32 @@ class Disc:
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
+class Ripple:
+    """A force or torque on a shaft that varies with an order of its rotation, such as the torque ripple of a motor.
+
+    Parameters
+    ----------
+    order
+        Periods per revolution of the shaft.
+    torque
+        Amplitude [N·m]; on the inertia of the coupling, unless a position is given.
+    force
+        Amplitudes (x, y, axial) [N], in phase.
+    position
+        Position on the shaft [mm]; by default that of the coupling.
+    """
+
+    order: Annotated[float, Field(gt=0.0, le=1e4)]
+    torque: Annotated[float, Field(ge=0.0)] = 0.0
+    force: Vector = (0.0, 0.0, 0.0)
+    position: Position | None = None
+
+    def __post_init__(self) -> None:
+        if not self.torque and not any(self.force):
+            raise InputError("torque", 0.0, "give torque, force, or both")
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
 class Shaft:
     """A shaft; positions count from its start, in the same axial direction on all shafts.
 
@@ -157,6 +184,8 @@ class Shaft:
         default each mesh lies along x.
     gears, bearings, loads, discs
         Parts on the shaft.
+    ripples
+        Forces and torques that vary with its rotation.
     coupling
         Where torque enters or leaves; by default at the start, if a single gear needs it.
     material, density
@@ -170,6 +199,7 @@ class Shaft:
     bearings: tuple[Bearing, ...] = ()
     loads: tuple[ShaftLoad, ...] = ()
     discs: tuple[Disc, ...] = ()
+    ripples: tuple[Ripple, ...] = ()
     coupling: Coupling | None = None
     material: Material = Material()
     density: Annotated[float, Field(gt=0.0, le=30.0)] = 7.85
@@ -179,6 +209,13 @@ class Shaft:
             for number, item in enumerate(getattr(self, key)):
                 if item.position > self.length:
                     raise self._beyond(f"{key}.{number}.position", item.position)
+        for number, ripple in enumerate(self.ripples):
+            if (ripple.position or 0.0) > self.length:
+                raise self._beyond(f"ripples.{number}.position", ripple.position or 0.0)
+            if ripple.position is None and self.coupling is None:
+                raise InputError(f"ripples.{number}.position", "missing", "the shaft has no coupling: give a position")
+            if not self.gears:
+                raise InputError("ripples", "given", "need a gear on the shaft, which tells its speed")
         if self.coupling is not None and self.coupling.position > self.length:
             raise self._beyond("coupling.position", self.coupling.position)
         least = self.length / MOST_SLENDER
@@ -242,6 +279,9 @@ class System:
     ----------
     damping_ratio
         Damping ratio of every mode.
+    mode_damping
+        Damping ratios by frequency in its place: pairs of a frequency [Hz], ascending, and the ratio of a mode there;
+        linear between them, constant beyond.
     rotation
         Rotation of the pinion, seen along increasing positions.
     hand
@@ -257,6 +297,7 @@ class System:
     """
 
     damping_ratio: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.05
+    mode_damping: tuple[tuple[float, Annotated[float, Field(ge=0.0, lt=1.0)]], ...] = ()
     rotation: Literal["clockwise", "counterclockwise"] = "clockwise"
     hand: Hand = "right"
     shafts: tuple[Shaft, ...] = ()
@@ -266,6 +307,9 @@ class System:
     wheel: Wheel = Wheel()
 
     def __post_init__(self) -> None:
+        frequencies = [frequency for frequency, _ in self.mode_damping]
+        if any(b <= a for a, b in pairwise([0.0, *frequencies])):
+            raise InputError("mode_damping", frequencies, "frequencies must ascend from above 0 Hz")
         for key, items in (("shafts", self.shafts), ("meshes", self.meshes), ("bodies", self.bodies)):
             taken = {PAIR} if key == "meshes" else set()
             for number, item in enumerate(items):

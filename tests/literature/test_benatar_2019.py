@@ -62,7 +62,9 @@ def test_response_of_helical_pairs_is_linear(design):
 def test_dynamic_error_is_nearly_proportional_to_the_static_one():
     """Claim 2: below resonance the ratio of the first orders is one function of speed for all designs, to 22 %.
 
-    The static error itself varies between them by a factor of more than three.
+    The static error itself varies between them by a factor of more than three. They differ where the second order is
+    near resonance, at half its frequency, and the varying stiffness feeds it back to the first: below, 7 %. Tip circles
+    0.1 mm smaller, with less contact ratio, make 13 % of the 22 %.
     """
     ratios, static, resonance = [], [], []
     for design in range(len(DESIGNS)):
@@ -72,7 +74,10 @@ def test_dynamic_error_is_nearly_proportional_to_the_static_one():
         ratios.append(dynamic / static[-1])
         resonance.append(float(data["natural_frequency"][-1]))
     below = 0.7 * min(resonance) > SPEEDS * 24 / 60
+    quiet = 0.38 * min(resonance) > SPEEDS * 24 / 60
     assert below.sum() > 10
+    assert quiet.sum() > 10
     assert max(static) > 3 * min(static)
     for ratio in ratios[1:]:
         assert_allclose(ratio[below], ratios[0][below], rtol=0.22)
+        assert_allclose(ratio[quiet], ratios[0][quiet], rtol=0.07)

@@ -1,0 +1,126 @@
+"""Shafts and bearings around the meshes: their deflection at rest, mode shapes and energies, motion under ripples."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.geometry.names import GEARS
+from gearbench.results.cycle import MICROMETRES
+from gearbench.system.gearbox import FACE_POINTS, Gearbox
+from gearbench.system.static import Settled
+
+if TYPE_CHECKING:
+    from gearbench.dynamics.model import Model, Variables
+
+#: Components of a mode shape: motion of the axis, and twist as arc on the base circle of the first gear of the shaft.
+COMPONENTS = ("x", "y", "axial", "twist")
+#: Tilts of an axis at rest.
+TILTS = ("about x", "about y")
+#: mrad in 1 rad.
+MILLIRADIANS = 1e3
+
+
+def gear_names(box: Gearbox) -> list[str]:
+    """Names of the gears, mesh by mesh."""
+    return [f"{mesh} {GEARS[index]}" for mesh in box.names for index in (0, 1)]
+
+
+def at_rest(box: Gearbox, settled: tuple[Settled, ...]) -> Variables:
+    """Deflection of the axes at the middle of every gear, and the misalignment of its mesh that follows from them."""
+    moved, tilted, misaligned = [], [], []
+    for mesh in box.names:
+        opened = np.zeros(len(FACE_POINTS[0]))
+        for index in (0, 1):
+            number, seat = box.seats[mesh, index]
+            motion = settled[number].at(number, seat.position)
+            moved.append(MICROMETRES * motion[:3])
+            tilted.append(MILLIRADIANS * motion[3:])
+            own = settled[number].motion[settled[number].structure.motions(number)]
+            opened += box.face_rows(mesh, index, box.models[number]) @ own
+        # flanks apart at one end of the face and not at the other: the slope over half the face, twice
+        misaligned.append(2 * MICROMETRES * abs(np.polyfit(FACE_POINTS[0], opened, 1)[0]))
+    return {
+        "gear_deflection": (("gear", "direction"), np.array(moved)),
+        "gear_tilt": (("gear", "tilt"), np.array(tilted)),
+        "mesh_misalignment": (("mesh",), np.array(misaligned)),
+    }
+
+
+def of_modes(model: Model, which: NDArray) -> Variables:
+    """Strain energies of the parts, and the shapes of the shafts, of some of the modes."""
+    modes, parts, box = model.modes, model.mechanics.parts, model.scene.gearbox
+    moved = [part.rows @ modes.shape for part in parts]
+    energy = [_doubled(part.stiffness, rows) for part, rows in zip(parts, moved, strict=True)]
+    each = len(model.stiffness) // len(model.names)
+    for mesh in range(len(model.names)):
+        rows = slice(each * mesh, each * (mesh + 1))
+        energy.append(_doubled(model.stiffness[rows, rows], modes.mesh[rows]))
+    share = np.array(energy)[:, which] / modes.frequency[which] ** 2
+    shapes, start = [], 0
+    for number, shaft in enumerate(box.models):
+        own = modes.shape[start : start + shaft.size, which].reshape(len(shaft.nodes), 6, len(which))
+        first = next((at for at, (on, _) in box.seats.items() if on == number), None)
+        arc = 1.0 if first is None else abs(box.pairs[first[0]].gears[first[1]].base_radius)
+        shapes.append(own[:, [0, 1, 2, 5]] * np.array([1.0, 1.0, 1.0, arc])[:, None])
+        start += shaft.size
+    shape = np.moveaxis(np.concatenate(shapes), -1, 0)
+    return {
+        "mode_energy": (("mode", "part"), np.vstack([share, 1 - share.sum(axis=0)]).T),
+        "shaft_mode_shape": (
+            ("mode", "station", "component"),
+            shape / np.maximum(np.abs(shape).max(axis=(1, 2), keepdims=True), 1e-300),
+        ),
+    }
+
+
+def _doubled(stiffness: NDArray, rows: NDArray) -> NDArray:
+    """Twice the strain energy (mode,) of a spring whose motions in the modes are ``rows`` (m, mode)."""
+    return np.einsum("im,ij,jm->m", rows, stiffness, rows, optimize=True)
+
+
+def of_ripples(model: Model, speeds: NDArray) -> Variables:
+    """Answer to the ripples on the shafts: amplitudes at the frequency of each, the meshes as stiff as in the mean."""
+    ripples, modes = ripple_rates(model.scene.gearbox), model.modes
+    if not ripples:
+        return {}
+    omega = 2 * np.pi / 60 * np.outer(speeds, list(ripples.values()))
+    each = np.broadcast_to(np.eye(len(ripples)), (len(speeds), *[len(ripples)] * 2))
+    te, motion, bearing = modes.driven(omega, each, modes.push)
+    force = (motion @ model.stiffness.T)[..., :: len(model.stiffness) // len(model.names)]
+    dims = ("speed", "ripple")
+    return {
+        "ripple_frequency": (dims, omega / (2 * np.pi)),
+        "ripple_transmission_error_amplitude": ((*dims, "mesh"), MICROMETRES * np.abs(te)),
+        "ripple_mesh_force_amplitude": ((*dims, "mesh"), np.abs(force)),
+        "ripple_bearing_force_amplitude": ((*dims, "bearing", "direction"), np.abs(bearing)),
+    }
+
+
+def ripple_rates(box: Gearbox) -> dict[str, float]:
+    """Names of the ripples, and their frequencies over that of the pinion's rotation."""
+    return {
+        f"{shaft.name}, order {ripple.order:g}": ripple.order * abs(float(box.train.rates[shaft.name]))
+        for shaft in box.system.shafts
+        for ripple in shaft.ripples
+    }
+
+
+def coords(model: Model) -> dict[str, Any]:
+    """Coordinates of all of these."""
+    box = model.scene.gearbox
+    stations = [(shaft.shaft.name, z) for shaft in box.models for z in shaft.nodes]
+    kinds = ["shaft"] * len(box.models) + ["bearing"] * len(model.mechanics.bearing_names)
+    parts = [f"{kind} {part.name}" for kind, part in zip(kinds, model.mechanics.parts, strict=True)]
+    parts += [*(f"mesh {name}" for name in box.names)]
+    found = {
+        "gear": ("gear", gear_names(box)),
+        "tilt": ("tilt", list(TILTS)),
+        "part": ("part", [*parts, "couplings and bodies"]),
+        "shaft": ("station", [name for name, _ in stations]),
+        "shaft_position": ("station", np.array([z for _, z in stations])),
+        "component": ("component", list(COMPONENTS)),
+    }
+    return found | ({"ripple": ("ripple", list(rates))} if (rates := ripple_rates(box)) else {})
