@@ -26,7 +26,8 @@ def test_response_writes_dataset_plots_and_sound(run, tmp_path):
     data = xr.load_dataset(out, engine="h5netcdf")
     assert dict(data.sizes)["speed"] == 8
     assert {path.name for path in plots.iterdir()} == {
-        f"{name}_pair.png" for name in ("force", "orders", "campbell", "bearings")
+        "modes.png",
+        *(f"{name}_pair.png" for name in ("force", "orders", "campbell", "waterfall", "bearings")),
     }
     rate, samples = wavfile.read(wav)
     assert rate == RATE

@@ -119,8 +119,8 @@ def test_no_bearing_has_more_balls_than_can_be_counted():
 
 
 #: Designation: bore, outside; balls, their diameter, pitch diameter. All but 6309 and 6310 have the numbers of balls of
-#: a public list of fault frequencies, and to 4 % its ratios of both diameters, but for 6210 (14 %). The diameters of 6203
-#: and 6205 are those of the rig of Case Western Reserve University; there the latter has a pitch diameter of 39.04 mm.
+#: a public list of fault frequencies and, to 4 %, its ratios of both diameters, but for 6210 (14 %). The diameters of
+#: 6203 and 6205 are those of the rig of Case Western Reserve University, where 6205 has a pitch diameter of 39.04 mm.
 CATALOGUE = {
     "6203": (17, 40, 8, 6.747, 28.5),
     "6204": (20, 47, 8, 7.938, 33.5),
