@@ -289,7 +289,7 @@ class Scene:
             If it has several.
         """
         if self.train is not None and self.system is None:
-            allowed = "are for simulate without --report, sweep, robust, optimise and response: here give one"
+            allowed = "are for simulate without --report, sweep, robust, hunting, optimise, response: here give one"
             raise InputError("meshes", f"{len(self.meshes)} meshes", allowed)
         return self
 

@@ -274,6 +274,8 @@ def test_the_plan_counts_meshes_and_motions():
     made = plan(parse_scene(tables(planets=4, floating=["sun"], scatter={"pin_radial": 5.0})))
     assert [part.size for part in made.parts if part.name == "balance"] == ["8 meshes, 7 free motions"]
     assert made.parts[-1].name == "robust"
+    # a cycle for each tooth of the ring, that the planets pass
+    assert 0.01 < made.megabytes["hunting"] < 10.0
 
 
 @pytest.mark.parametrize(

@@ -13,6 +13,7 @@ from typing import Any
 
 from gearbench.effects.tooth_bending import tooth_bending
 from gearbench.scene import Resolution, Scene
+from gearbench.scene_file import scene_at
 
 #: Level of a setting: a whole number, functions in each direction, a tolerance, or the name of a basis.
 Level = int | float | tuple[int, ...] | str
@@ -84,7 +85,9 @@ def with_resolution(
 
 
 def with_effect(scene: Scene, name: str, **changes: object) -> Scene:
-    """``scene`` with an effect changed."""
+    """``scene`` with an effect changed; of a train that of all its meshes."""
+    if scene.train is not None:
+        return scene_at(scene, {f"effects.{name}.{key}": value for key, value in changes.items()})
     effects = [replace(effect, **changes) if effect.name == name else effect for effect in scene.effects]
     return replace(scene, effects=tuple(effects))
 

@@ -26,6 +26,7 @@ from gearbench.optimisation.study import OptimisationStudy
 from gearbench.robustness.montecarlo import SAMPLES
 from gearbench.scene import Scene, check_scene
 from gearbench.threads import default_threads
+from gearbench.trains.cycles import check_train_cycles, train_cycles_memory
 from gearbench.trains.solve import check_train
 from gearbench.validation.reference import reference_memory, reference_scene
 
@@ -141,7 +142,12 @@ def _train_plan(scene: Scene) -> Plan:
         parts.append(PlanPart("robust", f"samples of {of}", f"{SAMPLES} samples"))
     # phases that suit one mesh are asked of all
     different = len({round(phase, 9) for phase in scene.geometry.phases().values()})
-    return Plan(parts=tuple(parts), megabytes={"simulate": different * megabytes})
+    found = {"simulate": different * megabytes}
+    first = first_settings(scenes[0]) if scene.resolution.accuracy is not None else scenes[0]
+    positions = scene.resolution.positions or different * len(mesh_phases(first)[0])
+    with suppress(InputError):  # no cycle differs from another, or too many: the command says so itself
+        found["hunting"] = train_cycles_memory(len(scenes), positions, check_train_cycles(scene), ORDERS) / 1e6
+    return Plan(parts=tuple(parts), megabytes=found)
 
 
 def _size(effect: Effect, scene: Scene, lines: ContactLines) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 from warnings import warn
 
@@ -110,13 +110,17 @@ def _noise_floor(solved: Solved, curve: str) -> NDArray:
         solved.scene, solved.phases, solved.solution.coarse_approach, solved.solution.coarse_stiffness
     )
     values = getattr(solved.cycle, curve)
-    located = 0.0 if solved.conforming else LOCATED
-    pair = solved.scene.pair
+    cut = CUT * values.mean(axis=-1) if curve == "mesh_stiffness" else 0.0
+    return curve_floor([solved], values, values - getattr(coarse, curve), cut)
+
+
+def curve_floor(meshes: Sequence[Solved], values: NDArray, change: NDArray, cut: NDArray | float = 0.0) -> NDArray:
+    """``noise_floor`` of a curve that follows from the contact of ``meshes``; ``cut`` is a part of its own."""
+    located = 0.0 if all(mesh.conforming for mesh in meshes) else LOCATED
+    pair = meshes[0].scene.pair
     along = ALONG * pair.face_width / pair.normal_module if pair.meshing.overlap_ratio else ACROSS
-    least = along * np.ptp(values, axis=-1)
-    if curve == "mesh_stiffness":
-        least = np.hypot(least, CUT * values.mean(axis=-1))
-    return noise_floor(solved.phases, values, values - getattr(coarse, curve), located=located, least=least)
+    least = np.hypot(along * np.ptp(values, axis=-1), cut)
+    return noise_floor(meshes[0].phases, values, change, located=located, least=least)
 
 
 def _peak_to_peak_floor(solved: Solved, curve: str) -> NDArray:

@@ -79,6 +79,12 @@ GROUPS: Mapping[str, Mapping[str, Quantity]] = MappingProxyType(
             "load_sharing_greatest": Quantity("1", "L", "largest load share over the mesh cycle"),
             "train_transmission_error": Quantity("µm", "Δ", "transmission error of the train on the first base circle"),
             "train_transmission_error_amplitude": Quantity("µm", "|Δ_n|", "amplitudes of the harmonics of Δ"),
+            "train_transmission_error_amplitude_noise_floor": Quantity(
+                "µm", "ε(Δ_n)", "noise floor of the harmonics of Δ"
+            ),
+            "train_transmission_error_peak_to_peak_noise_floor": Quantity(
+                "µm", "ε(PP Δ)", "noise floor of peak-to-peak Δ"
+            ),
             "train_transmission_error_phase": Quantity("rad", "arg Δ_n", "phases of the harmonics of Δ"),
             "turning_error": Quantity("µrad", "Δθ", "Δ as an angle of an input or output member"),
             "train_stiffness": Quantity("N/µm", "k_Δ", "stiffness of the train on the first base circle"),

@@ -38,6 +38,7 @@ if TYPE_CHECKING:
 
     from gearbench.accuracy.choose import Choice
     from gearbench.robustness.sampling import Sampler
+    from gearbench.trains.solve import SolvedTrain
 
 #: Times the duration of keeping a part of the Dataset until it is kept again, and seconds at least.
 KEEP_SHARE, KEEP_LEAST = 20.0, 2.0
@@ -171,9 +172,8 @@ class _Solver:
         """One scene of ``group`` after the other."""
         if group[0].coupled:
             from gearbench.trains.dataset import train_point
-            from gearbench.trains.solve import solve_train
 
-            yield from (train_point(solve_train(scene), self.outputs) for scene in group)
+            yield from (train_point(self._of_train(scene), self.outputs) for scene in group)
             return
         if self.draws:
             yield from self._sampled(group)
@@ -181,6 +181,16 @@ class _Solver:
         for solved in self._chosen(group) if group[0].resolution.accuracy else solve_group(group, self._shared):
             self._count("polished_positions", solved.solution.polished)
             yield from of_each_load(*columns(solved, self.outputs), solved.solution.approach.shape[:-1])
+
+    def _of_train(self, scene: Scene) -> SolvedTrain:
+        from gearbench.accuracy.choose import choose
+        from gearbench.trains.solve import solve_train
+
+        if scene.resolution.accuracy is None:
+            return solve_train(scene)
+        choice = choose(scene, solve_train, lambda found: np.vstack([covered(each).T for each in found.cycles]))
+        self._note(choice)
+        return choice.run
 
     def _chosen(self, group: Sequence[Scene]) -> list[Solved]:
         """Solutions at the resolution that the accuracy asks for."""

@@ -106,6 +106,11 @@ def check_train_cycles(scene: Scene) -> int:
     return check_cycles(list(gears.values()), "gears" if scene.train.planetary is None else "planetary")
 
 
+def train_cycles_memory(meshes: int, positions: int, cycles: int, orders: float) -> float:
+    """Memory [bytes] of all mesh cycles of a train, and of their orders up to a mesh order."""
+    return (meshes + OTHERS) * cycles_memory(positions, cycles, orders, 0)
+
+
 @single_threaded_blas()
 def train_cycles(scene: Scene, orders: float, threads: int) -> TrainCycles:
     """All mesh cycles of a ``coupled`` scene, as far as memory allows these and their ``orders``.
@@ -117,9 +122,9 @@ def train_cycles(scene: Scene, orders: float, threads: int) -> TrainCycles:
     """
     count = check_train_cycles(scene)
     solved = solve_train(scene, alike=True)
-    positions, curves_kept = len(solved.phases.phase), len(solved.meshes) + OTHERS
-    size = f"{count} mesh cycles × {positions} positions × {len(solved.meshes)} meshes"
-    require(curves_kept * cycles_memory(positions, count, orders, 0), "hunting", size, "fewer positions would fit")
+    positions, meshes = len(solved.phases.phase), len(solved.meshes)
+    size = f"{count} mesh cycles × {positions} positions × {meshes} meshes"
+    require(train_cycles_memory(meshes, positions, count, orders), "hunting", size, "fewer positions would fit")
     forces = curves(solved, float(len(solved.meshes)))
     each = zip(mesh_scenes(scene).values(), solved.meshes.values(), strict=True)
     amounts = [turning_gaps(unlike(own), mesh.lines, count)[1] for own, mesh in each]

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from gearbench.results.cycle import HARMONICS, MICROMETRES, coefficients
+from gearbench.results.cycle import HARMONICS, MICROMETRES, coefficients, peak_to_peak_floor
+from gearbench.results.outputs import curve_floor
 from gearbench.results.points import Point, beside
 from gearbench.results.responses import is_of_train, response
 from gearbench.results.train_cycle import USUAL_OF_TRAIN
@@ -36,13 +37,15 @@ def train_point(solved: SolvedTrain, outputs: Sequence[str]) -> Point:
         "load_sharing": (("mesh", "position"), sharing),
     }
     cycle = solved.cycle
-    error, r_b = cycle.transmission_error, linkage.train.meshes[0].pair.gears[0].base_radius
-    amplitude = coefficients(phases, error)
+    error, amplitude = cycle.transmission_error, coefficients(phases, cycle.transmission_error)
+    floor = curve_floor(list(solved.meshes.values()), error, solved.change)
     variables |= {
         "train_transmission_error": (("position",), error),
         "train_transmission_error_amplitude": (("harmonic",), 2 * np.abs(amplitude)),
         "train_transmission_error_phase": (("harmonic",), np.angle(amplitude)),
-        "train_stiffness": (("position",), solved.input_stiffness / (MICROMETRES * r_b**2)),
+        "train_transmission_error_amplitude_noise_floor": (("harmonic",), floor),
+        "train_transmission_error_peak_to_peak_noise_floor": ((), peak_to_peak_floor(phases, error, floor)),
+        "train_stiffness": (("position",), solved.stiffness),
         "turning_error": (("member", "position"), 1e6 * np.multiply.outer(solved.ratios, cycle.input_turn)),
     }
     variables |= {name: ((), response(name).reduce(cycle)) for name in (*USUAL_OF_TRAIN, *own)}

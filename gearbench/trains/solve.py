@@ -23,7 +23,7 @@ from gearbench.geometry.linkage import Linkage
 from gearbench.geometry.names import GEARS
 from gearbench.geometry.train import Train
 from gearbench.hunting.cycles import unlike
-from gearbench.results.cycle import Phases
+from gearbench.results.cycle import MICROMETRES, MeshCycle, Phases
 from gearbench.results.solved import Solved
 from gearbench.results.train_cycle import TrainCycle
 from gearbench.scene import Load, Resolution, Scene
@@ -109,6 +109,31 @@ class SolvedTrain:
         """Torque on that shaft over the angle, (position,) [N·mm/rad]."""
         whole = self.own.matrix(self.balance.stiffness)
         return 1 / np.linalg.pinv(whole, hermitian=True)[:, self.linkage.input, self.linkage.input]
+
+    @property
+    def stiffness(self) -> NDArray:
+        """Stiffness of the train on the first base circle, (position,) [N/µm]."""
+        return self.input_stiffness / (MICROMETRES * self.linkage.train.meshes[0].pair.gears[0].base_radius ** 2)
+
+    @property
+    def cycles(self) -> list[MeshCycle]:
+        """Transmission error and stiffness of the train, then of each mesh."""
+        error = self.cycle.transmission_error
+        own = MeshCycle(phases=self.phases, transmission_error=error, mesh_stiffness=self.stiffness)
+        return [own, *(mesh.cycle for mesh in self.meshes.values())]
+
+    @property
+    def change(self) -> NDArray:
+        """Change of the transmission error as ends of patches were found for the last time, (position,) [µm]."""
+        by_mesh = zip(self.meshes.values(), self.contacts, strict=True)
+        change = [(m.solution.approach - m.solution.coarse_approach) / contact.cos_b for m, contact in by_mesh]
+        k, (B, _, _) = self.balance.stiffness, self.own.whole
+        pulled = (
+            np.swapaxes(np.broadcast_to(B, (*k.shape, B.shape[-1])), 1, 2)
+            @ (self.own.stiffer(k) * np.stack(change, axis=1))[..., None]
+        )
+        moved = (np.linalg.pinv(self.own.matrix(k), hermitian=True) @ pulled)[:, : len(self.linkage.motions), 0]
+        return replace(self.cycle, motion=moved).transmission_error
 
     @property
     def ratios(self) -> NDArray:
@@ -241,7 +266,11 @@ def _phases(scenes: Mapping[str, Scene], shift: Mapping[str, float]) -> Phases:
     first, *_ = scenes.values()
     resolution = first.resolution
     if resolution.accuracy is not None:
-        raise InputError("resolution.accuracy", resolution.accuracy, "is for one mesh: here give segments")
+        raise InputError(
+            "resolution.accuracy",
+            resolution.accuracy,
+            "is for simulate, sweep and plan: here give segments and gauss_points",
+        )
     if resolution.positions is not None:
         phase, weight = uniform_phases(resolution.positions)
         return Phases(phase=phase, weight=weight, size=None)

@@ -70,7 +70,8 @@ def lobes(flank, loads) -> float:
     """What a loaded tooth yields more than one amid two of them, under equal ``loads`` all around."""
     z = -flank.gear.teeth
     at = [round(z * k / loads) for k in range(loads)]
-    C = [float(flank.at((d + z // 2) % z - z // 2, 0)[0, 0]) for d in range(z)]
+    # finite elements do not tell the tooth opposite: that beside it stands for it
+    C = [float(flank.at(max((d + z // 2) % z - z // 2, -((z - 1) // 2)), 0)[0, 0]) for d in range(z)]
     return sum(C[d] - C[(d + z // (2 * loads)) % z] for d in at)
 
 
