@@ -329,7 +329,7 @@ class DaskPool(Pool):
         except (OSError, RuntimeError, TypeError, ValueError) as error:
             self.close()
             reason = shortened(error, 120) or "no answer in time"
-            raise GearbenchError(f"scheduler {scheduler}: no workers to be had ({reason})") from None
+            raise GearbenchError(f"scheduler {scheduler}: cannot be used ({reason})") from None
         except BaseException:
             self.close()
             raise

@@ -230,7 +230,7 @@ def test_an_address_where_no_scheduler_answers_is_one_line(run, tmp_path, monkey
         address = f"tcp://127.0.0.1:{other.getsockname()[1]}"
         code, out, err = run("optimise", tmp_path / "study.toml", "-o", tmp_path / "out", "--scheduler", address)
     assert (code, out) == (1, "")
-    assert err.startswith(f"gearbench: scheduler {address}: no workers to be had (")
+    assert err.startswith(f"gearbench: scheduler {address}: cannot be used (")
     assert err.count("\n") == 1
 
 
@@ -245,7 +245,7 @@ def test_a_scheduler_without_workers_is_waited_for_and_told(monkeypatch, caplog)
     with (
         scheduler() as (address, _),
         caplog.at_level(logging.WARNING),
-        pytest.raises(GearbenchError, match=rf"^scheduler {address}: no workers to be had"),
+        pytest.raises(GearbenchError, match=rf"^scheduler {address}: cannot be used"),
     ):
         optimise(SMALL, scheduler=address)
     assert caplog.messages == [f"gearbench: the scheduler {address} has no worker; waiting up to 0 min"]
