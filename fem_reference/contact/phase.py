@@ -64,10 +64,10 @@ def solve_phase(
         except ContactError:  # another start of the iteration
             return _solve(pair, gaps, phase, some, settings, start=0.8)
 
-    return kept(key, lambda: joined([solve(some) for some in _alike(torques)]))
+    return kept(key, lambda: joined([solve(some) for some in _similar_torques(torques)]))
 
 
-def _alike(torques: tuple[float, ...]) -> list[tuple[float, ...]]:
+def _similar_torques(torques: tuple[float, ...]) -> list[tuple[float, ...]]:
     """Rising torques in runs that are no farther apart than ``_SPAN``."""
     runs: list[tuple[float, ...]] = []
     for torque in torques:

@@ -146,7 +146,7 @@ def _lend(P, low, softness):
 
 @entry(FUSED)
 def join(every, taken, tooth, same, other, routines):
-    """Add Φ (S + B⁻¹)⁻¹ Φᵀ of real waves to ``same`` and ``other`` (m, flank, flank): ``gear_body._Firm.join``.
+    """Add Φ (S + B⁻¹)⁻¹ Φᵀ of real waves to ``same`` and ``other`` (m, flank, flank): ``gear_body._SprungTooth.join``.
 
     False if a matrix is not positive definite.
 

@@ -136,7 +136,7 @@ class FlankCompliance:
         """
         least, first = max(tolerance, self.rank_tolerance), 0 if self.anchors is None else first
         if (pairs, least, first) not in self._between:
-            value, basis = self._felt(0.1 * least, negative=True)
+            value, basis = self._significant(0.1 * least, negative=True)
             k = basis.shape[1]
             teeth = range(first, first + pairs)
             if self.anchors is None:
@@ -169,7 +169,7 @@ class FlankCompliance:
             return np.sqrt(np.maximum(block, 0.0))
         return _positive_root(block, self.rank_tolerance)
 
-    def _felt(self, tolerance: float, *, negative: bool = False) -> tuple[NDArray, NDArray]:
+    def _significant(self, tolerance: float, *, negative: bool = False) -> tuple[NDArray, NDArray]:
         """Compliances above ``tolerance`` of the largest, (rank,), and their directions, (p·q, rank).
 
         ``negative``: also those as far below zero.
@@ -202,7 +202,7 @@ class FlankCompliance:
 
         Without the directions dropped by ``factor``: C of a solid tooth of low order has negative ones.
         """
-        _, felt = self._felt(self.rank_tolerance)
+        _, felt = self._significant(self.rank_tolerance)
         block = felt.T @ self.block(d) @ felt
         return np.einsum("...a,ab,...b->...", self.shapes(x, y) @ felt, block, self.shapes(x0, y0) @ felt)
 
@@ -279,7 +279,7 @@ def flank_matrix(flanks: Sequence[FlankCompliance], lines: ContactLines) -> NDAr
 def _fill(H: NDArray, flanks: Sequence[FlankCompliance], lines: ContactLines) -> None:
     """``flank_matrix`` of a few positions, into zeros."""
     positions, pairs, _ = lines.shape
-    both_gears = [_felt(flanks[index], lines, index) for index in (0, 1)]
+    both_gears = [_directions_on_lines(flanks[index], lines, index) for index in (0, 1)]
     number = np.cumsum(lines.active.T.ravel()).reshape(pairs, positions) - 1
     for i in range(pairs):
         for j in range(i + 1):
@@ -296,7 +296,7 @@ def _fill(H: NDArray, flanks: Sequence[FlankCompliance], lines: ContactLines) ->
                 H[both, j, :, i] = np.swapaxes(block, 1, 2)
 
 
-def _felt(flank: FlankCompliance, lines: ContactLines, index: int) -> tuple[NDArray, NDArray, NDArray]:
+def _directions_on_lines(flank: FlankCompliance, lines: ContactLines, index: int) -> tuple[NDArray, NDArray, NDArray]:
     """Significant directions X (line, segment, k) on the lines, and C (pair, k, pair, k) between them.
 
     And Ψ (line, segment, rank) of the same tooth.

@@ -175,10 +175,12 @@ class ToothedRing:
         S, phi = self.tooth_parts[0] * sign[:, None] * sign, self.tooth_parts[1] * sign
         B = (weights @ c).reshape(len(weights), -1)
         same, other = np.zeros((2, len(B), len(phi), len(phi)), dtype=c.dtype)
-        for parts, taken in _seen_together(self.tooth.order[0], self.axis_order, self._split):
+        for parts, taken in _coupled_functions(self.tooth.order[0], self.axis_order, self._split):
             low = np.flatnonzero(np.isin(np.concatenate(parts), self._lowest))
-            firm = _Firm.on_springs([S[np.ix_(p, p)] for p in parts], [phi[:, p] for p in parts], low, self._spring)
-            firm.join(B, taken, same, other)
+            sprung = _SprungTooth.on_springs(
+                [S[np.ix_(p, p)] for p in parts], [phi[:, p] for p in parts], low, self._spring
+            )
+            sprung.join(B, taken, same, other)
         return same, other
 
     @property
@@ -282,7 +284,7 @@ class ToothedRing:
     def _joint(self, S: NDArray, moved: NDArray) -> NDArray:
         """(1 + B S)⁻¹ of motions of the root, (m, root, …): what teeth leave of the ring's motion."""
         weights, c = self._harmonics
-        ((parts, taken),) = _seen_together(self.tooth.order[0], self.axis_order, False)
+        ((parts, taken),) = _coupled_functions(self.tooth.order[0], self.axis_order, False)
         order = np.concatenate(parts)
         B = np.empty((len(weights), len(order), len(order)))
         B[:, order[:, None], order] = (weights @ c).reshape(len(weights), -1)[:, taken]
@@ -290,7 +292,7 @@ class ToothedRing:
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Firm:
+class _SprungTooth:
     """A tooth on springs σ against ``low`` motions of its root, so that no motion is free; for two phases.
 
     With the springs subtracted from the body, B_σ⁻¹ = B⁻¹ − σ E Eᵀ and S_σ = S + σ E Eᵀ,
@@ -305,7 +307,7 @@ class _Firm:
     spring: float
 
     @classmethod
-    def on_springs(cls, S: list[NDArray], phi: list[NDArray], low: NDArray, spring: float) -> _Firm:
+    def on_springs(cls, S: list[NDArray], phi: list[NDArray], low: NDArray, spring: float) -> _SprungTooth:
         """S_σ⁻¹ of both phases in one matrix, Φ S_σ⁻¹ and Φ S_σ⁻¹ Φᵀ."""
         n, sizes = len(S[0]) + len(S[1]), np.array([0, len(S[0])])
         yields, alone, moved = np.zeros((n, n)), np.zeros(2 * (len(phi[0]),)), []
@@ -359,7 +361,7 @@ def _phases(across: int, axis: int) -> NDArray:
 
 
 @lru_cache(maxsize=16)
-def _seen_together(across: int, axis: int, split: bool) -> list[tuple[list[NDArray], NDArray]]:
+def _coupled_functions(across: int, axis: int, split: bool) -> list[tuple[list[NDArray], NDArray]]:
     """Coupled functions of the root (field, k, j): one of two classes if they are ``split``, else all.
 
     For each class the functions of phase ±1 and ±i, and the numbers (pair of k ≤ l, field, j, field, j) of their B.

@@ -97,7 +97,7 @@ def factor(gears: Sequence[SeatedGear], each: Sequence[NDArray]) -> NDArray:
     return rows @ (whole[:, None] * vectors[:, keep] * np.sqrt(values[keep]))
 
 
-def _together(gears: tuple[SeatedGear, SeatedGear]) -> list[tuple[SeatedGear, ...]]:
+def _grouped(gears: tuple[SeatedGear, SeatedGear]) -> list[tuple[SeatedGear, ...]]:
     """Seats, grouped by shafts and bodies in equilibrium together."""
     pinion, wheel = gears
     return [gears] if pinion.settled is wheel.settled else [(pinion,), (wheel,)]
@@ -120,7 +120,7 @@ def mesh_spread(gears: tuple[SeatedGear, SeatedGear], stiffness: NDArray) -> tup
     box = gears[0].box
     pair, (η, weight) = box.pairs[PAIR], FACE_POINTS
     H = np.zeros((len(η), len(η)))
-    for these in _together(gears):
+    for these in _grouped(gears):
         psi = factor(these, [box.face_rows(PAIR, gear.gear, gear.model) for gear in these])
         H += psi @ psi.T
     R = legvander(η, stiffness.shape[-1] - 1)
@@ -135,7 +135,7 @@ def mesh_spread(gears: tuple[SeatedGear, SeatedGear], stiffness: NDArray) -> tup
     return P.T, P.T @ H @ P
 
 
-def _rest(gears: tuple[SeatedGear, SeatedGear], own: tuple[NDArray, NDArray]) -> tuple[NDArray, NDArray]:
+def _motion_at_rest(gears: tuple[SeatedGear, SeatedGear], own: tuple[NDArray, NDArray]) -> tuple[NDArray, NDArray]:
     """Motion (size,) of both shafts without the loads ``own`` (size,) of the flanks (W10)."""
     motions = []
     for gear in gears:
@@ -162,7 +162,7 @@ class Shafts(ComplianceEffect):
 
     def compliance(self, lines: ContactLines, beside: Effects) -> LowRank:
         """Factor of both shafts side by side, shared by all pairs, (position, pair, segment, rank)."""
-        parts = [factor(gears, [gear.rows(lines) for gear in gears]) for gears in _together(self.gears)]
+        parts = [factor(gears, [gear.rows(lines) for gear in gears]) for gears in _grouped(self.gears)]
         return LowRank(factor=np.concatenate(parts, axis=-1), coupled=True)
 
 
@@ -231,4 +231,7 @@ def system_effects(box: Gearbox, own: tuple[NDArray, NDArray] | None = None) -> 
     if linear and theirs and all(len(shaft.gears) == 1 and not shaft.loads for shaft in shafts):
         return effects
     loads = own or tuple(box.force(PAIR) * box.wrench(PAIR, gear.gear, gear.model) for gear in (pinion, wheel))
-    return (*effects, ShaftMotion(gears=(pinion, wheel), motions=_rest((pinion, wheel), (loads[0], loads[1]))))
+    return (
+        *effects,
+        ShaftMotion(gears=(pinion, wheel), motions=_motion_at_rest((pinion, wheel), (loads[0], loads[1]))),
+    )
