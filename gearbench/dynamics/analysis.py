@@ -33,6 +33,8 @@ _LOG = logging.getLogger(__name__)
 
 #: Orders of the mesh frequency unless told otherwise, and the most of them.
 HARMONICS, MOST = 10, 200
+#: Orders beyond those that are told, where meshes have unlike frequencies.
+BESIDE = 2
 #: Excess of a Floquet multiplier over 1 that counts as rounding.
 GROWTH = 1e-6
 #: Share of the quasi-static motion in omitted orders from which a note is written.
@@ -75,7 +77,7 @@ def response(scene: Scene, *, speed: ArrayLike, harmonics: int = HARMONICS) -> x
     speeds = check_speeds(speed)
     check_harmonics(harmonics)
     model = train_model(scene.single_load) if scene.coupled else Model(scene=scene)
-    most = harmonics + (MOST_COMBINATIONS if len(model.groups) > 1 else 0)
+    most = harmonics + (BESIDE + MOST_COMBINATIONS if len(model.groups) > 1 else 0)
     each = speed_memory(most, len(model.names), bearings(scene))
     require_each(each, len(speeds), "speed", f"{harmonics} orders")
     variables = over_speed(model, speeds, harmonics)
@@ -108,7 +110,9 @@ def check_harmonics(harmonics: int) -> None:
 
 def over_speed(model: LinearModel, speeds: NDArray, harmonics: int) -> Variables:
     """Variables of the Dataset that depend on speed."""
-    rows, found = np.arange(len(model.stiffness)), steady(model, speeds, harmonics)
+    # products of two frequencies are cut beyond the orders: the last that are told need some beyond them
+    kept = harmonics + (BESIDE if len(model.groups) > 1 else 0)
+    rows, found = np.arange(len(model.stiffness)), steady(model, speeds, kept)
     index, push = found.index[1:], np.moveaxis(found.push, 1, 2)
     te, motion, shaken = model.modes.everywhere(found.omega, push, rows)
     force = (push + motion @ model.stiffness.T)[..., :: len(rows) // len(model.names)]
@@ -124,9 +128,9 @@ def over_speed(model: LinearModel, speeds: NDArray, harmonics: int) -> Variables
     vibration = Vibration(
         harmonics=harmonics, index=index, omega=found.omega[:, 1:], mean=mean, force=force, shaken=shaken
     )
-    many = waves.points(harmonics)
+    many = waves.points(kept)
     peak, least = (mean + sign * waves.highest(sign * force, index, many) for sign in (1, -1))
-    own, dims = _of_own_frequency(model, harmonics), ("speed", "mesh", "harmonic")
+    own, dims = _of_own_frequency(model, kept)[:, :harmonics], ("speed", "mesh", "harmonic")
     alone = np.arange(len(model.names))[:, None]
     te_own, force_own = te[:, alone, own], force[:, alone, own]
     variables: Variables = {
@@ -142,7 +146,7 @@ def over_speed(model: LinearModel, speeds: NDArray, harmonics: int) -> Variables
         "floquet_multiplier": (dims[:2], stability),
     }
     if len(model.groups) > 1:
-        single = len(model.groups) * harmonics
+        single = len(model.groups) * kept
         of = [model.names[group.meshes[0]] for group in model.groups]
         by_source = np.where(model.is_source[:, None, None], np.moveaxis(force[..., own], 2, 1), 0.0)
         variables |= {
