@@ -140,8 +140,9 @@ def _write_scene(
     except InputError as error:
         notes = (*notes, f"without shafts and bearings: {error.key} = {error.value}: {error.allowed}")
     else:
-        system = whole.system
-        assert system is not None
+        files = {target: whole}
+    if (system := files[target].system) is not None:
+        whole = files[target]
         paths = [target.with_name(f"{target.stem}_{mesh.name.replace(' ', '_')}.toml") for mesh in system.meshes]
         meshes = tuple(replace(mesh, scene=path.name) for mesh, path in zip(system.meshes, paths, strict=True))
         files = {target: replace(whole, system=replace(system, meshes=meshes))}
@@ -202,8 +203,10 @@ def _row(document: RexsDocument, stage: Stage, torque: float | None, load_case: 
         pair = pair_of(document, found)
     except InputError as error:
         return row | {"notes": [str(error)]}
+    table = found.tables.get("planetary") or found.tables["pair"]
+    gears = [table[name] for name in ("pinion", "wheel", "sun", "planet", "ring") if name in table]
     return row | {
-        "teeth": f"{pair.pinion.teeth}/{pair.wheel.teeth}",
+        "teeth": "/".join(str(gear["teeth"]) for gear in gears),
         "module": pair.normal_module,
         "helix": pair.helix_angle,
         "face_width": pair.meshing.face_width,

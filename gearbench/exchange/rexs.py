@@ -7,13 +7,14 @@ said so (basic rack ISO 53 A, steel), or required (the rest). Flank modification
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from gearbench.errors import InputError
 from gearbench.exchange.rexs_document import Component, RexsDocument, read_document
 from gearbench.exchange.rexs_gear import RexsGear, read_gear, read_material, read_seat
+from gearbench.exchange.rexs_planetary import PlanetaryStage, planetary_stages, planetary_tables
 from gearbench.exchange.rexs_torque import Drive, check_case, drives
 from gearbench.exchange.rexs_units import LENGTH
 from gearbench.geometry.meshing import profile_shift_sum
@@ -36,11 +37,24 @@ LEAST_RIM = 0.5
 
 @dataclass(frozen=True)
 class Stage:
-    """A cylindrical stage of a file: its number in the list (from 1), the stage and its two gears, ``gear_1`` first."""
+    """A stage of a file.
+
+    Parameters
+    ----------
+    number
+        In the list, from 1.
+    component
+        The stage.
+    gears
+        ``gear_1`` and ``gear_2``; of a planetary stage sun, first planet and ring.
+    planetary
+        The planetary stage; absent for two gears.
+    """
 
     number: int
     component: Component
-    gears: tuple[Component, Component]
+    gears: tuple[Component, ...]
+    planetary: PlanetaryStage | None = None
 
 
 @dataclass(frozen=True)
@@ -53,14 +67,15 @@ class StageScene:
 
 
 def stages(document: RexsDocument) -> tuple[Stage, ...]:
-    """Cylindrical stages with two gears, in file order.
+    """Cylindrical stages with two gears, and planetary stages in place of those that they hold, in file order.
 
     Raises
     ------
     InputError
         If there is none.
     """
-    found = []
+    sets = {part.id: each for each in planetary_stages(document) for part in each.parts}
+    found: list[Stage] = []
     for relation in document.relations:
         if relation.kind != "stage":
             continue
@@ -68,7 +83,10 @@ def stages(document: RexsDocument) -> tuple[Stage, ...]:
         if not (len(names) == len(first) == len(second) == 1):
             continue
         stage, one, two = (document.components[ids[0]] for ids in (names, first, second))
-        if stage.kind == "cylindrical_stage":
+        if (owner := sets.get(stage.id)) is not None:
+            if owner.component not in [each.component for each in found]:
+                found.append(Stage(len(found) + 1, owner.component, owner.gears, owner))
+        elif stage.kind == "cylindrical_stage":
             found.append(Stage(len(found) + 1, stage, (one, two)))
     if not found:
         raise InputError("relations", "no cylindrical stage", "must hold one with two gears", str(document.path))
@@ -136,7 +154,9 @@ def scene_of(document: RexsDocument, found: StageScene) -> Scene:
 
 
 def pair_of(document: RexsDocument, found: StageScene) -> Pair:
-    """The pair of a stage, which needs no torque; faults name file and stage."""
+    """The pair of a stage, of a set at the sun, which needs no torque; faults name file and stage."""
+    if found.stage.planetary is not None:
+        return scene_of(document, replace(found, tables={"load": {"torque": 1.0}, **found.tables})).pair
     try:
         return read(Pair, found.tables["pair"])
     except InputError as error:
@@ -160,6 +180,8 @@ def stage_scene(
 
 
 def _stage_scene(document: RexsDocument, stage: Stage, torque: float | None, load_case: int | None) -> StageScene:
+    if stage.planetary is not None:
+        return _set_scene(document, stage, stage.planetary, torque, load_case)
     notes: list[str] = []
     drive = drives(document, check_case(document, load_case)).get(stage.component.id)
     gears = _driver_first(stage, drive)
@@ -196,8 +218,30 @@ def _stage_scene(document: RexsDocument, stage: Stage, torque: float | None, loa
     return StageScene(stage, tables, tuple(notes))
 
 
+def _set_scene(
+    document: RexsDocument, stage: Stage, of: PlanetaryStage, torque: float | None, load_case: int | None
+) -> StageScene:
+    """Tables of a planetary stage, from those of its meshes at the sun and at the ring."""
+    sun, planet, ring = stage.gears
+    pairs = [
+        _stage_scene(document, Stage(stage.number, component, gears), None, load_case)
+        for component, gears in ((of.at_sun[0], (sun, planet)), (of.at_ring[0], (planet, ring)))
+    ]
+    one, two = (pair.tables["pair"] for pair in pairs)
+    table, found, more = planetary_tables(document, of, (one, two), check_case(document, load_case))
+    effects = {effect: dict(keys) for effect, keys in EFFECTS.items()}
+    sizes = (("sun", "bore_diameter"), ("planet", "bore_diameter"), ("ring", "outer_diameter"))
+    if all(size in table[gear] for gear, size in sizes):
+        effects["gear_body"] = {}
+    tables: dict[str, Any] = {"name": pairs[0].tables["name"], "planetary": table, "effects": effects}
+    if (known := torque if torque is not None else found) is not None:
+        tables["load"] = {"torque": float(known)}
+    notes = dict.fromkeys(note for pair in pairs for note in pair.notes if not note.startswith("outside of"))
+    return StageScene(stage, tables, (*notes, *more))
+
+
 def _driver_first(stage: Stage, drive: Drive | None) -> tuple[Component, Component]:
-    one, two = stage.gears
+    one, two = stage.gears[:2]
     return (two, one) if drive is not None and drive.gear == two.id else (one, two)
 
 

@@ -6,6 +6,7 @@ for its load cases. Document types are refused, and with them entity expansion.
 
 from __future__ import annotations
 
+import base64
 import math
 import zipfile
 from collections.abc import Iterator, Mapping
@@ -14,6 +15,9 @@ from itertools import islice
 from pathlib import Path
 from types import MappingProxyType
 from xml.etree.ElementTree import Element, TreeBuilder
+
+import numpy as np
+from numpy.typing import NDArray
 
 from gearbench.errors import InputError
 from gearbench.exchange import JSON, PACKED, PLAIN
@@ -124,6 +128,20 @@ class RexsDocument:
             raise InputError(key, repr(text), "must be a finite number")
         return value * factor
 
+    def vector(self, component: Component, name: str) -> NDArray:
+        """A vector attribute [mm]; raises ``InputError`` if it is missing, or not three lengths."""
+        for attribute in children(component.element, "attribute"):
+            if attribute.get("id") == name:
+                factor = LENGTH.factor(attribute.get("unit") or "mm")
+                try:
+                    values = np.array([value for array in children(attribute, "array") for value in _numbers(array)])
+                except ValueError:
+                    values = np.array([math.nan])
+                if factor is None or len(values) != 3 or not np.isfinite(values).all():
+                    raise InputError(f"{component.label}.{name}", values.tolist(), "must be three lengths")
+                return factor * values
+        raise InputError(f"{component.label}.{name}", "missing", "is required for shafts")
+
     def require(self, component: Component, name: str, dimension: Dimension) -> float:
         """Number of a required attribute; lengths must be positive.
 
@@ -157,6 +175,18 @@ def read_document(path: str | Path) -> RexsDocument:
         raise InputError("", (error.strerror or str(error)).lower(), "must be a REXS file", str(path)) from None
     except Exception as error:  # XML, JSON and ZIP readers say it with any of them
         raise InputError("", "damaged", f"must be a REXS file ({error})", str(path)) from None
+
+
+def _numbers(array: Element) -> list[float]:
+    """Items of an array, one by one or as base64 of little-endian numbers (REXS 1.4)."""
+    code = array.get("code")
+    if code is None:
+        return [float(item.text or "") for item in children(array, "c")]
+    if code not in ("float32", "float64"):
+        raise ValueError(code)
+    text = "".join((array.text or "").split())
+    raw = base64.b64decode(text + "=" * (-len(text) % 4), validate=True)
+    return np.frombuffer(raw, dtype=np.dtype(code).newbyteorder("<")).tolist()
 
 
 def children(element: Element, tag: str) -> Iterator[Element]:

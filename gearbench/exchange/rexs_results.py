@@ -52,42 +52,50 @@ def write_results(document: RexsDocument, stage: Stage, dataset: xr.Dataset, tar
         raise InputError("output", str(target), "must end in .rexs (XML) or .rexsz (packed)")
     if "mesh_stiffness" not in dataset or "mesh_phase" not in dataset.coords:
         raise InputError("mesh_stiffness", "missing", "the result must come from gearbench simulate")
-    teeth = _driving_teeth(document, stage, dataset)
     root = deepcopy(document.root)
     space = root.tag.rpartition("model")[0]
-    element = next(
-        component
+    elements = {
+        component.get("id"): component
         for group in children(root, "components")
         for component in children(group, "component")
-        if component.get("id") == str(stage.component.id)
-    )
+    }
     degrees = "deg" if document.version >= "1.4" else "°"
     own = "" if int(document.version.split(".")[1]) >= CURVES_SINCE else CUSTOM
-    curves = (
-        (f"{own}rotational_meshing_position", degrees, 360 / teeth * dataset["mesh_phase"].values),
-        (f"{own}meshing_stiffness_characteristic", "N / mm", 1e3 * dataset["mesh_stiffness"].values),
-        (f"{CUSTOM}static_transmission_error", "mum", dataset["transmission_error"].values),
-        (f"{CUSTOM}phase_weight", "none", dataset["phase_weight"].values),
-    )
-    for name, unit, values in curves:
-        _set(element, space, name, unit, [repr(float(value)) for value in values])
-    _set(element, space, f"{CUSTOM}scene_sha256", "none", str(dataset.attrs.get("scene_sha256", "")))
-    _set(element, space, f"{CUSTOM}versions", "none", str(dataset.attrs.get("versions", "")))
+    for number, teeth, mesh in _meshes(document, stage, dataset):
+        curves = (
+            (f"{own}rotational_meshing_position", degrees, 360 / teeth * mesh["mesh_phase"].values),
+            (f"{own}meshing_stiffness_characteristic", "N / mm", 1e3 * mesh["mesh_stiffness"].values),
+            (f"{CUSTOM}static_transmission_error", "mum", mesh["transmission_error"].values),
+            (f"{CUSTOM}phase_weight", "none", mesh["phase_weight"].values),
+        )
+        for name, unit, values in curves:
+            _set(elements[str(number)], space, name, unit, [repr(float(value)) for value in values])
+    for name in ("scene_sha256", "versions"):
+        _set(elements[str(stage.component.id)], space, f"{CUSTOM}{name}", "none", str(dataset.attrs.get(name, "")))
     return _write(root, target)
 
 
-def _driving_teeth(document: RexsDocument, stage: Stage, dataset: xr.Dataset) -> int:
-    """Teeth of the driving gear; a result of another pair is refused."""
+def _meshes(document: RexsDocument, stage: Stage, dataset: xr.Dataset) -> list[tuple[int, int, xr.Dataset]]:
+    """Cylindrical stage, teeth of the driving gear, and result of each mesh; a result of other gears is refused."""
     try:
-        pair = tomllib.loads(str(dataset.attrs["scene"]))["pair"]
-        found = [int(pair[gear]["teeth"]) for gear in ("pinion", "wheel")]
+        tables = tomllib.loads(str(dataset.attrs["scene"]))
+        table = tables["pair"] if stage.planetary is None else tables["planetary"]
+        names = ("pinion", "wheel") if stage.planetary is None else ("sun", "planet", "ring")
+        found = [abs(int(table[gear]["teeth"])) for gear in names]
     except (KeyError, TypeError, ValueError, RecursionError):
         raise InputError("result", "scene", "its scene cannot be read") from None
     expected = [document.text(gear, "number_of_teeth") for gear in stage.gears]
-    own = sorted(int(float(text[0])) for text in expected if text is not None)
+    own = sorted(abs(int(float(text[0]))) for text in expected if text is not None)
     if sorted(found) != own:
         raise InputError("result", "/".join(map(str, found)), f"must have the teeth of stage {stage.number}, {own}")
-    return found[0]
+    if stage.planetary is None:
+        return [(stage.component.id, found[0], dataset)]
+    parts = stage.planetary.parts
+    if dataset.sizes["mesh"] != len(parts):
+        raise InputError("result", f"{dataset.sizes['mesh']} meshes", f"must have the {len(parts)} of the set")
+    count = len(parts) // 2
+    # the driving gear at the ring is a planet
+    return [(part.id, found[n >= count], dataset.isel(mesh=n)) for n, part in enumerate(parts)]
 
 
 def _set(element: Element, space: str, name: str, unit: str, value: str | Iterable[str]) -> None:

@@ -2,29 +2,22 @@
 
 from __future__ import annotations
 
-import base64
-import math
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
-from xml.etree.ElementTree import Element
-
-import numpy as np
-from numpy.typing import NDArray
 
 from gearbench.errors import InputError
 from gearbench.exchange.rexs import Stage, find_stage, scene_of, stage_scene, stages
-from gearbench.exchange.rexs_document import Component, RexsDocument, children, read_document
+from gearbench.exchange.rexs_document import Component, RexsDocument, read_document
 from gearbench.exchange.rexs_gear import read_gear, read_material
 from gearbench.exchange.rexs_torque import check_case, drives
-from gearbench.exchange.rexs_units import LENGTH, SPEED, Dimension
+from gearbench.exchange.rexs_units import LENGTH, SPEED, STIFFNESS, Dimension
 from gearbench.geometry.names import PAIR
 from gearbench.scene import Scene
 from gearbench.schema import read
 from gearbench.system.schema import System
 
 FORCE = Dimension("kN", {"N": 1e-3, "kN": 1.0})
-STIFFNESS = Dimension("N/µm", {"N/m": 1e-6, "N/mm": 1e-3, "N/mum": 1.0, "N/µm": 1.0})
 #: Stiffness [N/µm] from which a bearing is called rigid by its file, not measured.
 _RIGID = 1e6
 #: Type of bearing in the file → kind of rolling bearing.
@@ -66,8 +59,13 @@ def system_scene(
         Naming file, component and attribute.
     """
     own = find_stage(document, stage)
-    others = [other for other in stages(document) if other.number != own.number]
     found = stage_scene(document, own, torque=torque, load_case=load_case)
+    if own.planetary is not None:
+        return scene_of(document, found), found.notes
+    others = [other for other in stages(document) if other.number != own.number]
+    if sets := [str(other.number) for other in others if other.planetary is not None]:
+        allowed = "stages on shafts must all be of two gears: give --stage to simulate alone"
+        raise InputError("stage", f"planetary stage {', '.join(sets)} beside it", allowed, str(document.path))
     further = [stage_scene(document, other, load_case=load_case) for other in others]
     scene = scene_of(document, found)
     try:
@@ -97,7 +95,7 @@ def _tables(
             owner = _shaft_of(document, gear)
             if owner.id not in shafts:
                 shafts[owner.id] = _shaft(document, owner, notes)
-            position = middle - float(_vector(document, owner, "support_vector")[0])
+            position = middle - float(document.vector(owner, "support_vector")[0])
             shafts[owner.id]["gears"].append({"gear": role, "mesh": name, "position": position})
     first = stages(document)[0]
     flips = abs(first.number - own.number) % 2
@@ -118,7 +116,7 @@ def _common_middle(document: RexsDocument, pair: tuple[Component, ...]) -> float
     """Middle of the face that both gears share, along the axes of the gearbox [mm]."""
     spans = []
     for gear in pair:
-        at = float(_vector(document, gear, "support_vector")[0])
+        at = float(document.vector(gear, "support_vector")[0])
         half = document.require(gear, "face_width", LENGTH) / 2
         spans.append((at - half, at + half))
     return (max(a for a, _ in spans) + min(b for _, b in spans)) / 2
@@ -137,7 +135,7 @@ def _shaft(document: RexsDocument, shaft: Component, notes: list[str]) -> dict[s
     if not pieces:
         raise InputError(shaft.label, "no shaft_section", "must have sections")
     pieces.sort(key=lambda piece: document.number(piece, "u_coordinate_on_shaft", LENGTH) or 0.0)
-    support = _vector(document, shaft, "support_vector")
+    support = document.vector(shaft, "support_vector")
     material = read_material(document, shaft)
     table: dict[str, Any] = {
         "name": f"{shaft.name or shaft.label}",
@@ -193,33 +191,6 @@ def _bearing(document: RexsDocument, bearing: Component, notes: list[str]) -> di
         rolling["static_capacity"] = capacity
     notes.append(f"{table['name']}: stiffness from its catalogue dimensions, not in the file")
     return table | {"rolling": rolling}
-
-
-def _vector(document: RexsDocument, component: Component, name: str) -> NDArray:
-    """A vector attribute [mm]."""
-    for attribute in children(component.element, "attribute"):
-        if attribute.get("id") == name:
-            factor = LENGTH.factor(attribute.get("unit") or "mm")
-            try:
-                values = np.array([value for array in children(attribute, "array") for value in _numbers(array)])
-            except ValueError:
-                values = np.array([math.nan])
-            if factor is None or len(values) != 3 or not np.isfinite(values).all():
-                raise InputError(f"{component.label}.{name}", values.tolist(), "must be three lengths")
-            return factor * values
-    raise InputError(f"{component.label}.{name}", "missing", "is required for shafts")
-
-
-def _numbers(array: Element) -> list[float]:
-    """Items of an array, one by one or as base64 of little-endian numbers (REXS 1.4)."""
-    code = array.get("code")
-    if code is None:
-        return [float(item.text or "") for item in children(array, "c")]
-    if code not in ("float32", "float64"):
-        raise ValueError(code)
-    text = "".join((array.text or "").split())
-    raw = base64.b64decode(text + "=" * (-len(text) % 4), validate=True)
-    return np.frombuffer(raw, dtype=np.dtype(code).newbyteorder("<")).tolist()
 
 
 def _clockwise(document: RexsDocument, case: int | None) -> bool:

@@ -22,11 +22,14 @@ class Drive:
 
 
 @dataclass(frozen=True)
-class _Load:
+class Load:
+    """External load on a shaft: torque without its sign [N·m], whether it drives, whether it defines the torque."""
+
     shaft: int
     component: Component
     torque: float
     drives: bool
+    defines: bool
 
 
 def drives(document: RexsDocument, case: int | None = None) -> dict[int, Drive]:
@@ -47,7 +50,7 @@ def drives(document: RexsDocument, case: int | None = None) -> dict[int, Drive]:
     while True:
         ways = [(stage, gear) for gear in _gears_on(document, shaft) for stage in _stages_of(document, gear)]
         ways = [(stage, gear) for stage, gear in ways if stage not in visited]
-        taken = any(other.shaft == shaft for other in _loads(document, case) if other.component is not load.component)
+        taken = any(other.shaft == shaft for other in loads_of(document, case) if other.component is not load.component)
         if len(ways) != 1 or (taken and ways):
             return found
         (stage, near) = ways[0]
@@ -68,24 +71,25 @@ def drives(document: RexsDocument, case: int | None = None) -> dict[int, Drive]:
         shaft, torque = shafts[0].id, beyond
 
 
-def _defining_load(document: RexsDocument, case: int | None) -> _Load | None:
+def _defining_load(document: RexsDocument, case: int | None) -> Load | None:
     """The load that defines the torque: the one that says so, else the only one that has a torque."""
-    loads = [load for load in _loads(document, case) if load.torque != 0]
-    defining = [load for load in loads if _true(document, load.component, "defines_torque", case)]
+    loads = [load for load in loads_of(document, case) if load.torque != 0]
+    defining = [load for load in loads if load.defines]
     chosen = defining or loads
     return chosen[0] if len(chosen) == 1 else None
 
 
-def _loads(document: RexsDocument, case: int | None) -> list[_Load]:
+def loads_of(document: RexsDocument, case: int | None) -> list[Load]:
     """External loads that transmit torque, on their shafts."""
     loads = []
     for component in document.of_kind("external_load"):
         torque = document.number(component, "torque_around_u_axis", TORQUE, case) or 0.0
         if torque == 0 and not _true(document, component, "transmits_torque", case):
             continue
+        defines = _true(document, component, "defines_torque", case)
         for shaft in document.related("assembly", "part", component.id, "assembly"):
             speed = document.number(shaft, "rotational_speed", SPEED, case) or 0.0
-            loads.append(_Load(shaft.id, component, abs(torque), torque * speed >= 0))
+            loads.append(Load(shaft.id, component, abs(torque), torque * speed >= 0, defines))
     return loads
 
 

@@ -1,0 +1,202 @@
+"""Planetary stages of REXS files: a sun, equal planets and a ring, read as ``[planetary]``.
+
+Other stages (stepped planets, several suns, no ring) stay lists of pairs.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from gearbench.errors import InputError
+from gearbench.exchange.rexs_document import Component, RexsDocument
+from gearbench.exchange.rexs_torque import loads_of
+from gearbench.exchange.rexs_units import LENGTH, NUMBER, STIFFNESS
+
+#: Planets this near to even spacing are evenly spaced [rad].
+EVEN = 1e-4
+#: Material that need not be given [GPa].
+STEEL = {"youngs_modulus": 210.0, "poisson_ratio": 0.3}
+#: Radial stiffness of a bearing from which it is rigid [N/µm].
+RIGID = 1e6
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlanetaryStage:
+    """A planetary stage of a file.
+
+    Parameters
+    ----------
+    component
+        The stage.
+    sun, planets, ring
+        Its gears.
+    at_sun, at_ring
+        Cylindrical stages of each planet.
+    """
+
+    component: Component
+    sun: Component
+    planets: tuple[Component, ...]
+    ring: Component
+    at_sun: tuple[Component, ...]
+    at_ring: tuple[Component, ...]
+
+    @property
+    def parts(self) -> tuple[Component, ...]:
+        """All its cylindrical stages, in the order of the meshes of a scene."""
+        return (*self.at_sun, *self.at_ring)
+
+    @property
+    def gears(self) -> tuple[Component, ...]:
+        """Sun, first planet and ring."""
+        return self.sun, self.planets[0], self.ring
+
+
+def planetary_stages(document: RexsDocument) -> tuple[PlanetaryStage, ...]:
+    """Planetary stages of one sun, planets of equal teeth, and one ring."""
+    meshes = {
+        relation.ids("stage")[0]: [document.components[relation.ids(role)[0]] for role in ("gear_1", "gear_2")]
+        for relation in document.relations
+        if relation.kind == "stage" and all(len(relation.ids(role)) == 1 for role in ("stage", "gear_1", "gear_2"))
+    }
+    found = []
+    for component in document.of_kind("planetary_stage"):
+        parts = document.related("assembly", "assembly", component.id, "part")
+        own = [part for part in parts if part.kind == "cylindrical_stage" and part.id in meshes]
+        internal = {part.id: part for part in own if any(gear.kind == "ring_gear" for gear in meshes[part.id])}
+        external = {part.id: part for part in own if part.id not in internal}
+        rings = {gear.id: gear for number in internal for gear in meshes[number] if gear.kind == "ring_gear"}
+        planets = {gear.id: gear for number in internal for gear in meshes[number] if gear.id not in rings}
+        suns = {gear.id: gear for number in external for gear in meshes[number] if gear.id not in planets}
+        teeth = {document.number(planet, "number_of_teeth", NUMBER) for planet in planets.values()}
+        if not (len(suns) == len(rings) == len(teeth) == 1 and len(internal) == len(external) == len(planets)):
+            continue
+        at_sun, at_ring = (
+            tuple(
+                part for planet in planets for part in side.values() if planet in [gear.id for gear in meshes[part.id]]
+            )
+            for side in (external, internal)
+        )
+        if len(at_sun) == len(at_ring) == len(planets):
+            one, ring = next(iter(suns.values())), next(iter(rings.values()))
+            every = tuple(planets.values())
+            found.append(
+                PlanetaryStage(component=component, sun=one, planets=every, ring=ring, at_sun=at_sun, at_ring=at_ring)
+            )
+    return tuple(found)
+
+
+def planetary_tables(
+    document: RexsDocument, stage: PlanetaryStage, pairs: tuple[Mapping[str, Any], Mapping[str, Any]], case: int | None
+) -> tuple[dict[str, Any], float | None, list[str]]:
+    """Table ``[planetary]`` from those of the pairs at sun and ring, torque on the sun if it is known, and notes."""
+    at_sun, at_ring = pairs
+    notes: list[str] = []
+    gears = {"sun": dict(at_sun["pinion"]), "planet": dict(at_sun["wheel"]), "ring": dict(at_ring["wheel"])}
+    materials = (at_sun["material"], at_sun["wheel"].get("material"), at_ring["wheel"].get("material"))
+    ring_material = materials[2] or at_ring["material"]
+    for (name, gear), material, component in zip(
+        gears.items(), (materials[0], materials[1] or materials[0], ring_material), stage.gears, strict=True
+    ):
+        gear.pop("material", None)
+        gear |= {} if material == STEEL else {"material": dict(material)}
+        gear["face_width"] = document.require(component, "face_width", LENGTH)
+        if name == "ring" and (outside := _outside(document, component)) is not None:
+            gear["outer_diameter"] = outside
+            notes.append(f"outside of {component.label}: {outside:g} mm, from its shaft")
+    shared = ("normal_module", "pressure_angle", "helix_angle", "centre_distance")
+    width = gears["planet"].pop("face_width")
+    for gear in (gears["sun"], gears["ring"]):
+        if gear["face_width"] == width:
+            del gear["face_width"]
+    table: dict[str, Any] = {key: at_sun[key] for key in shared} | {"face_width": width}
+    table |= {"planets": len(stage.planets)} | _positions(document, stage)
+    table["held"] = _held(document, stage, notes)
+    if (pins := _pins(document, stage)) is not None:
+        table["pin_stiffness"] = pins
+    return table | gears, _torque(document, stage, table["held"], case), notes
+
+
+def _shafts(document: RexsDocument, stage: PlanetaryStage) -> dict[str, list[Component]]:
+    """Shafts of sun, ring and carrier."""
+    found = {
+        name: document.related("assembly", "part", gear.id, "assembly")
+        for name, gear in (("sun", stage.sun), ("ring", stage.ring))
+    }
+    carrier = document.related("planet_carrier_shaft", "planetary_stage", stage.component.id, "shaft")
+    return found | {"carrier": carrier}
+
+
+def _beside(document: RexsDocument, shaft: Component) -> list[tuple[Component, Component]]:
+    """What connects a shaft with others: bearing or coupling, and the part on the other side."""
+    found = []
+    for relation in document.relations:
+        ids = {role: relation.ids(role) for role in ("outer_part", "inner_part", "assembly")}
+        if relation.kind == "side" and all(ids.values()):
+            ends = [ids["outer_part"][0], ids["inner_part"][0]]
+            if shaft.id in ends:
+                other = ends[1 - ends.index(shaft.id)]
+                found.append((document.components[ids["assembly"][0]], document.components[other]))
+    return found
+
+
+def _held(document: RexsDocument, stage: PlanetaryStage, notes: list[str]) -> str:
+    """The member that a coupling joins to the casing; the ring where none is."""
+    for name, shafts in _shafts(document, stage).items():
+        for shaft in shafts:
+            for joint, other in _beside(document, shaft):
+                if "coupling" in joint.kind and other.kind == "gear_casing":
+                    return name
+    notes.append("no member is coupled to the casing: the ring is taken to be held")
+    return "ring"
+
+
+def _pins(document: RexsDocument, stage: PlanetaryStage) -> float | None:
+    """Radial stiffness of the bearings of a planet [N/µm]; None if they are rigid, or not given."""
+    total = 0.0
+    for shaft in document.related("assembly", "part", stage.planets[0].id, "assembly"):
+        for joint, _ in _beside(document, shaft):
+            if "bearing" in joint.kind:
+                total += document.number(joint, "radial_stiffness", STIFFNESS) or 0.0
+    return total if 0 < total < RIGID else None
+
+
+def _positions(document: RexsDocument, stage: PlanetaryStage) -> dict[str, Any]:
+    """Angles of planets that are not evenly spaced, from the first on, "positions"."""
+    try:
+        centre, *places = (document.vector(gear, "support_vector")[1:] for gear in (stage.sun, *stage.planets))
+    except InputError:
+        return {}
+    way = np.array(places) - centre
+    angle = np.arctan2(way[:, 1], way[:, 0])
+    angle = (angle - angle[0]) % (2 * math.pi)
+    even = 2 * math.pi * np.arange(len(angle)) / len(angle)
+    if np.allclose(np.sort(angle), even, atol=EVEN) or np.allclose(np.sort(-angle % (2 * math.pi)), even, atol=EVEN):
+        return {}
+    return {"positions": np.degrees(angle).round(6).tolist()}
+
+
+def _torque(document: RexsDocument, stage: PlanetaryStage, held: str, case: int | None) -> float | None:
+    """Torque on the sun [N·m] that balances the one load of the stage; None where there are none, or several."""
+    z_s, z_r = (document.require(gear, "number_of_teeth", NUMBER) for gear in (stage.sun, stage.ring))
+    share = {"sun": 1.0, "ring": abs(z_s / z_r), "carrier": abs(z_s) / (abs(z_s) + abs(z_r))}
+    shafts = {shaft.id: name for name, own in _shafts(document, stage).items() for shaft in own}
+    known = [(load, shafts[load.shaft]) for load in loads_of(document, case) if load.shaft in shafts and load.torque]
+    known = [each for each in known if each[1] != held]
+    chosen = [each for each in known if each[0].defines] or known
+    return chosen[0][0].torque * share[chosen[0][1]] if len(chosen) == 1 else None
+
+
+def _outside(document: RexsDocument, ring: Component) -> float | None:
+    """Largest outer diameter of the shaft that a ring is part of [mm]."""
+    shafts = document.related("assembly", "part", ring.id, "assembly")
+    pieces = [c for shaft in shafts for c in document.related("assembly", "assembly", shaft.id, "part")]
+    sizes = [
+        document.number(piece, "outer_diameter_begin", LENGTH) for piece in pieces if piece.kind == "shaft_section"
+    ]
+    return max((size for size in sizes if size), default=None)
