@@ -37,6 +37,10 @@ Written = Annotated[
     typer.Option("--write", metavar="RESULT.nc OUT.rexs", help="Write a copy of FILE with the results of --stage N."),
 ]
 
+To = Annotated[
+    Path | None, typer.Option("--to", metavar="OUT.rexs", help="Write the planetary set of a scene file FILE as REXS.")
+]
+
 
 def load_any(
     path: Path, stage: str | None = None, torque: float | None = None, load_case: int | None = None
@@ -86,6 +90,7 @@ def rexs(
     scene: SceneOut = None,
     stage: StageName = None,
     write: Written = None,
+    to: To = None,
     torque: Torque = None,
     load_case: LoadCase = None,
     quiet: Quiet = False,
@@ -98,8 +103,15 @@ def rexs(
     """
     from gearbench.exchange.rexs_document import read_document
 
+    if to is not None:
+        from gearbench.exchange.rexs_write import write_planetary
+        from gearbench.scene_file import read_scene
+
+        written, notes = write_planetary(read_scene(file), to)
+        _say(file, [written], notes, quiet=quiet, json=json)
+        return
     document = read_document(file)
-    notes: tuple[str, ...] = ()
+    notes = ()
     files: list[Path] = []
     if scene is not None:
         files, notes = _write_scene(document, *scene, torque, load_case)
@@ -111,10 +123,16 @@ def rexs(
         files.append(write_results(document, find_stage(document, stage), open_result(write[0]), write[1]))
     if not files:
         _list(document, torque, load_case, json=json)
-    elif json:
+    else:
+        _say(document.path, files, notes, quiet=quiet, json=json)
+
+
+def _say(file: Path, files: list[Path], notes: tuple[str, ...], *, quiet: bool, json: bool) -> None:
+    """Files written from ``file``, and notes."""
+    if json:
         from gearbench.cli.summary import print_mapping
 
-        print_mapping({"file": str(document.path), "notes": list(notes), "files": files})
+        print_mapping({"file": str(file), "notes": list(notes), "files": files})
     elif not quiet:
         for line in (*(f"note: {note}" for note in notes), *(f"wrote {path}" for path in files)):
             say(line)

@@ -73,6 +73,8 @@ def housing_response(dataset: xr.Dataset, housing: xr.Dataset) -> xr.Dataset:
     """
     if "bearing_force_phase" not in dataset:
         raise InputError("housing", "no bearing forces", "is for the linear response of a pair on shafts")
+    if "lobes" in dataset.dims:
+        raise InputError("housing", "a planetary set", "is for a gearbox: forces of a set are in its carrier's frame")
     known = list(map(str, housing["bearing"].values))
     for name in map(str, dataset["bearing"].values):
         if name not in known:

@@ -196,6 +196,9 @@ class Model(LinearModel):
     rows: int = ROWS
 
     def __post_init__(self) -> None:
+        if self.scene.coupled:
+            allowed = "have a linear response only: no loss of contact, no scatter and no revolution over speed"
+            raise InputError("meshes", f"{len(self.scene.meshes)} in one contact problem", allowed)
         if self.scene.one_load.system is None:
             raise InputError("system", "missing", "the response needs [system]: shafts, or inertias of the two wheels")
 

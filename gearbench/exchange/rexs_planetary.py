@@ -109,6 +109,9 @@ def planetary_tables(
         if name == "ring" and (outside := _outside(document, component)) is not None:
             gear["outer_diameter"] = outside
             notes.append(f"outside of {component.label}: {outside:g} mm, from its shaft")
+    for tool in document.related("ordered_reference", "origin", stage.ring.id, "referenced"):
+        if tool.kind == "cutter_wheel_tool" and (teeth := document.number(tool, "number_of_teeth", NUMBER)):
+            gears["ring"]["cutter"] = {"teeth": int(teeth)}
     shared = ("normal_module", "pressure_angle", "helix_angle", "centre_distance")
     width = gears["planet"].pop("face_width")
     for gear in (gears["sun"], gears["ring"]):
@@ -117,8 +120,10 @@ def planetary_tables(
     table: dict[str, Any] = {key: at_sun[key] for key in shared} | {"face_width": width}
     table |= {"planets": len(stage.planets)} | _positions(document, stage)
     table["held"] = _held(document, stage, notes)
-    if (pins := _pins(document, stage)) is not None:
+    planet_shafts = document.related("assembly", "part", stage.planets[0].id, "assembly")
+    if pins := _radial(document, [joint for shaft in planet_shafts for joint, _ in _beside(document, shaft)]):
         table["pin_stiffness"] = pins
+    table |= _supports(document, stage, notes)
     return table | gears, _torque(document, stage, table["held"], case), notes
 
 
@@ -156,14 +161,27 @@ def _held(document: RexsDocument, stage: PlanetaryStage, notes: list[str]) -> st
     return "ring"
 
 
-def _pins(document: RexsDocument, stage: PlanetaryStage) -> float | None:
-    """Radial stiffness of the bearings of a planet [N/µm]; None if they are rigid, or not given."""
-    total = 0.0
-    for shaft in document.related("assembly", "part", stage.planets[0].id, "assembly"):
-        for joint, _ in _beside(document, shaft):
-            if "bearing" in joint.kind:
-                total += document.number(joint, "radial_stiffness", STIFFNESS) or 0.0
+def _radial(document: RexsDocument, joints: list[Component]) -> float | None:
+    """Radial stiffness of all bearings among the joints [N/µm]; None if they are rigid, or there are none."""
+    bearings = [joint for joint in joints if "bearing" in joint.kind]
+    total = sum(document.number(each, "radial_stiffness", STIFFNESS) or math.inf for each in bearings)
     return total if 0 < total < RIGID else None
+
+
+def _supports(document: RexsDocument, stage: PlanetaryStage, notes: list[str]) -> dict[str, Any]:
+    """Supports of the central members; the sun floats if others have bearings, or are coupled, and it has none."""
+    joints = {
+        name: [joint for shaft in shafts for joint, other in _beside(document, shaft) if other.kind == "gear_casing"]
+        for name, shafts in _shafts(document, stage).items()
+    }
+    found: dict[str, Any] = {}
+    for name, own in joints.items():
+        if (stiffness := _radial(document, own)) is not None:
+            found[f"{name}_support"] = stiffness
+    if any(joints.values()) and not joints["sun"]:
+        found["floating"] = ["sun"]
+        notes.append("the sun has no bearing: it floats")
+    return found
 
 
 def _positions(document: RexsDocument, stage: PlanetaryStage) -> dict[str, Any]:

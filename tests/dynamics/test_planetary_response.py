@@ -1,9 +1,11 @@
 """Response of planetary sets: against time integration, the simulation, and what phasing cancels."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
+import xarray as xr
 from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 
@@ -11,6 +13,9 @@ from gearbench import response, simulate
 from gearbench.contact.phases import uniform_phases
 from gearbench.dynamics.analysis import over_speed
 from gearbench.dynamics.figures import draw_response
+from gearbench.dynamics.housing import housing_response
+from gearbench.dynamics.nonlinear import nonlinear_response
+from gearbench.dynamics.scatter import robust_response
 from gearbench.dynamics.steady import steady
 from gearbench.dynamics.train_model import TrainModel
 from gearbench.errors import InputError
@@ -284,6 +289,16 @@ def test_figures_are_of_the_set(tmp_path):
     assert names[:4] == ["modes.png", "sharing.png", "bearings.png", "ring.png"]
     assert len([name for name in names if name.startswith("campbell")]) == 1
     assert all((tmp_path / name).stat().st_size > 10_000 for name in names)
+
+
+def test_other_answers_over_speed_are_refused_in_one_line():
+    whole = scene(phases=8)
+    for answer in (nonlinear_response, partial(robust_response, samples=4)):
+        with pytest.raises(InputError, match="linear response only"):
+            answer(whole, speed=[3000.0], harmonics=1)
+    empty = xr.Dataset({"bearing_force_phase": ((), 0.0), "ring_wave_amplitude": (("lobes",), np.zeros(3))})
+    with pytest.raises(InputError, match="in its carrier's frame"):
+        housing_response(empty, xr.Dataset())
 
 
 def test_remarks_say_what_is_left_out_or_assumed():

@@ -1,0 +1,184 @@
+"""A planetary scene as a REXS file of version 1.1: stage, gears, shafts, carrier, bearings of the pins, load."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+from xml.etree.ElementTree import Element, ElementTree, SubElement, indent
+
+from gearbench.errors import InputError
+from gearbench.exchange import PLAIN
+from gearbench.files import check_target, replacing
+from gearbench.geometry.cutter import standard_cutter
+from gearbench.geometry.planetary import CARRIER, RING, SUN, PlanetarySet
+from gearbench.scene import Scene
+
+#: Version of the files, and stiffness that stands for a rigid connection [N/m].
+VERSION, STIFF = "1.1", 1e20
+
+
+class _Model:
+    """Components and relations, numbered as they come."""
+
+    def __init__(self) -> None:
+        self.root = Element("model", applicationId="gearbench", version=VERSION)
+        self.relations, self.components = SubElement(self.root, "relations"), SubElement(self.root, "components")
+        self.kinds: dict[int, str] = {}
+
+    def component(self, kind: str, name: str = "", **attributes: Any) -> int:
+        """A component with attributes: a text or number, or a number or a vector with its unit."""
+        number = len(self.kinds) + 1
+        self.kinds[number] = kind
+        element = SubElement(self.components, "component", id=str(number), type=kind, name=name)
+        for key, given in attributes.items():
+            value, unit = given if isinstance(given, tuple) else (given, "none")
+            attribute = SubElement(element, "attribute", id=key, unit=unit)
+            if isinstance(value, Sequence) and not isinstance(value, str):
+                array = SubElement(attribute, "array")
+                for each in value:
+                    SubElement(array, "c").text = repr(float(each))
+            else:
+                attribute.text = value if isinstance(value, str) else repr(value)
+        return number
+
+    def relate(self, kind: str, **roles: int) -> None:
+        """A relation of components by their roles."""
+        relation = SubElement(self.relations, "relation", id=str(len(self.relations) + 1), type=kind)
+        for role, number in roles.items():
+            SubElement(relation, "ref", id=str(number), role=role, hint=self.kinds[number])
+
+
+def write_planetary(scene: Scene, target: str | Path) -> tuple[Path, tuple[str, ...]]:
+    """Write the planetary set of a scene as a REXS file; the file, and notes on what REXS does not hold.
+
+    Raises
+    ------
+    InputError
+        If the scene has no set, or the target cannot be written.
+    """
+    target = check_target(target)
+    if not target.name.lower().endswith(PLAIN):
+        raise InputError("output", str(target), "must end in .rexs")
+    short = None if scene.train is None else scene.train.planetary
+    if short is None:
+        raise InputError("planetary", "missing", "REXS files are written of planetary sets")
+    model = _Model()
+    unit, casing = model.component("gear_unit", scene.name), model.component("gear_casing")
+    stage, carrier = model.component("planetary_stage", scene.name), model.component("planet_carrier")
+    model.relate("assembly", assembly=unit, part=stage)
+    model.relate("assembly", assembly=unit, part=casing)
+    model.relate("assembly", assembly=stage, part=carrier)
+    shafts = {name: _central(model, short, name, casing) for name in (SUN, RING, CARRIER)}
+    for name in (SUN, RING):
+        model.relate("central_shaft", planetary_stage=stage, shaft=shafts[name])
+    model.relate("planet_carrier_shaft", planetary_stage=stage, shaft=shafts[CARRIER])
+    load = model.component(
+        "external_load",
+        torque_around_u_axis=(abs(scene.load.torque), "N m"),
+        transmits_torque="true",
+        defines_torque="true",
+    )
+    model.relate("assembly", assembly=shafts[SUN], part=load)
+    gears = _gears(model, scene, short, shafts)
+    _planets(model, short, stage, shafts, gears)
+    indent(model.root)
+    with replacing(target) as part:
+        ElementTree(model.root).write(part, encoding="utf-8", xml_declaration=True)
+    return target, _left_out(scene, short)
+
+
+def _central(model: _Model, short: PlanetarySet, name: str, casing: int) -> int:
+    """Shaft of a central member, coupled to the casing if it is held, on a bearing unless it floats."""
+    shaft = model.component("shaft", name, support_vector=([0.0, 0.0, 0.0], "mm"))
+    if name == short.keys.held:
+        joint = model.component("coupling", f"{name} held", rotational_stiffness=(STIFF, "N mm / rad"))
+        model.relate("side", outer_part=casing, inner_part=shaft, assembly=joint)
+    if name not in short.keys.floating:
+        given = getattr(short.keys, f"{name}_support")
+        radial = STIFF if given is None else 1e6 * given
+        joint = model.component("concept_bearing", f"{name} bearing", radial_stiffness=(radial, "N / m"))
+        model.relate("side", outer_part=casing, inner_part=shaft, assembly=joint)
+    return shaft
+
+
+def _gears(model: _Model, scene: Scene, short: PlanetarySet, shafts: dict[str, int]) -> dict[str, int]:
+    """Gears by their names, each with its flanks, tool and material; planets get shafts of their own."""
+    found: dict[str, int] = {}
+    for mesh in scene.geometry.meshes:
+        for index, (name, gear) in enumerate(zip(mesh.gears, mesh.pair.gears, strict=True)):
+            if name in found:
+                continue
+            place = short.axes[name]
+            sense = 1 if name == SUN else -1  # mates are of opposite hands, internal ones of the same
+            found[name] = number = model.component(
+                "ring_gear" if gear.teeth < 0 else "cylindrical_gear",
+                name,
+                number_of_teeth=abs(gear.teeth),
+                normal_module=(gear.normal_module, "mm"),
+                face_width=(gear.face_width, "mm"),
+                helix_angle_reference_diameter=(sense * math.degrees(gear.beta) or 0.0, "°"),
+                tip_diameter=(2 * abs(gear.tip_radius), "mm"),
+                root_diameter=(2 * abs(gear.root_radius), "mm"),
+                u_coordinate_on_shaft=(0.0, "mm"),
+                support_vector=([0.0, *place], "mm"),
+            )
+            flanks = [
+                model.component(
+                    "flank_geometry",
+                    normal_pressure_angle=(mesh.pair.pressure_angle, "°"),
+                    addendum_modification_coefficient=gear.profile_shift,
+                )
+                for _ in range(2)
+            ]
+            model.relate("flank", gear=number, left=flanks[0], right=flanks[1])
+            member = mesh.pair.members[index]
+            if gear.teeth < 0:
+                teeth = (member.cutter or standard_cutter(gear.teeth)).teeth
+                cutter = {"tip_radius_factor": gear.fillet_radius, "number_of_teeth": teeth}
+                tool = model.component("cutter_wheel_tool", **cutter)
+            else:
+                tool = model.component("rack_shaped_tool", tip_radius_factor=gear.fillet_radius)
+            model.relate("ordered_reference", origin=number, referenced=tool)
+            own = mesh.pair.materials[index]
+            modulus = (1e3 * own.youngs_modulus, "N / mm^2")
+            material = model.component("material", elastic_modulus=modulus, poisson_ratio=own.poisson_ratio)
+            model.relate("reference", origin=number, referenced=material)
+            if name not in shafts:
+                shafts[name] = model.component("shaft", name, support_vector=([0.0, *place], "mm"))
+            model.relate("assembly", assembly=shafts[name], part=number)
+            if seat := member.outer_diameter if gear.teeth < 0 else member.bore_diameter:
+                section = model.component(
+                    "shaft_section",
+                    u_coordinate_on_shaft=(-gear.face_width / 2, "mm"),
+                    length=(gear.face_width, "mm"),
+                    outer_diameter_begin=(seat, "mm"),
+                    outer_diameter_end=(seat, "mm"),
+                )
+                model.relate("assembly", assembly=shafts[name], part=section)
+    return found
+
+
+def _planets(model: _Model, short: PlanetarySet, stage: int, shafts: dict[str, int], gears: dict[str, int]) -> None:
+    """Pins with their bearings, and the cylindrical stages of every planet."""
+    stiffness = STIFF if short.keys.pin_stiffness is None else 1e6 * short.keys.pin_stiffness
+    for name in short.keys.names:
+        pin = model.component("shaft", f"pin of {name}", support_vector=([0.0, *short.axes[name]], "mm"))
+        bearing = model.component("concept_bearing", f"bearing of {name}", radial_stiffness=(stiffness, "N / m"))
+        model.relate("side", outer_part=shafts[name], inner_part=pin, assembly=bearing)
+        model.relate("planet_pin", planetary_stage=stage, shaft=pin)
+        model.relate("planet_shaft", planetary_stage=stage, shaft=shafts[name])
+    for driver, driven in [(SUN, name) for name in short.keys.names] + [(name, RING) for name in short.keys.names]:
+        part = model.component(
+            "cylindrical_stage", f"{driver} to {driven}", center_distance=(short.keys.centre_distance, "mm")
+        )
+        model.relate("assembly", assembly=stage, part=part)
+        model.relate("stage", stage=part, gear_1=gears[driver], gear_2=gears[driven])
+
+
+def _left_out(scene: Scene, short: PlanetarySet) -> tuple[str, ...]:
+    keys = ("pin_tangential", "pin_radial", "planet_thickness", "run_out", "scatter")
+    left = [f"planetary.{key}" for key in keys if getattr(short.keys, key)]
+    names = sorted({effect.name for mesh in scene.meshes.values() for effect in mesh.effects})
+    return (f"not written: {', '.join([*left, *(f'effects.{name}' for name in names)])}",)
