@@ -1,10 +1,7 @@
 """The stored curves of the contact finite elements: fast teeth with contact off the line keep to them. No CalculiX."""
 
-from importlib import resources
-
 import numpy as np
 import pytest
-import xarray as xr
 
 from fem_reference.contact.cycle import halfway, widened
 from fem_reference.contact.result import PhaseResult
@@ -12,27 +9,17 @@ from gearbench.compliance.edge import edge_softening
 from gearbench.effects.hertz import law_table
 from gearbench.effects.off_line_contact import OffLineContact
 from gearbench.results.netcdf import open_result
-from studies.s08_contact import checks, figures
 from studies.s08_contact.data import CASES, fast, scene
 from studies.s08_contact.findings import harmonics, levels, off_line
 from studies.s08_contact.width import WIDE
 from studies.s08_contact.width import checks as checks_of_width
+from tests.support.paths import ROOT
+from tests.support.stored import stored
 
 
-@pytest.fixture(scope="module")
-def kept() -> xr.Dataset:
-    """The stored Dataset: docs/results_contact.md stands on it."""
-    with resources.as_file(resources.files("studies.s08_contact") / "dataset.nc") as path:
-        return open_result(path)
-
-
-def test_stored_curves_keep_their_limits(kept):
-    for text, holds in checks(kept):
-        assert holds, text
-
-
-def test_fast_teeth_off_the_line_keep_to_the_stored_curves(kept):
+def test_fast_teeth_off_the_line_keep_to_the_stored_curves():
     """As they are today, not as they were when the curves were stored."""
+    kept = stored("s08_contact")
     for row in range(kept.sizes["design"]):
         here = kept.isel(design=row)
         given = CASES[str(here.case.values)].scene
@@ -44,8 +31,7 @@ def test_fast_teeth_off_the_line_keep_to_the_stored_curves(kept):
 @pytest.mark.parametrize("name", WIDE)
 def test_light_loads_reliefs_and_helices_keep_to_finite_elements_of_finite_width(name):
     """Mean, RMS, peak-to-peak and harmonics 1 to 5 of every curve, by the fast teeth as they are today."""
-    with resources.as_file(resources.files("studies.s08_contact") / f"{name}.nc") as path:
-        exact = open_result(path)
+    exact = open_result(ROOT / "studies" / "s08_contact" / f"{name}.nc")
     expected = [(which, torque) for which, torques in WIDE[name].curves.items() for torque in torques]
     assert list(zip(exact.case.values, exact.torque.values, strict=True)) == expected
     found = checks_of_width(exact)
@@ -92,8 +78,3 @@ def test_free_faces_widen_deflections_not_gaps():
     one = PhaseResult(approach=[q], stiffness=[stiffness.sum()], share={}, radius={})
     np.testing.assert_allclose(widened([one], np.array([[force]]), factor), [[soft]], rtol=1e-12)
     assert soft < factor * q
-
-
-def test_figures_come_from_the_stored_dataset(kept, tmp_path):
-    figures(kept, tmp_path)
-    assert [p.name for p in tmp_path.iterdir()] == ["curves.png"]

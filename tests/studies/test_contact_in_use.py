@@ -1,23 +1,19 @@
 """Gears in use against contact finite elements of finite width: the stored curves, and the fast teeth as they are."""
 
-from importlib import resources
-
 import numpy as np
 import pytest
-import xarray as xr
 
 from fem_reference.contact.cycle import halfway
-from gearbench.results.netcdf import open_result, save
-from studies.s09_contact_in_use import checks, figures
+from gearbench.results.netcdf import save
+from studies.s09_contact_in_use import checks
 from studies.s09_contact_in_use.data import collected, curve, gathered, residual, scenes
 from studies.s09_contact_in_use.findings import names
+from tests.support.stored import stored
 
 
-@pytest.fixture(scope="module")
-def kept() -> xr.Dataset:
-    """The pairs that were measured: docs/results_contact.md stands on them."""
-    with resources.as_file(resources.files("studies.s09_contact_in_use") / "dataset.nc") as path:
-        return open_result(path)
+@pytest.fixture
+def kept():
+    return stored("s09_contact_in_use")
 
 
 def test_stored_curves_keep_their_limits(kept):
@@ -62,9 +58,3 @@ def test_rows_that_were_kept_are_gathered(kept, tmp_path):
     found = gathered(tmp_path)
     assert names(found) == ["spur"]
     np.testing.assert_allclose(residual(found), residual(collected([row.isel(design=0)])), rtol=0.05)
-
-
-@pytest.mark.slow
-def test_figures_come_from_the_stored_dataset(kept, tmp_path):
-    figures(kept, tmp_path)
-    assert {path.name for path in tmp_path.iterdir()} == {"residual.png", "curves.png"}

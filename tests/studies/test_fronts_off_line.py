@@ -1,30 +1,18 @@
 """Table 2 and the fronts off the line: the stored Dataset, its limits, and what docs/results_contact.md says of it."""
 
-from importlib import resources
-
 import numpy as np
 import pytest
-import xarray as xr
 
-from gearbench.results.netcdf import open_result
 from studies.s06_paper_fronts.search import TOOLS
 from studies.s06_paper_fronts.search import study as plate_study
-from studies.s12_fronts_off_line import checks, figures
 from studies.s12_fronts_off_line.data import NAMES, judged, scene
 from studies.s12_fronts_off_line.findings import change, measures
+from tests.support.stored import stored
 
 
-@pytest.fixture(scope="module")
-def kept() -> xr.Dataset:
-    with resources.as_file(resources.files("studies.s12_fronts_off_line") / "dataset.nc") as path:
-        return open_result(path)
-
-
-def test_stored_gears_keep_their_limits(kept):
-    found = checks(kept)
-    assert len(found) == 8
-    for text, holds in found:
-        assert holds, text
+@pytest.fixture
+def kept():
+    return stored("s12_fronts_off_line")
 
 
 def test_rows_are_as_they_were_stored(kept):
@@ -52,9 +40,3 @@ def test_the_page_says_what_the_stored_gears_show(kept):
 
 
 _COUNTS = ("not dominated on the line", "of these, not dominated off the line")
-
-
-@pytest.mark.slow
-def test_figures_come_from_the_stored_dataset(kept, tmp_path):
-    figures(kept, tmp_path)
-    assert {path.name for path in tmp_path.iterdir()} == {"fronts.png", "table_2.png", "report.md"}

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import tomllib
-from importlib import resources
 from itertools import islice
 
 import numpy as np
 import pytest
 
-from gearbench.results.netcdf import open_result
 from gearbench.results.warnings import MOST_OVERLAP
 from gearbench.scene_file import parse_scene
 from studies.s05_tooth_models.data import ERRORS
@@ -17,12 +15,12 @@ from studies.s05_tooth_models.pairs import draw, in_use
 from studies.s11_gears_in_use import checks, figures
 from studies.s11_gears_in_use.data import DRAWN, MODELS
 from studies.s11_gears_in_use.findings import BEST, LIMITS, drawn_later, excess
+from tests.support.stored import stored
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture
 def kept():
-    with resources.as_file(resources.files("studies.s11_gears_in_use") / "dataset.nc") as path:
-        return open_result(path)
+    return stored("s11_gears_in_use")
 
 
 def test_the_stored_pairs_are_those_that_are_drawn(kept):

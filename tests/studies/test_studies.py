@@ -2,7 +2,7 @@
 
 import re
 import tomllib
-from importlib import import_module, resources
+from importlib import import_module
 from pkgutil import iter_modules
 
 import numpy as np
@@ -13,6 +13,7 @@ from gearbench.results.netcdf import open_result, save
 from gearbench.scene import Scene
 from gearbench.scene_file import parse_scene
 from tests.support.paths import ROOT
+from tests.support.stored import stored
 
 ALL = sorted(module.name for module in iter_modules(studies.__path__) if module.ispkg)
 #: Studies whose quick size takes seconds; those of the fronts and of finite elements have tests of their own.
@@ -42,20 +43,37 @@ def test_study(name, tmp_path):
         assert holds, text
 
 
-@pytest.fixture(scope="module")
-def kept():
-    """The stored Dataset of the tooth models: the claims of docs/results_teeth.md rest on it."""
-    with resources.as_file(resources.files("studies.s05_tooth_models") / "dataset.nc") as path:
-        return open_result(path)
-
-
-def test_the_stored_tooth_models_keep_their_limits(kept):
-    from studies.s05_tooth_models import checks
-
-    found = checks(kept)
-    assert len(found) == 10
+@pytest.mark.parametrize(
+    ("name", "limits"),
+    [("s05_tooth_models", 10), ("s08_contact", 28), ("s10_fronts_on_bodies", 6), ("s12_fronts_off_line", 8)],
+)
+def test_stored_numbers_keep_their_limits(name, limits):
+    found = import_module(f"studies.{name}").checks(stored(name))
+    assert len(found) == limits
     for text, holds in found:
         assert holds, text
+
+
+@pytest.mark.parametrize(
+    ("name", "files"),
+    [
+        pytest.param(
+            "s05_tooth_models", "accuracy_and_time.png errors_clamped.png errors_rim.png", marks=pytest.mark.slow
+        ),
+        ("s08_contact", "curves.png"),
+        pytest.param("s09_contact_in_use", "curves.png residual.png", marks=pytest.mark.slow),
+        ("s10_fronts_on_bodies", "fronts.png report.md table_2.png"),
+        pytest.param("s12_fronts_off_line", "fronts.png report.md table_2.png", marks=pytest.mark.slow),
+    ],
+)
+def test_figures_come_from_the_stored_dataset(name, files, tmp_path):
+    import_module(f"studies.{name}").figures(stored(name), tmp_path)
+    assert sorted(path.name for path in tmp_path.iterdir()) == files.split()
+
+
+@pytest.fixture
+def kept():
+    return stored("s05_tooth_models")
 
 
 def test_the_page_claims_no_more_than_the_stored_pairs_show(kept):
@@ -75,14 +93,6 @@ def test_the_stored_pairs_are_the_first_that_are_drawn(kept):
         assert parse_scene(tomllib.loads(str(kept["scene"].values[i]))) == scene(i)
     for support, models in MODELS.items():
         assert list(kept[f"{support}_model"].values) == list(models)
-
-
-@pytest.mark.slow
-def test_the_figures_of_the_tooth_models_come_from_the_stored_dataset(kept, tmp_path):
-    from studies.s05_tooth_models import figures
-
-    figures(kept, tmp_path)
-    assert {p.name for p in tmp_path.iterdir()} == {"errors_clamped.png", "errors_rim.png", "accuracy_and_time.png"}
 
 
 def test_finite_elements_are_much_nearer_than_the_limits(kept):
