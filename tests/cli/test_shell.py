@@ -12,11 +12,10 @@ import shlex
 import subprocess
 import sys
 from pathlib import Path
-from typing import get_args, get_type_hints
 
 import pytest
 
-from gearbench.cli.app import COMMANDS, application
+from gearbench.cli.app import COMMANDS
 from gearbench.cli.summary import print_mapping
 from tests.support.paths import EXAMPLES, ROOT
 
@@ -96,20 +95,6 @@ def test_every_command_is_quiet_tells_more_or_speaks_json(run, monkeypatch, name
     out = run(name, "--help")[1]
     for option in ("--quiet", "-q", "--verbose", "-v", "--json"):
         assert re.search(rf"(?<![\w-]){option}(?![\w-])", out), option
-
-
-def test_options_of_several_commands_are_defined_once():
-    found: dict[str, set[int]] = {}
-    for command in application().registered_commands:
-        hints = get_type_hints(command.callback, include_extras=True)
-        for name in {"quiet", "verbose", "json", "threads", "stored", "output"} & set(hints):
-            if (command.callback.__name__, name) not in OF_THEIR_OWN:
-                found.setdefault(name, set()).add(id(get_args(hints[name])[1]))
-    assert {name: len(ids) for name, ids in found.items()} == dict.fromkeys(found, 1)
-
-
-#: Outputs that are folders, and processes in place of threads.
-OF_THEIR_OWN = {("optimise", "output"), ("validate", "output"), ("cost", "output"), ("optimise", "threads")}
 
 
 def test_units_in_brackets_are_shown(run, monkeypatch):

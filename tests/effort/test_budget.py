@@ -130,9 +130,6 @@ def test_a_machine_that_is_too_small_says_nothing_about_a_gear(monkeypatch):
         list(evaluations(workers, study, designs))
 
 
-# -- measured ----------------------------------------------------------------------------------------------------------
-
-
 # -- accuracy ----------------------------------------------------------------------------------------------------------
 def never_agrees(scene: Scene) -> np.ndarray:
     r = scene.resolution

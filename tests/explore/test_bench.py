@@ -2,6 +2,7 @@
 
 import json
 import re
+import tomllib
 from dataclasses import replace
 
 import numpy as np
@@ -136,7 +137,7 @@ def test_answers_are_coarse_then_those_of_simulate(scene):
         orders, amplitude = tables["ste_orders"], dataset["transmission_error_amplitude"]
         known = amplitude.sel(harmonic=orders["order"].astype(int))
         assert_allclose(orders["amplitude"], known, rtol=1e-5, atol=1e-7)
-        assert load_text(tables["scene"]["text"][0]) == moved
+        assert parse_scene(tomllib.loads(tables["scene"]["text"][0])) == moved
     assert [list(t) for t in found[2:]] == [["warnings"], ["harris", "torque"]]
 
 
@@ -159,7 +160,7 @@ def test_teeth_that_are_new_are_sketched_with_few_functions_until_they_are_known
 
 
 @pytest.mark.parametrize("gear", ["e_drive_input", "e_drive_output", "fine_pitch"])
-def test_few_functions_are_good_enough_for_a_look(gear):
+def test_few_functions_are_good_enough_for_a_sketch(gear):
     base = replace(read_scene(f"examples/gears/{gear}.toml"), resolution=COARSE)
     few = replace(base.effect("tooth_bending"), order=QUICK_ORDER)
     quick = replace(base, effects=tuple(few if each.name == few.name else each for each in base.effects))
@@ -167,7 +168,7 @@ def test_few_functions_are_good_enough_for_a_look(gear):
     assert_allclose(found["transmission_error_mean"], expected["transmission_error_mean"], rtol=0.03)
     assert_allclose(
         found["transmission_error_peak_to_peak"], expected["transmission_error_peak_to_peak"], rtol=0.04
-    )  # a look: the page shows three digits until the slider rests
+    )  # the page shows three digits until the slider rests
 
 
 def test_tables_that_a_slider_leaves_alone_stay_the_same_objects(scene):
@@ -221,14 +222,3 @@ def test_the_file_holds_all_it_needs(scene):
     assert not re.search(r"<(?:script|link|img)[^>]+(?:src|href)=", markup)
     assert "<form" not in markup
     assert '<meta name="viewport" content="width=device-width' in text
-
-
-def load_text(text):
-    import tomllib
-
-    return parse_scene(tomllib.loads(text))
-
-
-def test_the_example_is_a_scene_file(tmp_path, scene):
-    (tmp_path / "example.toml").write_text(scene.to_toml(), encoding="utf-8")
-    assert read_scene(tmp_path / "example.toml") == scene
