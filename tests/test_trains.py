@@ -200,3 +200,50 @@ def test_an_accuracy_is_met():
     drawn = given | {"effects": given["effects"] | {"manufacturing_errors": ERRORS}}
     with pytest.raises(InputError, match="is for simulate, sweep and plan"):
         robust(parse_scene(drawn), samples=8)
+
+
+def double_planets(angles):
+    """Sun, pairs of planets that mesh with each other, and ring: 24, 18, 18 and 84 teeth."""
+    inner, outer, last = 42.0, 66.0, 36.0
+    ahead = math.degrees(math.acos((inner**2 + outer**2 - last**2) / (2 * inner * outer)))
+    gears = {"sun": {**GEAR, "teeth": 24}, "ring": {**GEAR, "teeth": -84}}
+    meshes = []
+    for n, angle in enumerate(angles):
+        places = [r * np.exp(1j * np.radians(a)) for r, a in ((inner, angle), (outer, angle + ahead))]
+        between = float(np.degrees(np.angle(places[1] - places[0])))
+        gears |= {f"inner {n}": {**GEAR, "teeth": 18}, f"outer {n}": {**GEAR, "teeth": 18}}
+        for driver, driven, distance, direction in (
+            ("sun", f"inner {n}", inner, angle),
+            (f"inner {n}", f"outer {n}", last, between),
+            (f"outer {n}", "ring", outer, angle + ahead),
+        ):
+            meshes.append({"driver": driver, "driven": driven, "centre_distance": distance, "direction": direction})
+    effects, resolution = {"tooth_bending": {}, "hertz": {}}, {"positions": 6}
+    load = {"torque": 50.0 * len(angles)}
+    return parse_scene({"gears": gears, "meshes": meshes, "load": load, "effects": effects, "resolution": resolution})
+
+
+def test_planets_that_mesh_in_pairs_are_a_train():
+    """In the frame of the carrier. Pairs fit at steps of 360°/(z_r − z_s) = 6°."""
+    one, two = (solve_train(double_planets(angles)) for angles in ([0.0], [0.0, 180.0]))
+    assert_allclose(two.balance.force, np.tile(one.balance.force, 2), rtol=1e-10)
+    torque = dict(zip(two.linkage.bodies, two.linkage.on_bodies(two.balance.force)[0, :, 2], strict=True))
+    assert torque["ring"] == pytest.approx(-84 / 24 * torque["sun"])
+    with pytest.raises(InputError, match=r"gears = outer 1: does not assemble.* \+0.500 pitches"):
+        solve_train(double_planets([0.0, 183.0]))
+
+
+def test_stepped_planets_have_two_mesh_frequencies_and_are_refused():
+    gears = {"sun": {**GEAR, "teeth": 24}, "ring": {**GEAR, "teeth": -84}}
+    meshes = []
+    for n, angle in enumerate((0.0, 180.0)):
+        gears |= {
+            f"{name} {n}": {**GEAR, "teeth": z, "shaft": f"planet {n}"} for name, z in (("big", 36), ("small", 24))
+        }
+        at = {"centre_distance": 60.0, "direction": angle}
+        meshes += [{"driver": "sun", "driven": f"big {n}", **at}, {"driver": f"small {n}", "driven": "ring", **at}]
+    scene = parse_scene({"gears": gears, "meshes": meshes, "load": {"torque": 50.0}, "effects": {"hertz": {}}})
+    with pytest.raises(
+        InputError, match="mesh frequency of small 0 to ring, 16 z n: must be that of the first, 24 z n"
+    ):
+        simulate(scene)

@@ -299,8 +299,14 @@ def balance(meshes: Sequence[MeshAt], statics: Statics, bodies: Bodies | None = 
     def answer(force: NDArray) -> tuple[NDArray, NDArray]:
         if bodies is not None and solutions:
             fields[:] = bodies.fields(loads(force))
-        each = zip(meshes, force.T, guesses, fields, strict=True)
-        answers = [mesh.answer(F, guess, field) for mesh, F, guess, field in each]
+        answers: list[tuple[NDArray, NDArray, ContactSolution]] = []
+        known: dict[tuple[int, bytes, bytes], int] = {}
+        for m, (mesh, F, guess, field) in enumerate(zip(meshes, force.T, guesses, fields, strict=True)):
+            # planets in phase under the same force have the same contact
+            twin = known.setdefault((id(mesh), F.tobytes(), b"" if field is None else field.tobytes()), m)
+            if twin < m:
+                guess.q[:], guess.delta[:] = guesses[twin].q, guesses[twin].delta
+            answers.append(answers[twin] if twin < m else mesh.answer(F, guess, field))
         solutions[:] = [solution for _, _, solution in answers]
         approach, k = (np.stack(each, axis=1) for each in list(zip(*answers, strict=True))[:2])
         return approach - (between @ force[..., None])[..., 0], k

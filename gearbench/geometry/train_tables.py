@@ -64,7 +64,8 @@ class TrainMesh:
     centre_distance, centre_distance_upper, centre_distance_lower, backlash
         As for a pair [mm, µm, µm, mm].
     direction
-        Direction from the axis of the driver to that of the driven gear, clockwise from x [°].
+        Direction from the axis of the driver to the teeth that mesh, clockwise from x [°]: towards the axis of an
+        external driven gear, away from that of a ring.
     phase
         Mesh phase relative to the first mesh [mesh periods]; by default from the teeth.
     hand

@@ -76,19 +76,21 @@ class Curves:
     def __call__(self, x: NDArray) -> tuple[NDArray, NDArray]:
         """Force and stiffness at x (sample, position, mesh)."""
         x = np.moveaxis(x, -1, 0)
-        level = np.zeros(x.shape, dtype=np.int64)
         approach, slope = self._own
-        for each in range(1, approach.shape[2] - 1):
-            level += x >= approach[:, None, :, each]
-        mesh, position = np.ogrid[: x.shape[0], : x.shape[2]]
+        level, mesh, position = np.zeros(x.shape, dtype=np.int64), *np.ogrid[: x.shape[0], : x.shape[2]]
 
-        def at(values: NDArray, more: int) -> NDArray:
-            return values[mesh[:, None], position[None], level + more]
+        def at(values: NDArray, level: NDArray) -> NDArray:
+            return values[mesh[:, None], position[None], level]
 
-        x0, x1 = at(approach, 0), at(approach, 1)
+        last = approach.shape[2] - 2
+        for step in (1 << k for k in reversed(range(last.bit_length()))):  # bisection
+            beyond = np.minimum(level + step, last)
+            level = np.where(x >= at(approach, beyond), beyond, level)
+        x0, x1 = at(approach, level), at(approach, level + 1)
         h = x1 - x0
         t = (x - x0) / h
-        f0, f1, k0, k1 = at(self.force, 0), at(self.force, 1), h * at(slope, 0), h * at(slope, 1)
+        (f0, f1), (k0, k1) = ([at(values, level + more) for more in (0, 1)] for values in (self.force, slope))
+        k0, k1 = h * k0, h * k1
         inside = np.clip(t, 0.0, 1.0)
         c2, c3 = 3 * (f1 - f0) - 2 * k0 - k1, 2 * (f0 - f1) + k0 + k1
         f = f0 + inside * (k0 + inside * (c2 + inside * c3))
