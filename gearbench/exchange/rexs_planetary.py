@@ -138,7 +138,7 @@ def _shafts(document: RexsDocument, stage: PlanetaryStage) -> dict[str, list[Com
 
 
 def _beside(document: RexsDocument, shaft: Component) -> list[tuple[Component, Component]]:
-    """What connects a shaft with others: bearing or coupling, and the part on the other side."""
+    """Connections of a shaft: bearing or coupling, and the part on the other side."""
     found = []
     for relation in document.relations:
         ids = {role: relation.ids(role) for role in ("outer_part", "inner_part", "assembly")}

@@ -185,7 +185,7 @@ class Shaft:
     gears, bearings, loads, discs
         Parts on the shaft.
     ripples
-        Forces and torques that vary with its rotation.
+        Forces and torques that vary with the rotation of the shaft.
     coupling
         Where torque enters or leaves; by default at the start, if a single gear needs it.
     material, density
@@ -280,7 +280,7 @@ class System:
     damping_ratio
         Damping ratio of every mode.
     mode_damping
-        Damping ratios by frequency in its place: pairs of a frequency [Hz], ascending, and the ratio of a mode there;
+        Damping ratios by frequency instead of ``damping_ratio``: pairs of an ascending frequency [Hz] and a ratio;
         linear between them, constant beyond.
     rotation
         Rotation of the pinion, seen along increasing positions.
