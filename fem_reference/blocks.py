@@ -120,7 +120,7 @@ class Blocks:
         r_f, r_j = gear.root_radius, body.junction_radius
         top = [(tag, name) for tag, name in self._foot(d, Side.RIGHT)]
         cells = 2 * n.foot
-        land = body.pitch_angle - 2 * float(gear.half_angle(r_f))
+        land = gear.sign * (body.pitch_angle - 2 * float(gear.half_angle(r_f)))
         if land > 1e-9:
             ends = self._flank_point(d, Side.RIGHT, r_f, "root"), self._flank_point(d + 1, Side.LEFT, r_f, "root")
             top.append((self._arc("land", d, *ends, r_f, n.land), "root"))
@@ -164,7 +164,7 @@ class Blocks:
     # -- points and curves, each made once ----------------------------------------------------------------------------
     def _tooth(self, d: int) -> int:
         """Number of the tooth, unique also where the whole gear closes."""
-        return (d - self.body.offsets[0]) % self.body.gear.teeth + self.body.offsets[0] if self.body.closed else d
+        return (d - self.body.offsets[0]) % abs(self.body.gear.teeth) + self.body.offsets[0] if self.body.closed else d
 
     def _point(self, key: tuple, R: float, theta: float) -> int:
         if key not in self._points:
@@ -181,7 +181,8 @@ class Blocks:
 
     def _flank_point(self, d: int, side: Side, R: float, part: str) -> int:
         theta = d * self.body.pitch_angle + side * float(self.body.gear.half_angle(R))
-        if part == "root" and self.body.pitch_angle - 2 * float(self.body.gear.half_angle(R)) <= 1e-9:
+        gear = self.body.gear
+        if part == "root" and gear.sign * (self.body.pitch_angle - 2 * float(gear.half_angle(R))) <= 1e-9:
             # fully rounded root: the fillets of neighbouring teeth meet in one point
             return self._point(("meet", self._tooth(d if side > 0 else d - 1)), R, theta)
         return self._point((part, self._tooth(d), side), R, theta)

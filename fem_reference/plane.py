@@ -170,7 +170,7 @@ def section_mesh(body: Body, patches: Sequence[Patch], size: float, growth: floa
     middle = curved.dofs.facet_dofs[0]
     for name, found in boundaries.items():
         ends = mesh.facets[:, found]
-        radii = np.hypot(*points[:, ends[0]]), np.hypot(*points[:, ends[1]])
+        radii = body.gear.sign * np.hypot(*points[:, ends[0]]), body.gear.sign * np.hypot(*points[:, ends[1]])
         positions[:, middle[found]] = snapped(body, name, positions[:, middle[found]], radii)
     straighten_bad(positions, mesh, mesh.facets, mesh.t2f, middle)
     return replace(curved, doflocs=positions).with_boundaries(boundaries)

@@ -142,8 +142,9 @@ class Body:
         """
         psi = float(self.gear.half_angle(self.junction_radius))
         start = (self.offsets[-1] + 1) * self.pitch_angle - psi
-        end = 2 * math.pi + (self.offsets[0] - 1) * self.pitch_angle + psi
-        near = min((end - start) / 4, 1 - (self.bore_radius or 0.0) / self.gear.root_radius)
+        sign = self.gear.sign
+        end = 2 * math.pi * sign + (self.offsets[0] - 1) * self.pitch_angle + psi
+        near = sign * min(abs(end - start) / 4, abs(1 - (self.bore_radius or 0.0) / self.gear.root_radius))
         return start, start + near, 0.5 * (start + end), end - near, end
 
     # -- curves -------------------------------------------------------------------------------------------------------

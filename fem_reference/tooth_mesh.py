@@ -207,7 +207,8 @@ def _polar(xy: NDArray) -> tuple[NDArray, NDArray]:
 
 def snapped(body: Body, name: str, xy: NDArray, ends: tuple[NDArray, NDArray] | None = None) -> NDArray:
     """Points (2, n) moved onto the exact curve of a boundary."""
-    R, theta = _polar(xy)
+    R, theta = _polar(body.gear.sign * xy)
+    R *= body.gear.sign
     exact_R, exact = body.snap(name, R, theta, ends)
     if exact is theta and exact_R is R:
         return xy

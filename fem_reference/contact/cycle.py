@@ -24,6 +24,7 @@ from gearbench.effects.teeth import require_bores
 from gearbench.errors import InputError
 from gearbench.geometry.names import GEARS
 from gearbench.geometry.pair import Pair
+from gearbench.geometry.support import Support
 from gearbench.results.cycle import HARMONICS, MICROMETRES, MeshCycle, Phases, coefficients
 from gearbench.results.provenance import provenance
 from gearbench.results.responses import USUAL, described, response
@@ -130,8 +131,6 @@ def _method(settings: Settings | SpatialSettings) -> str:
 
 
 def _check(scene: Scene, loads: Sequence[float], settings: Settings | SpatialSettings, factor: float) -> None:
-    if scene.pair.is_internal:
-        raise InputError("pair.wheel.teeth", scene.pair.wheel.teeth, "contact finite elements need external pairs")
     if isinstance(settings, Settings) and scene.pair.helix_angle:
         raise InputError("pair.helix_angle", scene.pair.helix_angle, "must be 0 in plane strain")
     if isinstance(settings, SpatialSettings) and factor != 1:
@@ -140,6 +139,10 @@ def _check(scene: Scene, loads: Sequence[float], settings: Settings | SpatialSet
         raise InputError("pair", "faces that overhang", "contact finite elements need equal face widths")
     require_bores(scene.pair)
     for index, member in enumerate(scene.pair.members):
+        support = member.support
+        if isinstance(settings, Settings) and support is not None and support != Support(radial=0.0, tangential=0.0):
+            allowed = "plane strain needs a firm or a free ring: take SpatialSettings"
+            raise InputError(f"pair.{GEARS[index]}.support", "given", allowed)
         if isinstance(settings, Settings) and member.rim_thickness is not None:
             key, allowed = f"pair.{GEARS[index]}.rim_thickness", "plane strain knows no webs: leave it out"
             raise InputError(key, member.rim_thickness, allowed)

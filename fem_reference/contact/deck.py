@@ -68,9 +68,11 @@ def deck(
         text.append("*CONTACT PAIR, INTERACTION=PENALTY, TYPE=SURFACE TO SURFACE")
         text.append(f"{_SURFACES[slave]}{_letter(k)}, {_SURFACES[1 - slave]}{_letter(k)}")
     text += _rotation(meshes[0], q, pair.gears[0].base_radius)
-    text += ["*BOUNDARY", "WHEELBORE, 1, 2", f"{q}, 2, 3"]
+    text += [] if meshes[1].free is None else _floating(meshes[1], shift, pair.centre_distance)
+    held = [f"{q}, 2, 3"] if meshes[1].free is not None else ["WHEELBORE, 1, 2", f"{q}, 2, 3"]
+    text += ["*BOUNDARY", *held]
     for step in steps:
-        text += _step(step, q, large_displacements, slaves)
+        text += _step(step, q, large_displacements, slaves, held)
     return "\n".join(text) + "\n"
 
 
@@ -105,9 +107,27 @@ def _rotation(pinion: GearMesh, q: int, base_radius: float) -> list[str]:
     return text
 
 
-def _step(step: NodalLoad, q: int, large: bool, slaves: Mapping[int, int]) -> list[str]:
+def _floating(wheel: GearMesh, shift: int, centre_distance: float) -> list[str]:
+    """The outside of a free ring moves on average neither along x and y nor around its axis."""
+    assert wheel.free is not None
+    x, y = wheel.points[:, wheel.bore] - np.array([[0.0], [centre_distance]])
+    number, zero, text = wheel.bore + shift + 1, np.zeros(len(x)), ["*EQUATION"]
+    depends: set[tuple[int, int]] = set()
+    for factors in ((wheel.free, zero), (zero, wheel.free), (-y * wheel.free, x * wheel.free)):
+        terms = [(i, dof, f) for dof, each in enumerate(factors, 1) for i, f in zip(number, each, strict=True) if f]
+        # the degree of freedom that comes first depends on the others
+        first = max((t for t in terms if t[:2] not in depends), key=lambda t: abs(t[2]))
+        depends.add(first[:2])
+        scale = abs(first[2])
+        text.append(str(len(terms)))
+        ordered = [first, *(t for t in terms if t is not first)]
+        text += [f"{i}, {dof}, {f / scale:.14g}" for i, dof, f in ordered]
+    return text
+
+
+def _step(step: NodalLoad, q: int, large: bool, slaves: Mapping[int, int], held: Sequence[str]) -> list[str]:
     text = [f"*STEP, INC=100{', NLGEOM' if large else ''}", "*STATIC", "1., 1., 1e-4, 1."]
-    text += ["*BOUNDARY, OP=NEW", "WHEELBORE, 1, 2", f"{q}, 2, 3"]
+    text += ["*BOUNDARY, OP=NEW", *held]
     if step.rotation is not None:
         text.append(f"{q}, 1, 1, {step.rotation:.10g}")
     else:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from fem_reference.contact.placement import Placement, Touch
 from fem_reference.plane import Patch, section_mesh
 from fem_reference.section import Body, on_tooth
+from gearbench.effects.teeth import own_support, require_bores
 
 #: Largest number of teeth on the sector.
 _TEETH = 7
@@ -60,20 +61,23 @@ class GearMesh:
         Nodes of the bore.
     surfaces
         Tooth pair → (triangle, edge number 0 … 2) of the edges that may touch.
+    free
+        Length of the outside that each node of the bore stands for, of a ring that is free but for its motion as a
+        rigid body [mm]; None where the bore is held.
     """
 
     points: NDArray
     triangles: NDArray
     bore: NDArray
     surfaces: dict[int, NDArray]
+    free: NDArray | None = None
 
 
 def half_width(placement: Placement, touch: Touch, line_load: float) -> float:
     """Half-width of Hertz's contact strip a = √(4 q ρ / π E*) [mm] under a line load q [N/mm]."""
     pair = placement.pair
-    rho = [math.sqrt(max(r**2 - g.base_radius**2, 0.0)) for r, g in zip(touch.radii, pair.gears, strict=True)]
-    least = 0.05 * pair.normal_module
-    rho = [max(r, least) for r in rho]
+    least, both = 0.05 * pair.normal_module, zip(touch.radii, pair.gears, strict=True)
+    rho = [g.sign * max(math.sqrt(max(r**2 - g.base_radius**2, 0.0)), least) for r, g in both]
     return math.sqrt(4 * line_load * (rho[0] * rho[1] / sum(rho)) / (math.pi * pair.contact_modulus))
 
 
@@ -91,15 +95,17 @@ def gear_mesh(
         If the section cannot be meshed.
     """
     pair = placement.pair
-    gear, bore = pair.gears[index], (pair.pinion, pair.wheel)[index].bore_diameter
-    assert bore is not None, "contact_cycle asks for bores"
-    teeth = _TEETH if gear.teeth >= _TEETH + 2 else gear.teeth
-    body = Body(gear=gear, bore_radius=bore / 2, teeth=teeth)
+    gear, (support, _) = pair.gears[index], own_support(pair, index)
+    # the teeth of a ring are much of its stiffness
+    teeth = _TEETH if gear.teeth >= _TEETH + 2 else abs(gear.teeth)
+    body = Body(gear=gear, bore_radius=require_bores(pair)[index] / 2, teeth=teeth)
     tooth = {touch.pair: placement.tooth(index, touch.pair) for touch in touches}
     patches = []
     for touch in touches:
         R, (a, widest) = touch.radii[index], (half_width(placement, touch, load) for load in line_loads)
-        angle = float(gear.half_angle(min(R, gear.tip_radius))) + tooth[touch.pair] * body.pitch_angle
+        angle = (
+            float(gear.half_angle(np.clip(R, gear.root_radius, gear.tip_radius))) + tooth[touch.pair] * body.pitch_angle
+        )
         x, y = R * math.sin(angle), R * math.cos(angle)
         patches.append(Patch(x=x, y=y, radius=2 * widest, size=fineness.contact * a))
     mesh = section_mesh(body, patches, fineness.size, fineness.growth)
@@ -112,8 +118,19 @@ def gear_mesh(
         surfaces[k] = np.array([(mesh.f2t[0, f], edges_of[int(f)]) for f in facets])
         _modify(placement, index, k, points)
     middle = mesh.dofs.facet_dofs[0][boundaries["bore"]]
-    held = np.union1d(mesh.facets[:, boundaries["bore"]].ravel(), middle)
-    return GearMesh(points=placement.placed(index, points), triangles=triangles, bore=held, surfaces=surfaces)
+    ends = mesh.facets[:, boundaries["bore"]]
+    held = np.union1d(ends.ravel(), middle)
+    weight = np.zeros(points.shape[1])  # of quadratic edges: 1, 4 and 1 sixths of their length
+    length = np.hypot(*(points[:, ends[1]] - points[:, ends[0]]))
+    for nodes, share in ((ends[0], 1 / 6), (ends[1], 1 / 6), (middle, 4 / 6)):
+        np.add.at(weight, nodes, share * length)
+    return GearMesh(
+        points=placement.placed(index, points),
+        triangles=triangles,
+        bore=held,
+        surfaces=surfaces,
+        free=weight[held] if support == (0.0, 0.0) else None,
+    )
 
 
 def _triangles(mesh: object) -> tuple[NDArray, dict[int, int]]:
@@ -136,13 +153,13 @@ def _modify(placement: Placement, index: int, k: int, points: NDArray) -> None:
     Elements at the flank may be smaller than what is missing there: moved alone, its nodes would turn them over.
     """
     gear, profile = placement.pair.gears[index], placement.profiles[index]
-    R, theta = np.hypot(*points), np.arctan2(*points)
+    R, theta = gear.sign * np.hypot(*points), np.arctan2(*(gear.sign * points))
     on_profile = np.clip(R, gear.form_radius, gear.tip_radius)
     centre = 2 * math.pi / gear.teeth * placement.tooth(index, k)
     across = (theta - centre) / gear.half_angle(on_profile)
     up = np.clip((R - gear.root_radius) / (gear.form_radius - gear.root_radius), 0.0, 1.0)
     # the right half of this tooth, and not the next one
-    here = (across > 0) & (theta - centre < math.pi / gear.teeth) & (up > 0)
+    here = (across > 0) & ((theta - centre) * gear.teeth < math.pi) & (up > 0)
     missing = profile.missing(on_profile[here], k) / gear.base_radius
     theta[here] -= missing * np.minimum(across[here], 1.0) * up[here]
     points[:] = R * np.array([np.sin(theta), np.cos(theta)])

@@ -1,7 +1,8 @@
 """Two gears turned as rigid bodies to a mesh phase, and the points where their flanks come closest.
 
 The pinion's centre is the origin, the wheel's lies at (0, a'). Each gear's own frame has its tooth 0 on +y and its
-loaded flanks on the right; the wheel's frame is turned by 180°. Angles are clockwise from +y of the own frame.
+loaded flanks on the right; the wheel's frame is turned by 180°. Angles are clockwise from +y of the own frame. Radii,
+angles and a' of a ring are negative: its tooth 0 is on −y of its frame, with its tip up.
 """
 
 from __future__ import annotations
@@ -112,7 +113,7 @@ class Placement:
                 least, radius = at_corner, float(r2[corner])
         angle = float(np.interp(radius, r2[order], a2[order]))
         point = np.array([radius * math.sin(angle), radius * math.cos(angle)])
-        mate = math.hypot(point[0], point[1] - self.pair.meshing.centre_distance)
+        mate = self.pair.gears[1].sign * math.hypot(point[0], point[1] - self.pair.meshing.centre_distance)
         return Touch(pair=k, gap=self.pair.gears[0].base_radius * least, radii=(radius, mate))
 
     def touches(self) -> list[Touch]:

@@ -44,7 +44,7 @@ class Profile:
         gear, own = self.pair.gears[self.gear], self._own()
         if not own:
             return np.zeros(len(R))
-        length = np.sqrt(np.maximum(R**2 - gear.base_radius**2, 0.0))
+        length = gear.sign * np.sqrt(np.maximum(R**2 - gear.base_radius**2, 0.0))
         found = np.zeros(len(R))
         for _ in range(_STEPS):
             found = self._missing_at(length + found / math.cos(gear.beta_b), own, k)

@@ -16,7 +16,7 @@ is smooth. The pressures then follow from the gaps: none is negative, none acts 
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field
 from itertools import pairwise
 
 import numpy as np
@@ -33,7 +33,7 @@ from gearbench.compliance.flank import FlankCompliance, flank_polynomials
 from gearbench.compliance.local import half_space_compression
 from gearbench.contact.dense import active_set
 from gearbench.effects.base import GapEffect
-from gearbench.effects.teeth import meshed_body
+from gearbench.effects.teeth import in_mesh, meshed_body
 from gearbench.errors import GearbenchError
 from gearbench.geometry.gear import Gear
 from gearbench.geometry.pair import Pair
@@ -69,11 +69,11 @@ class Bodies:
     flanks: tuple[FlankCompliance, FlankCompliance]
     pair: Pair
 
-    def block(self, index: int, d: int) -> NDArray:
-        """B_d of the surface itself [mm/N], between the teeth of the pairs ``d`` ahead and the loaded one."""
+    def block(self, index: int, i: int, j: int) -> NDArray:
+        """B of the surface itself [mm/N], between the teeth of the pairs i and j."""
         flank, material = self.flanks[index], self.pair.materials[index]
-        own = flank.block(d)
-        if d:
+        own = flank.at(i, j)
+        if i != j:
             return own
         return own + half_space_compression(flank.gear, material.E, material.nu, flank.order, points=24)
 
@@ -83,7 +83,8 @@ def bodies_of(pair: Pair, accuracy: float) -> Bodies:
     found = [
         cached_compliance(meshed_body(pair, index, on_body=True), pair.materials[index], accuracy) for index in (0, 1)
     ]
-    return Bodies(pair=pair, flanks=(found[0], replace(found[1], driven=True)))
+    pinion, wheel = (in_mesh(flank, pair, index, False) for index, flank in enumerate(found))
+    return Bodies(pair=pair, flanks=(pinion, wheel))
 
 
 def solve_spatial(
@@ -160,7 +161,7 @@ def strip_compliance(strips: list[Strip], bodies: Bodies, fineness: Fineness) ->
             moments.append(M)
         for i, left in enumerate(moments):
             for j, right in enumerate(moments):
-                block = bodies.block(index, strips[i].k - strips[j].k)
+                block = bodies.block(index, strips[i].k, strips[j].k)
                 total[ends[i] : ends[i + 1], ends[j] : ends[j + 1]] += left.T @ block @ right
     return total
 

@@ -74,10 +74,14 @@ class Anchors:
 
     @lazy
     def grip(self) -> NDArray:
-        """(C + K⁻¹)⁻¹."""
-        scale = 1 / np.sqrt(np.abs(np.diag(self.own)))
-        both = scale[:, None] * scale
-        return both * np.linalg.inv(both * (self.own + self.own.T) / 2)
+        """(C + K⁻¹)⁻¹; zero for tractions across the face that a ring of few functions along its axis does not feel."""
+        size = np.abs(self.own).max(axis=1)
+        felt = np.flatnonzero(size > 1e-9 * size.max())
+        scale = 1 / np.sqrt(size[felt])
+        both, out = scale[:, None] * scale, np.zeros_like(self.own)
+        own = self.own[np.ix_(felt, felt)]
+        out[np.ix_(felt, felt)] = both * np.linalg.inv(both * (own + own.T) / 2)
+        return out
 
     def between(self, i: int, j: int) -> NDArray:
         """Displacement of tooth i under loads on tooth j that the lugs add, (p·q, p·q) [mm/N]."""

@@ -221,6 +221,9 @@ class Pair:
             ring = 0 if self.pinion.teeth < 0 else 1
             allowed = "an internal gear meshes with an external gear of fewer teeth than its own"
             raise InputError(f"{GEARS[ring]}.teeth", self.members[ring].teeth, allowed)
+        if self.pinion.teeth < 0:
+            allowed = "an internal gear must be the driven one, the wheel; if it drives, reverse the torque on its mate"
+            raise InputError("pinion.teeth", self.pinion.teeth, allowed)
         if self.centre_distance == 0 or (total > 0 > self.centre_distance):
             raise InputError("centre_distance", self.centre_distance, "must be greater than 0")
         object.__setattr__(self, "centre_distance", math.copysign(self.centre_distance, total))

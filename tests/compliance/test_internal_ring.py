@@ -173,6 +173,23 @@ def test_three_lugs_hold_by_statics():
     )
 
 
+def test_turning_a_ring_by_a_tooth_moves_its_lugs_by_a_pitch():
+    g = gear(41, 0.0, 8.0)
+    tooth, pitch = SolidTooth(gear=g, E=E, nu=NU, order=(2, 3, 2), rooted=True), 2 * math.pi / 41
+    on = [
+        ToothedRing(
+            tooth=tooth, bore_radius=-50.0, support=(0.0, 0.0), lugs=Lugs(angles=(a, a + 2.0, a + 4.1), length=6.0)
+        )
+        for a in (0.1, 0.1 - 3 * pitch)
+    ]
+    first, second = (body.anchors for body in on)
+    assert first is not None
+    assert second is not None
+    for i, j in ((0, 0), (2, -1)):
+        near = second.between(i, j)
+        assert_allclose(first.turned(3).between(i, j), near, rtol=0, atol=1e-8 * np.abs(near).max())
+
+
 # -- limits -----------------------------------------------------------------------------------------------------------
 class Large(NamedTuple):
     """A cutter with more teeth than a scene allows."""

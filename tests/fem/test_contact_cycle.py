@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import shutil
 from dataclasses import replace
 
@@ -15,11 +16,15 @@ from fem_reference.contact.mesh import Fineness, gear_mesh, half_width
 from fem_reference.contact.phase import Settings, solve_phase
 from fem_reference.contact.placement import Placement
 from fem_reference.contact.profile import Profile
+from fem_reference.contact.strip import slice_at
 from fem_reference.environment import MissingDependencyError
 from gearbench.effects.base import GapEffect
 from gearbench.effects.tip_relief import TipRelief
 from gearbench.errors import InputError
+from gearbench.geometry.cutter import Cutter
 from gearbench.geometry.pair import Member, Pair
+from gearbench.geometry.separation import separation
+from gearbench.geometry.support import Support
 from studies.s08_contact.data import scene
 
 PAIR = Pair(
@@ -37,6 +42,15 @@ SHIFTED = Pair(
     pinion=Member(teeth=17, profile_shift=0.3, bore_diameter=8.0),
     wheel=Member(teeth=43, bore_diameter=20.0),
 )
+RING = Pair(
+    normal_module=2.0,
+    face_width=14.0,
+    centre_distance=60.0,
+    pinion=Member(teeth=39, profile_shift=0.2, bore_diameter=44.0),
+    wheel=Member(
+        teeth=-99, addendum=0.85, outer_diameter=211.0, cutter=Cutter(teeth=50), support=Support(radial=0, tangential=0)
+    ),
+)
 
 
 def placed(pair: Pair, phase: float, *gaps: GapEffect) -> Placement:
@@ -44,7 +58,7 @@ def placed(pair: Pair, phase: float, *gaps: GapEffect) -> Placement:
     return Placement(pair=pair, phase=phase, profiles=(pinion, wheel))
 
 
-@pytest.mark.parametrize("pair", [PAIR, SHIFTED])
+@pytest.mark.parametrize("pair", [PAIR, SHIFTED, RING])
 @pytest.mark.parametrize("phase", [0.05, 0.35, 0.8])
 def test_unmodified_flanks_touch_on_the_line_of_action(pair, phase):
     placement = placed(pair, phase)
@@ -66,6 +80,43 @@ def test_beyond_the_path_the_corner_comes_near_with_zero_slope():
     assert gaps[0].gap > 0
     assert gaps[1].gap / gaps[0].gap == pytest.approx(4.0, rel=0.1)
     assert gaps[0].radii[0] == pytest.approx(PAIR.gears[0].tip_radius, abs=1e-9)
+
+
+@pytest.mark.parametrize("share", [-0.2, 0.3, 0.95, 1.15])
+def test_relieved_flanks_of_a_ring_touch_where_the_fast_model_has_them(share):
+    """A search over points, and curves of first touch in tables; on, before and after the path of contact."""
+    relief, meshing = TipRelief(amount=12.0, length=0.6), RING.meshing
+    phase = share * meshing.transverse_contact_ratio
+    section = slice_at(RING, (relief,), phase - math.floor(phase), math.floor(phase), 0.0)
+    u = meshing.path_start + phase * meshing.base_pitch + section.gap / 2
+    touch = separation(RING, relief.modifications(RING))(np.array(u))
+    assert section.gap == pytest.approx(float(touch.gap), abs=1e-6)
+    assert section.lever == pytest.approx(float(touch.levers[0]), abs=1e-3)
+
+
+def test_the_outside_of_a_free_ring_is_held_as_a_rigid_body():
+    """All its teeth are meshed, none inverted; three equations that its motions as a rigid body alone do not fulfil."""
+    placement = placed(RING, 0.3)
+    touches = [touch for touch in placement.touches() if touch.gap < 0.03]
+    coarse = Fineness(contact=2.0, size=0.8, growth=0.8)
+    pinion, wheel = (gear_mesh(placement, index, touches, (100.0, 100.0), coarse) for index in (0, 1))
+    x, y = wheel.points[:, wheel.triangles[:3]]
+    assert np.all((x[1] - x[0]) * (y[2] - y[0]) > (x[2] - x[0]) * (y[1] - y[0]))
+    assert wheel.free is not None
+    assert wheel.free.sum() == pytest.approx(math.pi * 211.0, rel=2e-3)
+    text = deck(RING, (pinion, wheel), [NodalLoad(force=1.0)], penalty=1e6, slaves=dict.fromkeys(wheel.surfaces, 0))
+    block = text.split("*EQUATION\n")[2].split("*BOUNDARY")[0].splitlines()
+    equations, at = [], 0
+    while at < len(block):
+        count = int(block[at])
+        equations.append(np.array([row.split(",") for row in block[at + 1 : at + 1 + count]], dtype=float))
+        at += count + 1
+    across, up = wheel.points - np.array([[0.0], [RING.centre_distance]])
+    motions = [(1 + 0 * up, 0 * up), (0 * up, 1 + 0 * up), (-up, across)]
+    first = pinion.points.shape[1] + 1
+    work = [[sum(f * m[int(dof) - 1][int(i) - first] for i, dof, f in eq) for m in motions] for eq in equations]
+    work = np.array(work) / np.diag(work)[:, None]
+    np.testing.assert_allclose(work / [[1, 1, 105.5], [1, 1, 105.5], [1 / 105.5, 1 / 105.5, 1]], np.eye(3), atol=2e-3)
 
 
 def test_linear_relief_moves_the_first_touch():
@@ -209,6 +260,9 @@ def test_bad_input_is_refused():
     helical = replace(spur, pair=replace(spur.pair, helix_angle=1.0, centre_distance=65.1))
     with pytest.raises(InputError, match="plane strain"):
         contact_cycle(helical, settings=Settings())
+    sprung = replace(RING.wheel, support=Support(radial=1.0, tangential=1.0))
+    with pytest.raises(InputError, match="firm or a free"):
+        contact_cycle(replace(spur, pair=replace(RING, wheel=sprung)), settings=Settings())
     with pytest.raises(InputError, match="rise"):
         contact_cycle(spur, torques=(100.0, 50.0))
 

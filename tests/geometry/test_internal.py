@@ -26,6 +26,7 @@ from gearbench.geometry.temperature import Temperatures
 from gearbench.geometry.thickness import over_balls, span
 from gearbench.geometry.tooth_shapes import mesh
 from gearbench.results.warnings import warnings
+from gearbench.scene import Scene
 from gearbench.scene_file import parse_scene
 from gearbench.simulation import simulate
 from tests.support.paths import EXAMPLES
@@ -315,6 +316,12 @@ def test_a_train_of_a_ring_is_its_pair():
     assert_allclose(one["transmission_error"], simulate(parse_scene(example()))["transmission_error"], rtol=1e-12)
 
 
+def test_a_ring_as_pinion_is_refused():
+    pair = example()["pair"]
+    with pytest.raises(InputError, match=r"pair\.pinion\.teeth = -99.*reverse the torque"):
+        parse_scene(example(pair__pinion=pair["wheel"], pair__wheel=pair["pinion"]))
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
@@ -351,13 +358,6 @@ def test_size_between_balls_gives_the_shift_and_a_greater_one_a_thinner_tooth():
     assert 0 < least < pair.actual_backlash < most
 
 
-def test_contact_by_finite_elements_is_refused():
-    from fem_reference.contact.cycle import contact_cycle
-
-    with pytest.raises(InputError, match="external pairs"):
-        contact_cycle(parse_scene(example()), 4)
-
-
 def test_drawn_teeth_touch_where_contacts_are():
     drawn = mesh(parse_scene(example()).pair)
     for phase in (0.0, 0.6):
@@ -380,3 +380,37 @@ def test_conforming_flanks_are_warned_of():
     for factor, warned in ((1.0, True), (0.8, False)):
         fake = xr.Dataset({"flank_pressure_max": factor * pressure / rho})
         assert any("conforming" in line for line in warnings(other, fake)) == warned
+
+
+def near_rack_scene(teeth: int) -> Scene:
+    """A pinion on a wheel or in a ring of many teeth, its cutter of half as many, on bodies of rims alike."""
+    rim = 2 * (1.25 + 0.1) + 8.0
+    wheel = {"teeth": teeth, "addendum": 0.9, "profile_shift": -0.1, "fillet_radius": 0.2}
+    wheel |= {"bore_diameter": 2 * (teeth - rim)} if teeth > 0 else {"outer_diameter": 2 * (rim - teeth)}
+    wheel |= {"cutter": {"teeth": -teeth // 2}} if teeth < 0 else {}
+    return parse_scene({
+        "pair": {
+            "normal_module": 2.0, "face_width": 16.0, "centre_distance": abs(24 + teeth),
+            "pinion": {"teeth": 24, "addendum": 0.9, "profile_shift": 0.1, "bore_diameter": 20.0}, "wheel": wheel,
+        },
+        "load": {"torque": 100.0},
+        "effects": {
+            "tooth_bending": {"model": "solid"}, "gear_body": {}, "hertz": {}, "off_line_contact": {},
+            "tip_relief": {"amount": 10.0, "length": 0.6},
+        },
+        "resolution": {"positions": 16, "segments": 9},
+    })  # fmt: skip
+
+
+@pytest.mark.slow
+def test_a_simulation_with_a_ring_and_one_with_a_wheel_meet_at_the_rack():
+    """Polynomials of 1/z from both sides; at a few phases a line begins to touch between these numbers of teeth."""
+    count = np.array([630.0, 1000.0, 1400.0, 2000.0])
+    found = []
+    for sign in (1, -1):
+        each = [simulate(near_rack_scene(int(sign * z))) for z in count]
+        curves = np.array([[d.transmission_error.values, d.mesh_stiffness.values] for d in each]).reshape(4, -1)
+        found.append(np.linalg.solve(np.vander(1e3 / count, increasing=True), curves)[0])
+    off = np.abs(found[0] / found[1] - 1)
+    assert np.median(off) < 1e-6
+    assert np.quantile(off, 0.9) < 2e-5
