@@ -20,12 +20,12 @@ from tests.test_planetary import tables
 EFFECTS = {"tooth_bending": {"model": "solid", "order": [4, 4, 4]}, "gear_body": {}, "hertz": {"law": "yang_sun"}}
 
 
-def made(effects=EFFECTS, sun=(36, 30.0), planet=(30, 46.0), ring=(96, 210.0), **keys):
-    """A set on bodies: teeth and diameter of the bore, or of the outside, of each member."""
+def made(effects=EFFECTS, sun=(36, 30.0), planet=(30, 46.0), ring=(96, 210.0), support=None, **keys):
+    """A set on bodies: teeth and diameter of the bore, or of the outside, of each member; springs of the ring."""
     given = tables((sun[0], planet[0], ring[0]), effects=effects, **{"planets": 3, "torque": 300.0} | keys)
     for name, own in (("sun", sun), ("planet", planet)):
         given["planetary"][name]["bore_diameter"] = own[1]
-    given["planetary"]["ring"]["outer_diameter"] = ring[1]
+    given["planetary"]["ring"] |= {"outer_diameter": ring[1]} | ({"support": support} if support else {})
     return parse_scene(given)
 
 
@@ -81,7 +81,10 @@ def dense(whole, position):
 
 @pytest.mark.parametrize(
     "keys",
-    [{}, {"planets": 4, "torque": 400.0, "pin_stiffness": 200.0, "pin_tangential": [4.0, 0.0, -3.0, 0.0]}],
+    [
+        {"planet": (30, 20.0), "support": {"radial": 20.0, "tangential": 200.0}, "pin_radial": [0.0, 3.0, 0.0]},
+        {"planets": 4, "torque": 400.0, "pin_stiffness": 200.0, "pin_tangential": [4.0, 0.0, -3.0, 0.0]},
+    ],
 )
 def test_all_meshes_and_bodies_are_one_linear_system(keys):
     whole = solve_train(made(phases=3, **keys))
