@@ -169,7 +169,18 @@ class TrainModel(LinearModel):
     @cached_property
     def stiffness(self) -> NDArray:
         """K̄ of all meshes (mesh, mesh) [N/mm]."""
-        return np.diag(self.solved.phases.weight @ self.solved.balance.stiffness)
+        return np.einsum("p,pmn->mn", self.solved.phases.weight, self._tangent)
+
+    @cached_property
+    def _tangent(self) -> NDArray:
+        """K = (1/k + C)⁻¹ of meshes with the stiffness k, on bodies that yield by C, (position, mesh, mesh) [N/mm]."""
+        balance, one = self.solved.balance, np.eye(len(self.names))
+        k, statics = balance.stiffness[..., None] * one, balance.statics
+        if statics.elastic is None:
+            return k
+        C = statics.elastic @ np.swapaxes(statics.elastic, 1, 2) - np.expand_dims(statics.lent, -1) * one
+        K = np.linalg.solve(one + k @ C, k)
+        return (K + np.swapaxes(K, 1, 2)) / 2
 
     @cached_property
     def groups(self) -> tuple[Group, ...]:
@@ -182,7 +193,7 @@ class TrainModel(LinearModel):
         balance, rows = self.solved.balance, order_rows(self.solved.phases, 2 * harmonics)
         approach = balance.motion @ self.linkage.rows.T
         return Excitation(
-            stiffness=np.eye(len(self.names))[..., None] * (rows @ balance.stiffness).T[:, None],
+            stiffness=np.einsum("np,pij->ijn", rows, self._tangent),
             motion=(rows[: harmonics + 1] @ approach).T,
             force=(rows[: harmonics + 1] @ balance.force).T,
         )

@@ -202,6 +202,20 @@ def test_the_ring_feels_side_bands_about_the_mesh_frequency():
     assert_allclose(found["ring_wave_frequency"].sel(harmonic=2), carrier * (2 * 96 + found["lobes"]))
 
 
+def test_bodies_that_yield_couple_the_stiffness_of_the_meshes():
+    bores = {"sun": {"teeth": 36, "bore_diameter": 40.0}, "planet": {"teeth": 30, "bore_diameter": 36.0}}
+    bores |= {"ring": {"teeth": -96, "addendum": 0.9, "outer_diameter": 230.0}}
+    effects = {"effects": {"hertz": {}, "gear_body": {}}}
+    whole = parse_scene(scene(phases=1, **ELASTIC, **bores).to_mapping() | effects)
+    solved = solve_train(whole)
+    K, B = TrainModel(scene=whole, solved=solved).stiffness, solved.linkage.rows
+    assert np.abs(K - np.diag(np.diag(K))).max() > 1e-3 * K.max()
+    # yielding of the motions under forces: as in Newton's method of the simulation, which has bodies as motions
+    free = len(B[0])
+    yields = np.linalg.inv(solved.balance.statics.matrix(solved.balance.stiffness)[0])[:free, :free]
+    assert_allclose(np.linalg.inv(solved.linkage.stiffness + B.T @ K @ B), yields, rtol=1e-8, atol=1e-9 * yields.max())
+
+
 def test_the_order_of_planets_changes_nothing():
     errors, order = [0.0, 12.0, 5.0, -7.0], [0, 3, 1, 2]
     keys = {**ELASTIC, "phases": 16}
