@@ -46,7 +46,7 @@ FE_SHARE, REST_SHARE = 0.5, 0.6
 #: Segments, Gauss points and rung of the ladder of solid orders for an error of 1 %, and what each factor of ten adds:
 #: the segments are multiplied, as errors fall like their power −2.5; least of each.
 AT_PERCENT, A_DECADE, LEAST = (16, 6, 3), (2.5, 4, 3), (8, 3, 1)
-#: How many times as many segments solid teeth begin with, which cost more: a round is saved.
+#: Factor on the first number of segments with solid teeth: their rounds cost more, and this saves one.
 BESIDE_SOLID = 1.5
 #: Segments and Gauss points of the companion, as shares, and how many rungs lower the teeth of the first runs are.
 COARSER, LOWER = (0.6, 0.7), 1
@@ -57,8 +57,7 @@ PEAKS = 2.0
 #: Order of convergence of solid teeth in the number of functions along the height, up to the second number of them and
 #: beyond: the root is singular, and digits that are left wait for the other directions too.
 SOLID_CONVERGENCE, COARSE_HEIGHT, FINE_CONVERGENCE = 2.2, 11, 1.5
-#: By how much the error of the higher of two orders may be above the one extrapolated: their difference is small by
-#: chance at times.
+#: Factor on the extrapolated error of the higher of two orders: their difference is sometimes small by chance.
 CHANCE = 1.4
 #: Rounds of settings that are tried, and by how much the segments are raised at most in one.
 ROUNDS, MOST = 6, 3.0

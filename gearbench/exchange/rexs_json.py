@@ -13,7 +13,7 @@ from xml.etree.ElementTree import Element, SubElement
 
 from gearbench.errors import InputError
 
-#: Of an attribute, what is not its value.
+#: Keys of an attribute that are not its value.
 _DESCRIBES = frozenset(("id", "unit", "origin"))
 _MODEL = ("version", "applicationId", "applicationVersion", "date", "applicationLanguage")
 _COMPONENT = ("id", "type", "name", "externalFile", "externalId")

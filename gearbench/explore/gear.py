@@ -21,7 +21,7 @@ OVERLAID = {
     "torque": ("torque", "peak_to_peak"),
     "harris": ("xs", "ys"),
 }
-#: Those that may show their curves less their means.
+#: Figures that may show their curves without the mean.
 CYCLES = ("ste", "stiffness")
 
 

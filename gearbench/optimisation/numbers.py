@@ -1,7 +1,7 @@
 """Numbers of a design that do not scatter with its errors: objectives and limits take them from here.
 
-Of the variables, of the geometry, of the scene, of the scene solved, from cheap to dear. Responses, which scatter, are
-those of ``gearbench.results.responses``.
+From cheap to costly they come from the variables, the geometry, the scene and the solved scene. Responses, which
+scatter, are those of ``gearbench.results.responses``.
 """
 
 from __future__ import annotations
@@ -153,7 +153,7 @@ UNDER_LOAD: Mapping[str, Callable[[Solved], float]] = MappingProxyType(
 )
 #: All names.
 NUMBERS = (COST, *GEOMETRIC, *OF_SCENE, *UNDER_LOAD)
-#: Those that mean nothing for a planetary set.
+#: Numbers that a planetary set does not have.
 OF_PAIR = ("axial_force", "modifications", "pinion_teeth", "wheel_teeth", "pinion_addendum", "wheel_addendum")
-#: Those that need the table ``operation`` of the scene.
+#: Numbers that need the table ``operation`` of the scene.
 OF_OPERATION = ("flash_temperature", "friction_loss")

@@ -57,10 +57,10 @@ class Progress:
     @property
     def remaining(self) -> float | None:
         """Seconds that the rest will take as the work so far did; None before anything is evaluated."""
-        begun = self.restored / self.generations
-        if self.evaluated_here == 0 or self.fraction <= begun:
+        start = self.restored / self.generations
+        if self.evaluated_here == 0 or self.fraction <= start:
             return None
-        return self.elapsed * (1 - self.fraction) / (self.fraction - begun)
+        return self.elapsed * (1 - self.fraction) / (self.fraction - start)
 
 
 def optimise(

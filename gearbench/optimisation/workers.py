@@ -379,7 +379,7 @@ def check_scheduler(text: str) -> int | None:
 def identity() -> dict[str, str]:
     """Software of this process: versions of Python and packages, and the SHA-256 of the sources.
 
-    The sources are those of gearbench, of its finite elements, and of the effects that other packages bring.
+    The sources are those of gearbench, its finite elements, and the effects of installed packages.
     """
     package = Path(__file__).parents[1]
     paths = [*package.rglob("*.py"), *(package.parent / "fem_reference").rglob("*.py")]

@@ -30,9 +30,9 @@ HARMONICS = 10
 #: Accuracy of the phases at which curves jump [mesh cycles], and what is left of the last change of a curve when the
 #: ends of patches are found once more: measured on gears in use.
 LOCATED, LEFT = 2e-4, 0.1
-#: How far Gauss points may lie from where their panels have them [mesh cycles]: they are known to rounding.
+#: Largest distance of a Gauss point from its place on the panel [mesh cycles]: rounding only.
 ON_PANEL = 1e-10
-#: By what factor each coefficient on a panel is below the one before it, at least and at most.
+#: Ratio of each coefficient on a panel to the one before it: least and greatest.
 FALLS = (0.3, 0.95)
 #: What the few functions along oblique lines leave of a harmonic, of peak-to-peak and for each module of face width;
 #: the same of the lines of spur pairs, of peak-to-peak; and what is cut off compliances of one of the stiffness, of its

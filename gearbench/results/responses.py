@@ -45,7 +45,7 @@ STATISTICS: Mapping[str, tuple[Callable[[NDArray], float], str]] = MappingProxyT
         "max": (lambda x: float(x.max()), "maximum"),
     }
 )
-#: What a response over several loads becomes: its name and one of these, see ``sweeps.run``.
+#: Endings of the names of a response over several loads, see ``sweeps.run``.
 OVER_LOADS = ("_load_mean", "_load_max")
 
 

@@ -85,7 +85,7 @@ class TrainCycle:
         return self.linkage.bodies.index(member)
 
 
-#: What follows from a cycle: a curve (…, position), or a number (…).
+#: Function of a cycle that gives a curve (…, position) or a number (…).
 Curve = Callable[[TrainCycle], NDArray]
 
 
@@ -155,5 +155,5 @@ NUMBERS: tuple[tuple[str, str, str, str, Curve], ...] = (
     ),
     *_of_curves(),
 )
-#: Those that ``simulate`` and ``robust`` give unless told otherwise.
+#: Default responses of ``simulate`` and ``robust``.
 USUAL_OF_TRAIN = ("mesh_load_factor", *(f"train_transmission_error_{part}" for part in ("mean", "rms", "peak_to_peak")))

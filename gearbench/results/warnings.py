@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from gearbench.effects.base import Effect
     from gearbench.geometry.pair import Pair
 
-#: Where a warning begins: σ_Hlim of case-hardened wrought steel of quality MQ, ISO 6336-5:2016 table 1 (1300 of quality
-#: ML, 1650 of ME) [MPa].
+#: Contact pressure above which a result warns: σ_Hlim of case-hardened wrought steel of quality MQ,
+#: ISO 6336-5:2016 table 1 (1300 of quality ML, 1650 of ME) [MPa].
 HARDENED = 1500.0
 #: Least tip thickness of a tooth [normal modules], ISO 21771-1 and usual practice.
 LEAST_TIP = 0.2

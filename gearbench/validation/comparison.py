@@ -58,7 +58,7 @@ def compare(scene: Scene, accuracy: float | None = None) -> xr.Dataset:
     """
     import xarray as xr
 
-    begun = time.perf_counter()
+    start = time.perf_counter()
     reference_scene(scene)  # refused before anything is computed
     fast_run, first_call = timed(lambda: simulate(scene, outputs=OUTPUTS))
     judged = judge(scene, fast_run, accuracy)
@@ -81,7 +81,7 @@ def compare(scene: Scene, accuracy: float | None = None) -> xr.Dataset:
         "first_call_seconds": ((), first_call.seconds),
         "reference_settled": ((), int(judged.settled)),
     }
-    attrs = provenance(scene, wall_time=time.perf_counter() - begun) | _reference_attrs(reference)
+    attrs = provenance(scene, wall_time=time.perf_counter() - start) | _reference_attrs(reference)
     return xr.Dataset(described(variables), described(coords), attrs | {"reference_reason": judged.reason})
 
 
@@ -156,7 +156,7 @@ def validate(
     GearbenchError
         If the reference of a scene cannot be had; names the scene, and says what to do.
     """
-    begun = time.perf_counter()
+    start = time.perf_counter()
     named = list(zip(labels(scenes), scenes, strict=True))
     for name, scene in named:
         check(scene, name)
@@ -165,7 +165,7 @@ def validate(
     for (name, scene), size in zip(named, sizes, strict=True):
         progress(f"{name}: finite elements of {size} unknowns" if size else name)
         found.append(_of(name, partial(compare, scene, accuracy)))
-    return stack(found, labels(scenes)).assign_attrs(run_provenance(wall_time=time.perf_counter() - begun))
+    return stack(found, labels(scenes)).assign_attrs(run_provenance(wall_time=time.perf_counter() - start))
 
 
 def _of(name: str, work: Callable[[], T]) -> T:

@@ -45,7 +45,7 @@ MODELS = {
 ACCURACY = 0.002
 #: Segments on a line at least.
 _SEGMENTS = 60
-#: How each is drawn.
+#: Line style and colour of each curve.
 _STYLES = {"fast": ("--", ORANGE), "off_line": ("-.", GREEN), "lines": ("-", BLUE), "contact": ("o", "black")}
 #: Files of a report.
 DATASET, PICTURE = "contact.nc", "contact.png"

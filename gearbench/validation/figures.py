@@ -114,11 +114,11 @@ def mac_figure(dataset: xr.Dataset) -> Figure:
     spread = max(0.1, float(np.abs(dataset["norm_ratio"].values - 1).max()))
     for k, gear in enumerate(dataset["gear"].values):
         y, radius = dataset["load_position"].values, dataset["load_radius"].values[k]
-        looks = (
+        styles = (
             ("mac", "cividis", low, 1.0, f"{gear}: MAC at worst {worst[k]:.3f}, mean {mean[k]:.3f}"),
             ("norm_ratio", "PuOr_r", 1 - spread, 1 + spread, _softness(gear, float(dataset["compliance_ratio"][k]))),
         )
-        for row, (name, colours, bottom, top, title) in enumerate(looks):
+        for row, (name, colours, bottom, top, title) in enumerate(styles):
             axis = axes[row, k]
             drawn = axis.pcolormesh(y, radius, dataset[name].values[k], cmap=colours, vmin=bottom, vmax=top)
             axis.set(xlabel="position of the load along the face width y [mm]", ylabel="radius of the load R [mm]")

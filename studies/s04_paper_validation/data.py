@@ -24,7 +24,7 @@ ERRORS = {
     "mean k": "mesh_stiffness_mean_error",
     "p-p k": "mesh_stiffness_peak_to_peak_error",
 }
-#: How far below the root circle a reference with a piece of the gear body is held [normal modules].
+#: Depths of the gear body below the root circle at which references are clamped [normal modules].
 DEPTHS = (0.0, 0.5, 1.0, 2.0)
 PAPER, SOLID, FINE = "plate paper", "solid 4 5 5", "solid 5 8 12"
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-#: What the paper claims: relative error [%] of mean and peak-to-peak of STE and stiffness, in odd cases; MAC; time [s].
+#: Claims of the paper: relative error [%] of mean and peak-to-peak of STE and stiffness, in odd cases; MAC; time [s].
 CLAIM, ODD_CASES, CLAIMED_MAC = 10.0, 25.0, 0.95
 CLAIMED_FAST, CLAIMED_FE, CLAIMED_GAIN = 1.0, 1000.0, 1000.0
 

@@ -1,7 +1,7 @@
 """The optimisation of Garambois et al. 2017, §6: the Pareto fronts of a reverse gear for three tools, against Table 2.
 
 Every gear of the search and every row of the table is evaluated with the same model, resolution and error samples. The
-searches are stored beside the Dataset, generation by generation: a run that was interrupted goes on where it was.
+searches are stored beside the Dataset, generation by generation: an interrupted run continues with the next one.
 """
 
 from studies.s06_paper_fronts.data import compute, scene

@@ -44,7 +44,7 @@ ACCURACIES, SOLID_ACCURACY, ROBUST_ACCURACY = (0.03, 0.01), 0.03, 0.02
 PROMISES = {"promise": (SEED, 60), "solid": (SOLID_SEED, 12), "robust": (ROBUST_SEED, 40)}
 #: Meshes of the front, and the one that the fast models are held against.
 FE_LEVELS, FE_REFERENCE = (0.1, 0.05, 0.02, 0.01), 0.003
-#: What scenes with meshed teeth are called after, and the few meshes of the quick size.
+#: Ending of the names of scenes with meshed teeth, scenes and meshes of the quick size.
 MESHED = "finite elements"
 QUICK = ("case 2", f"case 1, {MESHED}")
 FEW_MESHES = Meshes(levels={"hex8": (2, 3), "hex20": (2, 3)}, reference=(3, 4, 5), accuracies=(0.1,))
@@ -79,7 +79,7 @@ def scene(name: str = "case 1") -> Scene:
 def compute(*, quick: bool = False, folder: Path | None = None) -> xr.Dataset:
     """Work–precision of the scenes, front over all models, promises on random scenes, scaling; in one Dataset.
 
-    Each part is kept in ``folder``, where a run goes on; nothing is kept of the quick size.
+    Each part is kept in ``folder``, from which an interrupted run continues; nothing is kept of the quick size.
     """
     return join([kept(None if quick or folder is None else folder / f"{n}.nc", part) for n, part in _parts(quick)])
 

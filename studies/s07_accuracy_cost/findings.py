@@ -12,7 +12,7 @@ from studies.s07_accuracy_cost.scaling import DIMENSIONS, exponent
 if TYPE_CHECKING:
     import xarray as xr
 
-#: What is held: share of the scenes whose true error is within the accuracy, and time, choosing included, over that
+#: Limits: share of the scenes whose true error is within the accuracy, and time, choosing included, over that
 #: of the best setting.
 MET, TIMES = 0.95, 6.0
 #: Variables that are there where a scene has finite elements.

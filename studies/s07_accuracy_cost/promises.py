@@ -37,7 +37,7 @@ REFERENCE, BEFORE = {"segments": 180, "gauss_points": 24}, {"segments": 120, "ga
 MOST_SEGMENTS, MOST_POINTS = 128, 32
 #: Settings that are timed again, and how often: the quickest repeat counts.
 FINALISTS, REPEATS = 4, 7
-#: What is recorded where an accuracy is said to be out of reach.
+#: Record of an accuracy that the choice reports as out of reach.
 REFUSED = dict.fromkeys(("estimated", "true", "seconds", "best_seconds", "search_seconds", "trials"), float("nan"))
 
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 SEGMENTS, SAMPLES, WIDTHS = (2, 4, 8, 16, 32, 64, 128, 256, 512), (64, 256, 1024, 4096, 16384), (1, 2, 4, 8, 16)
 #: Samples of the run that is shared among workers.
 SHARED = 4096
-#: How steeply time may grow: exponent of time over size at the large end.
+#: Sizes over which run time is measured.
 DIMENSIONS = ("segments", "samples", "pairs", "workers")
 
 

@@ -46,7 +46,7 @@ KNOWN = {
     "fine_pitch": 1.0, "fzg_c": 0.3, "hcr_spur": 1.0, "nasa_28": 1.0, "osu_50": 0.5, "rim_17_43": 2.0, "ross_62": 2.0,
     "thin_rim": 1.0, "e_drive_input": 1.0, "e_drive_output": 0.3, "large_wheel": 1.0, "nrel_5mw_stage3": 2.0,
 }  # fmt: skip
-#: Of pairs drawn at random: spur and helical, and the parts of the torque that they carry in turn.
+#: Number of random spur and helical pairs, and the shares of the torque that they carry in turn.
 DRAWN, PARTS = (3, 7), (1.0, 0.1, 2.0, 0.5)
 
 
@@ -99,7 +99,7 @@ def scene(number: int = 0) -> Scene:
 
 
 def compute(*, quick: bool = False, folder: Path | None = None) -> xr.Dataset:
-    """Curves of all pairs; those of the contact finite elements are kept in ``folder``, where a run goes on."""
+    """Curves of all pairs; those of contact finite elements are kept in ``folder``, so that a run can continue."""
     if quick:
         return collected([with_models(contact_curve(spur_scene("spur"), 2))])
     rows = [

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 BEST = "solid + ring"
-#: What it is held to: mean, peak-to-peak [%], worst MAC.
+#: Limits of its errors: mean, peak-to-peak [%], least MAC.
 LIMITS = {"mean": 1.0, "peak_to_peak": 3.0, "mac": 0.98}
 
 

@@ -24,9 +24,9 @@ from studies.s10_fronts_on_bodies.data import MODELS, means, on_body, study
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Where teeth touch, by the name it has here.
+#: Contact models: on the line of action, and off it.
 CONTACTS = ("line", "off_line")
-#: What is told of each gear: means over the error samples [%, µm], and the RMS of the STE without errors [µm].
+#: Numbers of each gear: means over the error samples [%, µm], and the RMS of the STE without errors [µm].
 NAMES = {"m_k": "%", "m_ste": "µm", "rms": "µm"}
 
 

@@ -23,6 +23,7 @@ class PlateFlank:
     correction: float = 0.0
     error: float = 0.005
     driven: bool = False
+    anchors: None = None
     attrs: dict = field(
         default_factory=lambda: {
             "unknowns": 9, "meshes": 1, "seconds": 2.0, "solver": "by hand", "element": "hex20", "cached": True,
