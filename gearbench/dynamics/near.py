@@ -1,9 +1,9 @@
 """Harmonic balance of many samples of one mesh, from that of their mean.
 
-With V_s = K_s − K̄ of a sample and x' its motion at rest without the mean, the force less that of the mean springs is
-e = p_s − V_s x' where the gears stand still, p_s = f̂_s − K̄ x̂_s. Samples vary about V_0: where G is the motion that a
-force makes in the balance with V_0, e − (V_s − V_0) G e' = e' at any speed, and f = (1 − (K̄ + V_0) G) e' are the orders
-of the force (D5).
+The stiffness of a sample is K̄ + V_s, that of their mean K̄ + V_0; x' is its motion at rest without order 0. If the
+gears stood still, its force beside that of the springs K̄ would be e = p_s − V_s x', with p_s = f̂_s − K̄ x̂_s. They move:
+let G be the motion per force in the balance with V_0. Then e' + (V_s − V_0) G e' = e, and (1 − (K̄ + V_0) G) e' are the
+orders of the force (D5).
 """
 
 from __future__ import annotations

@@ -40,7 +40,7 @@ def at_rest(box: Gearbox, settled: tuple[Settled, ...]) -> Variables:
             tilted.append(MILLIRADIANS * motion[3:])
             own = settled[number].motion[settled[number].structure.motions(number)]
             opened += box.face_rows(mesh, index, box.models[number]) @ own
-        # flanks apart at one end of the face and not at the other: the slope over half the face, twice
+        # from one end of the face, η = −1, to the other
         misaligned.append(2 * MICROMETRES * abs(np.polyfit(FACE_POINTS[0], opened, 1)[0]))
     return {
         "gear_deflection": (("gear", "direction"), np.array(moved)),
@@ -114,7 +114,7 @@ def coords(model: Model) -> dict[str, Any]:
     stations = [(shaft.shaft.name, z) for shaft in box.models for z in shaft.nodes]
     kinds = ["shaft"] * len(box.models) + ["bearing"] * len(model.mechanics.bearing_names)
     parts = [f"{kind} {part.name}" for kind, part in zip(kinds, model.mechanics.parts, strict=True)]
-    parts += [*(f"mesh {name}" for name in box.names)]
+    parts += [f"mesh {name}" for name in box.names]
     found = {
         "gear": ("gear", gear_names(box)),
         "tilt": ("tilt", list(TILTS)),
