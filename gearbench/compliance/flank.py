@@ -326,7 +326,7 @@ def _times(X: NDArray, C: NDArray) -> NDArray:
     """X C, (…, k), as one product; between the loads on a single tooth C is diagonal as a rule."""
     if _is_diagonal(C):
         return X * np.diagonal(C)
-    return (X.reshape(-1, len(C)) @ C).reshape(*X.shape[:-1], -1)
+    return (X.reshape(-1, len(C)) @ C).reshape(*X.shape[:-1], C.shape[1])
 
 
 def _run(rows: NDArray) -> slice | NDArray:

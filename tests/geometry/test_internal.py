@@ -316,6 +316,16 @@ def test_a_train_of_a_ring_is_its_pair():
     assert_allclose(one["transmission_error"], simulate(parse_scene(example()))["transmission_error"], rtol=1e-12)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "support", [None, {"radial": 0.0, "tangential": 0.0}, {"lugs": [0.0, 90.0, 180.0, 270.0], "lug_length": 15.0}]
+)
+def test_a_requested_accuracy_is_met_on_rings(support):
+    tables = example(pair__wheel__outer_diameter=215.0, resolution={"accuracy": 0.01})
+    tables["pair"]["wheel"] |= {} if support is None else {"support": support}
+    assert simulate(parse_scene(tables)).attrs["accuracy_estimated"] < 0.01
+
+
 def test_a_ring_as_pinion_is_refused():
     pair = example()["pair"]
     with pytest.raises(InputError, match=r"pair\.pinion\.teeth = -99.*reverse the torque"):
