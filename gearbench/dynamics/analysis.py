@@ -158,8 +158,8 @@ def over_speed(model: LinearModel, speeds: NDArray, harmonics: int) -> Variables
         }
     if model.mechanics.bearing_names:
         dims = ("speed", "mesh", "bearing", "direction", "harmonic")
-        felt = model.on_bearings(vibration)[..., own]
-        by_source = np.where(model.is_source[:, None, None, None], np.moveaxis(felt, 3, 1), 0.0)
+        by_source = np.moveaxis(model.on_bearings(vibration)[..., own], 3, 1)
+        by_source[:, ~model.is_source] = 0.0
         variables["bearing_force_amplitude"] = (dims, 2 * np.abs(by_source))
         variables["bearing_force_phase"] = (dims, np.angle(by_source))
         variables["bearing_load"] = (("bearing", "direction"), model.mechanics.bearing_load)
