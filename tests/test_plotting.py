@@ -154,12 +154,12 @@ def test_a_sweep_does_not_pass_for_its_first_point(loads):
 
 
 def test_the_face_width_runs_across_on_every_picture_of_a_flank(axes, monkeypatch, tmp_path):
-    from studies.s03_error_modes import compute, figures, pictures
+    from studies.s03_error_modes import compute, figures, findings
 
     data = simulate(SCENE)
     load_distribution(data, axes)
     shown = [axes, load_map(data, 0)]
-    monkeypatch.setattr(pictures, "write_figure", lambda figure, path: shown.append(figure.axes[0]))
+    monkeypatch.setattr(findings, "write_figure", lambda figure, path: shown.append(figure.axes[0]))
     figures(compute(quick=True), tmp_path)
     assert len(shown) > 5
     for axis in shown:
