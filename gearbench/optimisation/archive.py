@@ -1,4 +1,4 @@
-"""All designs that a search has asked for, each different gear once, and the history of the search."""
+"""Archive of a search: every gear it has asked for, stored once, and the history of its generations."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from gearbench.optimisation.front import hypervolume, non_dominated
 from gearbench.optimisation.problem import Evaluation, assignments
 from gearbench.optimisation.study import Design, OptimisationStudy
 
-#: The reference point of the hypervolume, over the worst objectives of the first feasible designs.
+#: Reference point of the hypervolume, as a factor on the worst objectives of the first feasible designs.
 MARGIN = 1.1
 
 
@@ -28,17 +28,17 @@ class Archive:
     Attributes
     ----------
     designs, results, first_generations
-        By number: the design as it was first asked for, its result, and the generation that asked for it, from 1.
+        Lists indexed by design number: the design, its result, and the generation that first asked for it (from 1).
     asked
-        Numbers of the designs that each generation asked for, (member,).
+        Design numbers that a generation asked for, (member,); one array per generation.
     evaluated, feasible_found, hypervolumes
-        For each generation: designs not known before, feasible ones known so far, share of the box below
-        ``reference_point`` that they dominate.
+        Lists over the generations: number of newly evaluated designs, number of feasible designs so far, and the
+        share of the box below ``reference_point`` that the front dominates.
     front, front_objectives
-        Numbers of the designs that no other dominates, and their objectives, (design, objective).
+        Numbers of the Pareto-optimal designs, and their objectives, (design, objective).
     responses
-        Responses of a design of the front to all error samples, (response, sample), by its number, where designs
-        race; unknown at first for designs read from disk.
+        Responses of the designs on the front to all error samples, (response, sample), by design number. Filled only
+        in studies that race; designs read from disk have none until they are evaluated again.
     """
 
     def __init__(self, study: OptimisationStudy) -> None:
@@ -64,14 +64,14 @@ class Archive:
         return np.array([self._number[self._gear(design)] for design in designs], dtype="int64")
 
     def unknown(self, designs: Sequence[Design]) -> list[Design]:
-        """Designs without a result, each different gear once."""
+        """Designs whose gear has no result yet; of several designs for the same gear, only the first."""
         gears: dict[Any, Design] = {}
         for design in designs:
             gears.setdefault(self._gear(design), design)
         return [design for gear, design in gears.items() if gear not in self._number]
 
     def add(self, designs: Sequence[Design], new: Mapping[Design, Evaluation]) -> list[Evaluation]:
-        """Add a generation; ``new`` holds the results of the unknown designs. Returns the results of all of it."""
+        """Add a generation and return the results of all its designs; ``new`` has those of the unknown designs."""
         first, unknown = len(self.designs), self.unknown(designs)
         for design in unknown:
             self._number[self._gear(design)] = len(self.designs)
@@ -85,7 +85,7 @@ class Archive:
         return [self.results[number] for number in self.asked[-1]]
 
     def _update_front(self, new: Mapping[int, Evaluation]) -> None:
-        """Take new designs into account: those that are feasible and were computed on all samples."""
+        """Update front and hypervolume with the new designs that are feasible and were computed on all samples."""
         samples = self.study.robustness.samples
         new = {number: result for number, result in new.items() if result.feasible and result.samples == samples}
         candidates = [*self.front, *new]

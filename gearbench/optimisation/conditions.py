@@ -1,4 +1,4 @@
-"""Conditions and rankings as text: read by a small grammar of their own, never evaluated as code."""
+"""Parser of conditions and rankings given as text; the text is never evaluated as code."""
 
 from __future__ import annotations
 
@@ -32,22 +32,22 @@ _BAND = re.compile(rf"\s*({_NUMBER})\s*:\s*({_NUMBER})\s*")
 
 
 def _same(x: NDArray, limit: float) -> NDArray:
-    """Equal but for the rounding of decimals."""
+    """Compare to nine digits, so that the rounding of decimals does not matter."""
     return np.isclose(x, limit, rtol=1e-9, atol=1e-12)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Condition:
-    """A comparison that a design must pass; values that are not known (NaN) do not.
+    """A comparison that a design must pass; an unknown value (NaN) fails it.
 
     Parameters
     ----------
     name
-        Of a quantity.
+        Name of the quantity.
     comparison
         One of <= >= < > == !=; numbers that agree to nine digits are equal.
     limit
-        A number, or a text for variables whose values are texts.
+        A number; a text if the values of the variable are texts.
     """
 
     name: str
@@ -59,12 +59,12 @@ class Condition:
         return f"{self.name} {self.comparison} {limit}"
 
     def holds(self, values: NDArray) -> NDArray:
-        """Whether it holds, elementwise.
+        """Check every value, elementwise.
 
         Raises
         ------
         InputError
-            If numbers are compared with a text, or texts by their size.
+            If numbers are compared with a text, or texts with one of <= >= < >.
         """
         if values.dtype.kind not in "iufb":
             if self.comparison not in ("==", "!="):
@@ -77,12 +77,12 @@ class Condition:
 
 
 def parse_condition(text: str) -> Condition:
-    """Condition from a text such as ``helix_angle<=15``.
+    """Read a condition from a text such as ``helix_angle<=15``.
 
     Raises
     ------
     InputError
-        If it is none.
+        If the text is not a condition.
     """
     found = _CONDITION.fullmatch(text)
     if found is None:
@@ -98,12 +98,12 @@ def parse_condition(text: str) -> Condition:
 
 
 def parse_ranking(text: str) -> dict[str, float]:
-    """Weights by name from a text such as ``mesh_stiffness_rms_mean + 2*transmission_error_rms_max``.
+    """Read weights by name from a text such as ``mesh_stiffness_rms_mean + 2*transmission_error_rms_max``.
 
     Raises
     ------
     InputError
-        If it is none.
+        If the text is not a weighted sum.
     """
     weights: dict[str, float] = {}
     position = 0
@@ -125,12 +125,12 @@ def parse_ranking(text: str) -> dict[str, float]:
 
 
 def parse_band(key: str, text: str) -> tuple[float, float]:
-    """Lower and upper end from a text such as ``900:1100``.
+    """Read the lower and upper end of a range from a text such as ``900:1100``.
 
     Raises
     ------
     InputError
-        If it is no range of positive numbers.
+        If the text is not a range of positive numbers.
     """
     found = _BAND.fullmatch(text)
     low, high = (float(x) for x in found.groups()) if found else (math.nan, math.nan)

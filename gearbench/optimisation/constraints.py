@@ -20,8 +20,8 @@ from gearbench.solution import solve_scene
 from gearbench.strength.rating import GEOMETRIC
 from gearbench.trains.solve import SolvedTrain
 
-#: Relative margin within which a limit that ``solve_roughly`` finds broken is checked exactly. Its error on random
-#: gears is at most 2.5 % with plates, 4.9 % with solid teeth on gear bodies.
+#: A rough value that violates its limit by less than this relative margin is computed again exactly. The error of
+#: ``solve_roughly`` on random gears is at most 2.5 % with plates and 4.9 % with solid teeth on gear bodies.
 ROUGH = 0.1
 
 
@@ -31,7 +31,7 @@ def check_limited(name: str) -> None:
     Raises
     ------
     InputError
-        Naming those that can: numbers of the geometry, of the strength, and responses as ``simulate`` has them.
+        Unless the name is a number of ``gearbench.optimisation.numbers`` or a response of ``simulate``.
     """
     if name not in NUMBERS and not is_response(name):
         raise InputError(
@@ -46,12 +46,12 @@ def constrained(
     cost: float = math.nan,
     force: Callable[[Scene], float] = lambda _: math.nan,
 ) -> dict[str, float]:
-    """Limited quantities of ``scene`` by name; NaN where they were not computed.
+    """Compute the limited quantities of ``scene`` by name; NaN where they were not computed.
 
-    Cheap ones come first: those of the geometry, then those of the scene, then those of the scene solved, each only
-    where the limits before it hold. ``solved`` is called for the last; by default the scene is solved here. Of several
-    loads the worst one counts, and each is solved here. ``cost`` is that of the design's variables,
-    ``force`` the mesh force over the study's speeds.
+    Quantities are computed in order of cost: geometry, scene, solved scene. A later group is computed only if the
+    limits of the earlier groups hold. ``solved`` returns the solved scene; by default this function solves it. With
+    several loads, every load is solved here and the worst value counts. ``cost`` is the cost of the design's
+    variables, ``force`` returns the mesh force over the study's speeds.
     """
     if scene.loads:
         return _under_the_worst(scene, limits, cost, force)
@@ -70,14 +70,14 @@ def constrained(
 
 
 def number(name: str, scene: Scene, solved: Callable[[], Solved | SolvedTrain], cost: float = math.nan) -> float:
-    """Value of a number of the design, of several meshes the greatest; arguments as of ``constrained``."""
+    """Value of a number of the design, the greatest over its meshes; arguments as in ``constrained``."""
     return max(numbers_of(name, scene, solved, cost))
 
 
 def numbers_of(
     name: str, scene: Scene, solved: Callable[[], Solved | SolvedTrain], cost: float = math.nan
 ) -> list[float]:
-    """A number of the design, or a response as ``simulate`` has it; of a planetary set that of each mesh, if it has."""
+    """Values of a number of the design or a ``simulate`` response: one per mesh if it belongs to a mesh, else one."""
     if name == COST:
         return [cost]
     if name in GEOMETRIC:
@@ -91,7 +91,7 @@ def numbers_of(
 
 
 def solve_roughly(scene: Scene) -> Solved:
-    """The scene solved at the mesh phases and on the segments of its error samples, which need them anyway."""
+    """Solve the scene at the mesh phases and on the segments of its error samples; they need this solution anyway."""
     phase, weight = mesh_phases(scene)
     lines = scene_lines(scene, phase)
     problem = assemble(scene, lines)
@@ -99,13 +99,13 @@ def solve_roughly(scene: Scene) -> Solved:
 
 
 def may_be_rough(scene: Scene, limits: Iterable[str]) -> bool:
-    """Whether ``solve_roughly`` serves the ``limits``: the pressure, not the fine structure of a curve."""
+    """Whether ``solve_roughly`` is enough for ``limits``: only if the contact pressure is the one costly limit."""
     costly = {name for name in limits if name not in (COST, *GEOMETRIC, *OF_SCENE)}
     return not scene.has_shafts and not scene.coupled and costly <= {"contact_pressure"}
 
 
 def decided(values: Mapping[str, float], limits: Mapping[str, Limit]) -> bool:
-    """Whether rough ``values`` are so far from their limits that better ones would not change the verdict."""
+    """Whether rough ``values`` are so far from their limits that exact values could not change the verdict."""
     ends = ((values[n], end) for n in limits if n in UNDER_LOAD for end in (limits[n].min, limits[n].max))
     return not any(end is not None and abs(value - end) <= ROUGH * abs(end) for value, end in ends)
 
@@ -113,14 +113,14 @@ def decided(values: Mapping[str, float], limits: Mapping[str, Limit]) -> bool:
 def _under_the_worst(
     scene: Scene, limits: Mapping[str, Limit], cost: float, force: Callable[[Scene], float]
 ) -> dict[str, float]:
-    """``constrained`` under several loads."""
+    """Compute ``constrained`` under every load and keep the worst values."""
     found = [constrained(each, limits, cost=cost, force=force) for each in scene.each_load]
     known = {name: [values[name] for values in found if not math.isnan(values[name])] for name in limits}
     return {name: limits[name].worst(values) if values else math.nan for name, values in known.items()}
 
 
 def judge(values: Mapping[str, float], limits: Mapping[str, Limit]) -> tuple[float, str]:
-    """Sum of the relative violations, and in words which limits do not hold ("" where all do)."""
+    """Sum of the relative violations, and a text that names the violated limits ("" if there are none)."""
     broken = {
         name: limit.violation(values[name])
         for name, limit in limits.items()

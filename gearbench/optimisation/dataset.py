@@ -1,4 +1,4 @@
-"""Datasets of an optimisation: one for each generation, and the final one of all designs and their front."""
+"""Datasets of an optimisation: one per generation, and a final one with all designs and the front."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from gearbench.results.responses import described
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Dimensions, whose names a variable must not have.
+#: Dimensions of the Datasets. A design variable must not have one of these names.
 DIMENSIONS = frozenset({"design", "generation", "variable", "constraint", "objective_name", "member"})
 
 
 def designs_dataset(
     study: OptimisationStudy, designs: Sequence[Design], results: Sequence[Evaluation], first: Sequence[int] | NDArray
 ) -> xr.Dataset:
-    """Designs with all that is known of them, dimension ``design``; ``first`` is the generation of each."""
+    """Dataset over ``design``: variables and results; ``first`` holds the first generation of each design."""
     import xarray as xr
 
     codes = np.array(designs, dtype=float).reshape(len(designs), len(study.variables))
@@ -45,7 +45,7 @@ def designs_dataset(
     shown = [values_of(study, design) for design in designs]
     for i, variable in enumerate(study.variables):
         attrs = {"long_name": variable.name, "paths": ", ".join(variable.paths)}
-        # of all its values, so that generations are alike
+        # the type that holds all values of the variable, so that every generation has the same
         kind = np.array(variable.grid or [0.0]).dtype
         values = np.array([row[i] for row in shown], dtype=kind)
         variables[variable.name] = ("design", values.astype("int8") if values.dtype == bool else values, attrs)
@@ -68,17 +68,17 @@ def designs_dataset(
 
 
 def read_names(study: OptimisationStudy) -> tuple[str, ...]:
-    """Names of the variables of ``designs_dataset`` that the others follow from."""
+    """Names of the data in ``designs_dataset`` from which ``read_designs`` restores everything."""
     return ("code", "violation", "reason", "evaluated_samples", *study.constraints, *study.statistics)
 
 
 def read_designs(dataset: xr.Dataset, study: OptimisationStudy) -> list[tuple[Design, Evaluation]]:
-    """Designs and results of a Dataset with the variables ``read_names``, exactly as they were.
+    """Designs and results of a Dataset with the variables ``read_names``, exactly as they were stored.
 
     Raises
     ------
     LookupError, ValueError
-        If it is none.
+        If the Dataset does not hold them.
     """
     kinds = [float if variable.kind == "real" else int for variable in study.variables]
     names = ("code", "violation", "reason", "evaluated_samples")
@@ -95,7 +95,7 @@ def read_designs(dataset: xr.Dataset, study: OptimisationStudy) -> list[tuple[De
                 violation=float(violation),
                 reason=str(reason),
                 constraints=tuple(map(float, limited)),
-                # a number that is limited, too, is known of designs that are not feasible
+                # a number that is also limited is stored for infeasible designs too: drop it here
                 statistics=tuple(float(x) if violation == 0 else math.nan for x in known),
                 samples=int(samples),
             ),
@@ -105,9 +105,9 @@ def read_designs(dataset: xr.Dataset, study: OptimisationStudy) -> list[tuple[De
 
 
 def front_dataset(archive: Archive, population: Sequence[Design], wall_time: float) -> xr.Dataset:
-    """All designs of a finished search and its history, dimensions ``design`` and ``generation``.
+    """Dataset of a finished search over ``design`` (all designs) and ``generation`` (history).
 
-    ``population`` are the designs that survived the last generation.
+    ``population`` holds the designs that survived the last generation.
     """
     from gearbench.results.provenance import run_provenance
 

@@ -1,4 +1,4 @@
-"""Design variables that are not keys of a scene, but follow from them once the pair, or the set, is known."""
+"""Derived design variables: not keys of a scene, but converted to keys once the pair or planetary set is known."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from typing import Any
 from gearbench.errors import InputError
 from gearbench.geometry.pair import Pair
 
-#: Function from the tables of a scene, and a function that makes their pair, to the keys that a value sets.
+#: Function of the scene's tables, of a function that makes a pair from its table, and of the variable's value;
+#: it returns the keys that the value sets.
 Derivation = Callable[[Mapping[str, Any], Callable[[Mapping[str, Any]], Pair], float], dict[str, Any]]
 
 
@@ -29,7 +30,7 @@ def _addendum(tables: Mapping[str, Any], pair_of: Callable[[Mapping[str, Any]], 
 
 
 def _any_pair(table: Mapping[str, Any], pair_of: Callable[[Mapping[str, Any]], Pair]) -> Pair:
-    """The pair with the greatest addendum that works: its pitch and base circles do not depend on it."""
+    """Pair with the greatest valid addendum; pitch and base circles, which alone are needed, do not depend on it."""
     faults = []
     for tenths in range(10, 0, -1):
         members = {name: {**table.get(name, {}), "addendum": tenths / 10} for name in ("pinion", "wheel")}
@@ -46,7 +47,7 @@ def unit_contact_addendum(pair: Pair) -> float:
     Raises
     ------
     InputError
-        If no addendum between 0 and 1 does.
+        If no addendum between 0 and 1 gives that.
     """
     from scipy.optimize import brentq
 
@@ -65,9 +66,9 @@ def _ring_teeth(tables: Mapping[str, Any], _: Callable[[Mapping[str, Any]], Pair
     return {"planetary.ring.teeth": -(sun + 2 * planet + round(value))}
 
 
-#: Name → how it sets keys of the scene, in the order they are applied. Lengths are fractions of the tooth height h_e
-#: (the smaller one, where the gears differ); the addendum goes from 0, where ε_α = 1, to 1, the standard h_a* = 1.
-#: Extra teeth are those of a ring beside z_s + 2 z_p.
+#: Name → function that sets keys of the scene; applied in this order. Lengths are fractions of the tooth height h_e
+#: (of the smaller one if the gears differ). The addendum fraction runs from 0 (ε_α = 1) to 1 (standard h_a* = 1).
+#: Extra teeth are added to z_s + 2 z_p to give the tooth count of the ring.
 DERIVED: Mapping[str, Derivation] = MappingProxyType(
     {
         "pair.addendum_fraction": _addendum,
@@ -77,7 +78,7 @@ DERIVED: Mapping[str, Derivation] = MappingProxyType(
     }
 )
 
-#: Keys of the scene that a derived one sets, for checks.
+#: Keys of the scene that a derived variable sets, for checks.
 SETS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         "pair.addendum_fraction": ("pair.pinion.addendum", "pair.wheel.addendum"),

@@ -1,4 +1,4 @@
-"""Quantities of the designs of a stored optimisation, by name: stored ones, and those that follow from a scene."""
+"""Designs of a stored optimisation: their quantities by name (stored, or computed from the scene) and their scenes."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from gearbench.scene import Scene
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Scenes of designs that are kept.
+#: Number of scenes kept in memory.
 SCENES = 4096
 
 
@@ -36,19 +36,19 @@ class Designs:
     dataset
         The final Dataset of an optimisation.
     source
-        What faults name: its file.
+        Name of the file in error messages.
 
     Raises
     ------
     InputError
-        If it is none.
+        If the Dataset is not the result of an optimisation.
     """
 
     def __init__(self, dataset: xr.Dataset, source: str = "dataset") -> None:
         self.source = source
         if "study" not in dataset.attrs or "design" not in dataset.dims or "on_front" not in dataset:
             raise InputError("", source, "must be the result of an optimisation (front.nc)")
-        if "evaluated_samples" not in dataset and "feasible" in dataset:  # before designs raced
+        if "evaluated_samples" not in dataset and "feasible" in dataset:  # a file written before racing existed
             dataset = dataset.assign(evaluated_samples=dataset.attrs.get("samples", 0) * dataset["feasible"])
         self.dataset = dataset
         _check(dataset, self.study, source)
@@ -63,23 +63,23 @@ class Designs:
             raise InputError("", self.source, "is damaged or changed: its study is not that of its digest")
         try:
             return parse_study(tomllib.loads(text))
-        except (ValueError, RecursionError) as error:  # an InputError is one, too
+        except (ValueError, RecursionError) as error:  # an InputError is a ValueError too
             raise InputError("", self.source, f"its study cannot be read: {error}") from None
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of all quantities: one value for each design."""
+        """Names of all quantities that have one value per design."""
         stored = [str(name) for name, v in self.dataset.data_vars.items() if v.dims == ("design",)]
         other = OF_PAIR if self.study.of_set else tuple(OF_SET)
         return tuple(dict.fromkeys((*stored, *(name for name in OF_SCENE if name not in other))))
 
     def find(self, key: str, name: str) -> str:
-        """Full name of a quantity from its full name or from its last parts, if no other ends so.
+        """Full name of a quantity, given in full or by its last parts if they are unambiguous.
 
         Raises
         ------
         InputError
-            If there is none, or more than one; ``key`` says where the name was given.
+            If no quantity or several match; ``key`` says where the name was given.
         """
         if name in self.names:
             return name
@@ -91,13 +91,13 @@ class Designs:
         raise InputError(key, name, f"unknown quantity; known: {', '.join(self.names)}")
 
     def values(self, name: str, numbers: NDArray) -> NDArray:
-        """Values of a quantity by its full name for the designs at ``numbers``; they must be gears."""
+        """Values of a quantity (full name) for the designs ``numbers``, (number,); these must be valid gears."""
         if name in self.dataset:
             return self.dataset[name].values[numbers]
         return np.array([OF_SCENE[name](self.scene(int(number))) for number in numbers], dtype=float)
 
     def scene(self, number: int) -> Scene:
-        """Scene of a design by its number in the dimension ``design``; the last ones are kept."""
+        """Scene of a design by its number in the dimension ``design``; the last ``SCENES`` are cached."""
         return self._scene(number)
 
     def _scene_of(self, number: int) -> Scene:
@@ -105,12 +105,12 @@ class Designs:
             return scene_of(self.study, self.design(number))
 
     def require_design(self, key: str, number: int, *, feasible: bool = False) -> None:
-        """Refuse what is no number of a design; ``key`` says where it was given.
+        """Refuse a number without a design; ``key`` says where it was given.
 
         Raises
         ------
         InputError
-            If there is no such design, or it must be feasible and is not.
+            If there is no such design, or if ``feasible`` is asked for and it is not.
         """
         count = self.dataset.sizes["design"]
         if not 0 <= number < count:
@@ -119,12 +119,12 @@ class Designs:
             raise InputError(key, number, f"is not feasible: {self.dataset['reason'].values[number]}")
 
     def require_feasible(self, name: str = "feasible") -> NDArray:
-        """Numbers of the designs that are ``name``, feasible or on_front.
+        """Numbers of the designs flagged by ``name``, "feasible" or "on_front".
 
         Raises
         ------
         InputError
-            If there is none.
+            If there are none.
         """
         numbers = np.flatnonzero(self.dataset[name].values)
         if numbers.size == 0:
@@ -140,17 +140,17 @@ class Designs:
         )
 
     def unit(self, name: str) -> str:
-        """Unit of a quantity, "" where it has none."""
+        """Unit of a quantity, "" if it has none."""
         unit = self.dataset[name].attrs.get("units", "") if name in self.dataset else QUANTITIES[name].units
         return "" if unit == "1" else unit
 
     def support(self, rows: Iterable[int]) -> str:
-        """Support of the teeth of the designs at ``rows``."""
+        """Support of the teeth of the designs ``rows``, as text."""
         return " or ".join(sorted({support(self.scene(int(row))) for row in rows}))
 
 
 def _check(dataset: xr.Dataset, study: OptimisationStudy, source: str) -> None:
-    """Refuse a Dataset that does not hold the designs of its study."""
+    """Refuse a Dataset whose variables, codes and results do not fit its study."""
     texts = {"reason", *(v.name for v in study.variables if v.kind == "choice")}
     shared = {"feasible", "on_front", *(v.name for v in study.variables)}
     for name in (*read_names(study), *shared):
@@ -166,12 +166,12 @@ def _check(dataset: xr.Dataset, study: OptimisationStudy, source: str) -> None:
 
 
 def design_scene(dataset: xr.Dataset, design: int) -> Scene:
-    """The scene of a design of a stored optimisation, by its number in the dimension ``design``.
+    """Scene of a design of a stored optimisation, by its number in the dimension ``design``.
 
     Raises
     ------
     InputError
-        If the Dataset is no optimisation's, there is no such design, or it makes no gear.
+        If the Dataset is not from an optimisation, there is no such design, or it is not a valid gear.
     """
     designs = Designs(dataset)
     designs.require_design("design", design)

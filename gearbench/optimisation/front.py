@@ -7,9 +7,12 @@ from numpy.typing import NDArray
 
 
 def non_dominated(F: NDArray) -> NDArray:
-    """Whether no other row of ``F`` (point, objective) is at least as good in all and better in one, (point,)."""
+    """Flag the rows of ``F`` (point, objective) that no other row dominates, (point,).
+
+    A row dominates another if it is at least as good in all objectives and better in one; smaller is better.
+    """
     keep = np.ones(len(F), dtype=bool)
-    order = np.lexsort(F.T[::-1])  # a point that dominates another stands before it
+    order = np.lexsort(F.T[::-1])  # a point comes after every point that dominates it
     front = np.empty((0, F.shape[1]))
     for i in order:
         keep[i] = not np.any(np.all(front <= F[i], axis=1) & np.any(front < F[i], axis=1))
@@ -19,7 +22,7 @@ def non_dominated(F: NDArray) -> NDArray:
 
 
 def hypervolume(F: NDArray) -> float:
-    """Share of the unit box that the points ``F`` (point, objective) dominate; points outside it count for nothing."""
+    """Share of the unit box that the points ``F`` (point, objective) dominate; points outside the box are ignored."""
     inside = F[np.all(F < 1.0, axis=1)]
     if len(inside) == 0:
         return 0.0

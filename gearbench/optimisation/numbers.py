@@ -1,7 +1,7 @@
-"""Numbers of a design that do not scatter with its errors: objectives and limits take them from here.
+"""Numbers of a design that do not depend on the manufacturing errors, for objectives and limits.
 
-From cheap to costly they come from the variables, the geometry, the scene and the solved scene. Responses, which
-scatter, are those of ``gearbench.results.responses``.
+In order of cost they come from the variables, the geometry, the scene and the solved scene. Responses, which do
+depend on the errors, are in ``gearbench.results.responses``.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ if TYPE_CHECKING:
     from gearbench.results.solved import Solved
     from gearbench.scene import Scene
 
-#: From the variables: what their values cost, by the tables ``costs`` of the study.
+#: Number from the variables: the sum of the costs of their values, from the table ``costs`` of the study.
 COST = "cost"
 #: Members of a planetary set that may drive, be driven or stand still.
 CENTRAL = (SUN, RING, CARRIER)
-#: Gauss points on each panel of a tooth's outline: its area to ten digits.
+#: Gauss points on each panel of the tooth outline; they give its area to ten digits.
 POINTS = 16
-#: Effects that a designer gives the flanks; errors and measured flanks are none.
+#: Effects that count as flank modifications by design; errors and measured flanks do not.
 MODIFICATIONS = (
     "crowning",
     "tip_relief",
@@ -40,18 +40,21 @@ MODIFICATIONS = (
 
 
 def planetary_set(scene: Scene) -> PlanetarySet | None:
-    """The set that a scene is of, where it is one."""
+    """Planetary set of a scene; None if the scene is not one."""
     return None if scene.train is None else scene.train.planetary
 
 
 def each_mesh(scene: Scene) -> tuple[Scene, ...]:
-    """Scenes of the meshes that differ: of a planetary set those of a planet with sun and ring; else itself."""
+    """Scenes of the distinct meshes: sun-planet and planet-ring of a planetary set; otherwise the scene itself."""
     own = planetary_set(scene)
     return (scene,) if own is None else tuple(scene.meshes.values())[:: own.keys.number]
 
 
 def mass(scene: Scene) -> float:
-    """Mass of all gears, their teeth as generated, from the bore (none: from the axis) on [kg]."""
+    """Mass of all gears [kg]: generated teeth and a body that reaches to the bore (to the axis if it has none).
+
+    The body of a ring reaches to its outer diameter.
+    """
     from gearbench.compliance.outline import tooth_outline
 
     own, meshes, total = planetary_set(scene), each_mesh(scene), 0.0
@@ -70,7 +73,7 @@ def mass(scene: Scene) -> float:
 
 
 def gear_ratio(scene: Scene) -> float:
-    """u = z_2/z_1; of a planetary set the speed of the faster over that of the slower member that turns."""
+    """u = z_2/z_1; for a planetary set, speed of the fastest central member over that of the slowest turning one."""
     if planetary_set(scene) is None:
         return scene.pair.wheel.teeth / scene.pair.pinion.teeth
     turning = [abs(float(rate)) for name, rate in scene.geometry.rates.items() if name in CENTRAL and rate]
@@ -84,7 +87,7 @@ def axial_force(scene: Scene) -> float:
 
 
 def modifications(scene: Scene) -> int:
-    """Number of kinds of micro-geometry on the flanks."""
+    """Number of kinds of flank modification in use."""
     return sum(scene.effect(name) is not None for name in MODIFICATIONS)
 
 
@@ -103,7 +106,7 @@ def _of_flank(name: str) -> Callable[[Solved], float]:
 
 
 def largest_root_stress(scene: Scene) -> float:
-    """The largest root stress of all gears; of a planetary set of those that a rack has cut, which its ring is not."""
+    """Largest root stress of all gears [MPa]; a planetary set leaves out its ring, which no rack can cut."""
     if planetary_set(scene) is None:
         return max(root_stress(scene))
     sides = ((mesh, index) for mesh in each_mesh(scene) for index in (0, 1) if mesh.pair.gears[index].teeth > 0)
@@ -118,7 +121,7 @@ def _of_set(number: Callable[[PlanetarySet, Scene], float]) -> Callable[[Scene],
     return of_scene
 
 
-#: From the tooth numbers and places of a planetary set.
+#: Numbers from the tooth counts and planet positions of a planetary set.
 OF_SET: Mapping[str, Callable[[Scene], float]] = MappingProxyType(
     {
         "planet_room": _of_set(lambda own, scene: own.room(scene.pair.gears[1].tip_radius)),
@@ -127,7 +130,7 @@ OF_SET: Mapping[str, Callable[[Scene], float]] = MappingProxyType(
         "radial_share": _of_set(lambda own, scene: own.adding(scene.pair.pinion.teeth, 1)),
     }
 )
-#: From the scene.
+#: Numbers from the scene.
 OF_SCENE: Mapping[str, Callable[[Scene], float]] = MappingProxyType(
     {
         **OF_SET,
@@ -142,7 +145,7 @@ OF_SCENE: Mapping[str, Callable[[Scene], float]] = MappingProxyType(
         "wheel_addendum": lambda scene: scene.pair.gears[1].addendum,
     }
 )
-#: From the scene solved.
+#: Numbers from the solved scene.
 UNDER_LOAD: Mapping[str, Callable[[Solved], float]] = MappingProxyType(
     {
         "contact_pressure": largest_pressure,
@@ -151,7 +154,7 @@ UNDER_LOAD: Mapping[str, Callable[[Solved], float]] = MappingProxyType(
         "friction_loss": _of_flank("friction_loss"),
     }
 )
-#: All names.
+#: Names of all numbers.
 NUMBERS = (COST, *GEOMETRIC, *OF_SCENE, *UNDER_LOAD)
 #: Numbers that a planetary set does not have.
 OF_PAIR = ("axial_force", "modifications", "pinion_teeth", "wheel_teeth", "pinion_addendum", "wheel_addendum")

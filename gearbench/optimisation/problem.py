@@ -1,4 +1,4 @@
-"""From a design to its objectives: scene, constraints, and the response to the error samples."""
+"""Evaluation of a design: its scene, its limits, and its responses to the error samples."""
 
 from __future__ import annotations
 
@@ -38,30 +38,30 @@ if TYPE_CHECKING:
     from gearbench.dynamics.over_speed import ForceOverSpeed
     from gearbench.robustness.montecarlo import RobustProblem
 
-#: Violation of a design without a valid, solvable scene; larger than any sum of limits.
+#: Violation of a design whose scene is not valid or cannot be solved; larger than any sum of violated limits.
 NO_GEAR = 1e6
 
 
 @dataclass(frozen=True, kw_only=True)
 class Evaluation:
-    """Results of a design.
+    """Result of evaluating a design.
 
     Parameters
     ----------
     violation
-        Sum of the relative violations of the limits; 0 where it is feasible, 1e6 where there is no such gear.
+        Sum of the relative violations of the limits: 0 for a feasible design, 1e6 (``NO_GEAR``) for an invalid gear.
     reason
-        Why it is not feasible; "" where it is.
+        Why the design is not feasible; "" if it is.
     constraints
         Values of the limited quantities, in the study's order; NaN where unknown.
     statistics
-        In the order of ``OptimisationStudy.statistics``; NaN where it is not feasible.
+        Values in the order of ``OptimisationStudy.statistics``; NaN if the design is not feasible.
     samples
-        Error samples that were computed; fewer than the study's where the front beats it, and then ``statistics`` are
-        estimates (``racing``).
+        Number of error samples computed. It is less than the study's if the front beats the design; ``statistics`` are
+        then estimates (``racing``).
     values
-        Responses to all the samples, (response, sample), where the study races and all were computed; they are kept of
-        the front alone, and not stored.
+        Responses to all samples, (response, sample), if the study races and all were computed, else None. Only those
+        of the front are kept in memory; none are stored on disk.
     """
 
     violation: float
@@ -73,28 +73,28 @@ class Evaluation:
 
     @property
     def feasible(self) -> bool:
-        """Whether it keeps all limits."""
+        """Whether the design keeps all limits."""
         return self.violation == 0
 
     def objectives(self, study: OptimisationStudy) -> tuple[float, ...]:
-        """Values of the study's objectives; NaN where it is not feasible."""
+        """Values of the study's objectives; NaN if the design is not feasible."""
         known = dict(zip(study.statistics, self.statistics, strict=True))
         return tuple(objective.value(known) for objective in study.objectives)
 
 
 def evaluate(study: OptimisationStudy, design: Design, incumbents: Incumbents | None = None) -> Evaluation:
-    """Evaluate a design: the same answer wherever and in whatever order it is computed.
+    """Evaluate a design; the result does not depend on the worker or on the order of evaluation.
 
-    Where ``incumbents`` are given, it stops as soon as its error samples say that one of them beats it, and limits that
-    it keeps roughly (``constraints.solve_roughly``) hold.
+    With ``incumbents``, the error samples of the design stop as soon as they show that one of them beats it. Such a
+    design has only its rough limits checked (``constraints.solve_roughly``).
 
-    A design that is no valid gear, or that cannot be solved, violates the constraints, with the reason. Only too
-    little memory raises an error, because it says nothing about the gear.
+    A design that is not a valid gear, or that cannot be solved, gets the violation ``NO_GEAR`` and the reason. Only a
+    lack of memory raises an error, because it says nothing about the gear.
 
     Raises
     ------
     MemoryBudgetError
-        If it needs more memory than there may be.
+        If the design needs more memory than the budget allows.
     """
     unknown = (math.nan,) * len(study.constraints)
     try:
@@ -106,7 +106,7 @@ def evaluate(study: OptimisationStudy, design: Design, incumbents: Incumbents | 
             return limited
         found = candidate.feasible()
         if candidate.may_be_rough and found.samples == study.robustness.samples:
-            limited = candidate.limited(roughly=False)  # nothing beats it: its limits to the end
+            limited = candidate.limited(roughly=False)  # no incumbent beats it: check its limits exactly
         return replace(found, constraints=limited.constraints) if limited.feasible else limited
     except MemoryBudgetError:
         raise
@@ -118,7 +118,7 @@ def evaluate(study: OptimisationStudy, design: Design, incumbents: Incumbents | 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Candidate:
-    """A design that is being evaluated; what several steps need of its scene is computed once."""
+    """A design under evaluation; it caches the solutions that several steps share."""
 
     study: OptimisationStudy
     scene: Scene
@@ -128,21 +128,21 @@ class _Candidate:
 
     @cached_property
     def may_be_rough(self) -> bool:
-        """Whether its limits are first judged at the mesh phases of its error samples, which it needs anyway."""
+        """Whether the limits are first checked on the solution that the error samples need anyway."""
         return self.incumbents is not None and not self.scene.loads and may_be_rough(self.scene, self.study.constraints)
 
     @cached_property
     def rough(self) -> Solved:
-        """The scene solved at those phases."""
+        """Solution of the scene at the mesh phases of the error samples."""
         return solve_roughly(self.scene)
 
     @cached_property
     def solved(self) -> Solved | SolvedTrain:
-        """The scene solved as ``simulate`` does."""
+        """Solution of the scene as in ``simulate``."""
         return solve_train(self.scene) if self.scene.coupled else solve_scene(self.scene)
 
     def force(self, scene: Scene) -> ForceOverSpeed:
-        """The force over the study's speeds under one load."""
+        """Mesh force over the study's speeds for the load of ``scene``, cached by torque."""
         from gearbench.dynamics.over_speed import ForceOverSpeed
 
         speeds, torque = self.study.speeds, scene.load.torque
@@ -152,7 +152,7 @@ class _Candidate:
         return self.forces[torque]
 
     def limited(self, *, roughly: bool) -> Evaluation:
-        """Its limited quantities, and whether they keep their limits."""
+        """Evaluate the limits: limited quantities, violation and reason; the statistics are still NaN."""
         limits = self.study.constraints
         solved = (lambda: self.rough) if roughly else (lambda: self.solved)
         values = constrained(self.scene, limits, solved, self.cost, lambda scene: self.force(scene).without_errors)
@@ -163,7 +163,7 @@ class _Candidate:
         return Evaluation(violation=violation, reason=reason, constraints=tuple(values.values()), statistics=nothing)
 
     def feasible(self) -> Evaluation:
-        """Evaluation with its statistics, if it keeps its limits; without the values of the limits."""
+        """Evaluate the statistics of a design that keeps its limits; the values of the limits are left out."""
         answer = self._of_samples() if self.study.robustness.samples else self._without_errors()
         known = dict(zip(self.study.statistics, answer.statistics, strict=True))
         for name in {name for objective in self.study.objectives for name in objective.weights}:
@@ -173,7 +173,7 @@ class _Candidate:
 
     @property
     def _on_cycles(self) -> list[str]:
-        """Responses of the study that a mesh cycle has; the others are those over speed."""
+        """Names of the study's responses that follow from a mesh cycle; the others are evaluated over speed."""
         return [name for name in self.study.responses if not is_over_speed(name)]
 
     @property
@@ -181,7 +181,7 @@ class _Candidate:
         return len(self._on_cycles) < len(self.study.responses)
 
     def _without_errors(self) -> Evaluation:
-        """Responses of the scene as it is, as means over one sample."""
+        """Evaluate the scene without error samples; its responses stand as the means, other statistics are NaN."""
         found = dict(zip(self.study.numbers, self._numbers(), strict=True))
         if self._over_speed:
             each = [self.force(one).without_errors for one in self.scene.each_load]
@@ -200,7 +200,7 @@ class _Candidate:
         return Evaluation(violation=0.0, reason="", constraints=(), statistics=known)
 
     def _of_samples(self) -> Evaluation:
-        """Statistics over as many error samples as needed."""
+        """Evaluate stage by stage over the error samples, until an incumbent beats the design or all are computed."""
         study, incumbents, numbers, r = self.study, self.incumbents, self._numbers(), self.study.robustness
         count, answer = self._sampled_set() if self.scene.coupled else self._sampled_pair()
         unit = _unit(r.sampler, r.samples, count, r.seed)
@@ -216,7 +216,7 @@ class _Candidate:
         return Evaluation(violation=0.0, reason="", constraints=(), statistics=known, samples=count, values=kept)
 
     def _sampled_pair(self) -> tuple[int, Callable[[NDArray], NDArray]]:
-        """Number of its errors, and its responses (response, sample) at points of the unit cube (sample, error)."""
+        """Number of errors of a pair, and a function from unit-cube points (sample, error) to (response, sample)."""
         kinds, loads = self.scene.effect("manufacturing_errors"), self.scene.each_load
         assert isinstance(kinds, ManufacturingErrors)
         problems = self._robust_problems()
@@ -229,7 +229,7 @@ class _Candidate:
         return len(kinds.variables(self.scene.pair)), answer
 
     def _sampled_set(self) -> tuple[int, Callable[[NDArray], NDArray]]:
-        """``_sampled_pair`` of a planetary set."""
+        """Number of errors of a planetary set, and the same function as in ``_sampled_pair``."""
         assert isinstance(self.solved, SolvedTrain)
         train, names = sampled_train(self.scene, self.solved), self.study.responses
 
@@ -240,7 +240,7 @@ class _Candidate:
         return len(train.error_names), answer
 
     def _robust_problems(self) -> list[RobustProblem]:
-        """Problem of the error samples, or those under each of several loads, torques ascending."""
+        """Contact problems of the error samples, one per load, torques ascending."""
         from gearbench.robustness.montecarlo import prepare_problem, prepare_scene
 
         if self.may_be_rough:
@@ -255,7 +255,10 @@ class _Candidate:
     def _responses(self, scene: Scene, problem: RobustProblem, errors: NDArray) -> NDArray:
         """Responses to ``errors`` (sample, error) [µm] under one load, (response, sample).
 
-        An interruption raises ``KeyboardInterrupt``.
+        Raises
+        ------
+        KeyboardInterrupt
+            If the computation is interrupted.
         """
         from gearbench.robustness.montecarlo import respond
 
@@ -266,7 +269,7 @@ class _Candidate:
         return np.array([answers[name] for name in self.study.responses])
 
     def _numbers(self) -> tuple[float, ...]:
-        """Numbers of the design among the objectives, over the loads as the study has it."""
+        """Numbers of the design that the objectives use, combined over the loads as ``over_loads`` says."""
         study, found = self.study, []
         for one in self.scene.each_load if study.numbers else ():
             solved = cache(partial(solve_scene, one)) if self.scene.loads else lambda: self.solved
@@ -275,12 +278,12 @@ class _Candidate:
 
 
 def scene_of(study: OptimisationStudy, design: Design) -> Scene:
-    """The scene of a design.
+    """Build the scene of a design.
 
     Raises
     ------
     InputError
-        If there is no such gear.
+        If the design is not a valid gear.
     """
     asked = dict(assignments(study, design))
     given = {path: value for path, value in asked.items() if value is not None}
@@ -295,9 +298,9 @@ def scene_of(study: OptimisationStudy, design: Design) -> Scene:
 
 
 def assignments(study: OptimisationStudy, design: Design) -> tuple[tuple[str, Value | None], ...]:
-    """Keys and values that a design stands for, sorted: equal for designs that are the same gear.
+    """Scene keys and values that a design sets, sorted by key; designs of the same gear have equal assignments.
 
-    An effect whose amount or length is 0 is absent: ("effects.<name>", None) takes the place of its keys.
+    An effect with amount or length 0 is left out: ("effects.<name>", None) replaces its keys.
     """
     given: dict[str, Value | None] = {
         path: value
@@ -314,7 +317,7 @@ def assignments(study: OptimisationStudy, design: Design) -> tuple[tuple[str, Va
 
 
 def values_of(study: OptimisationStudy, design: Design) -> tuple[Value, ...]:
-    """Value of each variable as the gear has it: 0 for numbers of effects that the design does without."""
+    """Values of the variables in the gear; a number is 0 if its effect is left out."""
     absent = {path for path, value in assignments(study, design) if value is None}
     found: list[Value] = []
     for variable, code in zip(study.variables, design, strict=True):
@@ -325,17 +328,17 @@ def values_of(study: OptimisationStudy, design: Design) -> tuple[Value, ...]:
 
 
 def macro_geometry(study: OptimisationStudy, design: Design) -> tuple[tuple[str, str], ...]:
-    """Variables of the teeth's compliance: designs are computed in this order."""
+    """Keys and values that determine the compliance of the teeth; designs are evaluated sorted by them."""
     return tuple((path, repr(value)) for path, value in assignments(study, design) if not path.startswith("effects."))
 
 
 def pair_of(table: Mapping[str, Any]) -> Pair:
-    """Pair of the tables of a scene; kept, because many designs share one.
+    """Build the pair of a scene's ``pair`` table; pairs are cached because many designs share one.
 
     Raises
     ------
     InputError
-        If there is no such pair.
+        If the table is not a valid pair.
     """
     found = _pair(json.dumps(table, sort_keys=True, default=str))
     if isinstance(found, InputError):
@@ -352,13 +355,13 @@ def _pair(text: str) -> Pair | InputError:
 
 
 def cost_of(study: OptimisationStudy, design: Design) -> float:
-    """Cost of the values of a design's variables; those of an absent effect cost nothing."""
+    """Cost of a design: the sum over the values of its variables. Numbers of an absent effect count as 0."""
     given = dict(zip((v.name for v in study.variables), values_of(study, design), strict=True))
     return sum(costs.get(str(given[name]), 0.0) for name, costs in study.costs.items())
 
 
 def _over_loads(study: OptimisationStudy, found: Sequence) -> NDArray:
-    """Values of the loads (load, …), torques ascending, as one: their weighted mean, or the greatest."""
+    """Combine values (load, …), torques ascending, into one (…): the weighted mean or the maximum over the loads."""
     if len(found) == 1:
         return np.array(found[0])
     loads = read_loads(study.base["loads"], "base.loads")
@@ -367,7 +370,7 @@ def _over_loads(study: OptimisationStudy, found: Sequence) -> NDArray:
 
 @lru_cache(maxsize=16)
 def _unit(sampler: Sampler, samples: int, dimension: int, seed: int) -> NDArray:
-    """Samples of the unit cube, the same for every design."""
+    """Error samples as points of the unit cube, (sample, error), the same for every design."""
     unit = unit_samples(sampler, samples, dimension, seed)
     unit.flags.writeable = False
     return unit

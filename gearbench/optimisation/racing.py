@@ -1,21 +1,22 @@
-"""Racing: a design stops as soon as enough error samples show that the front beats it.
+"""Racing: the evaluation of a design stops as soon as its error samples show that the front beats it.
 
 All designs see the same samples (common random numbers), so the difference of two designs needs far fewer samples than
 either value alone. A design is computed on the first n₁ < n₂ < … < N samples. After each stage it is compared with
-designs whose N samples are known, its incumbents. Of an objective that is a mean, the difference over all N samples is
-estimated by the mean of y_d − y_r over the first n, with the standard error of a draw of n from N,
+its incumbents: designs of the front whose N samples are all known. If an objective is a mean, its difference over all
+N samples is estimated by the mean of y_d − y_r over the first n, with the standard error of a draw of n from N,
 
     D̂ = ⟨y_d − y_r⟩_n,   s² = Var_n(y_d − y_r)/n · (1 − n/N).
 
-A standard deviation is the average of its influence ((y − ȳ)² − σ²)/2σ to first order, and compared likewise; the
-maximum of n samples is no more than that of N, so that its difference to the incumbent's maximum over N is a bound
-without error. A design is beaten where one incumbent is better in every objective by more than ``STANDARD_ERRORS`` of
-that objective's difference: it stops. A design of the front is stopped by mistake only if a difference that is not
-positive is measured to be that many standard errors above 0 (3 in 100 000 for each comparison, and less for Sobol
-points).
+with y_d of the design and y_r of the incumbent. A standard deviation is linearised: each sample contributes its
+influence ((y − ȳ)² − σ²)/2σ, and the differences of these influences are averaged in the same way. The maximum over n
+samples cannot exceed the maximum over N, so its difference to the incumbent's maximum over N is a bound without error.
+A design is beaten, and stops, if one incumbent is better in every objective by more than ``STANDARD_ERRORS`` standard
+errors of that objective's difference. A design that belongs on the front is stopped by mistake only if a difference
+that is truly zero or negative is measured that many standard errors above 0 (probability 3 in 100 000 for each
+comparison, less for Sobol points).
 
-A stopped design is taken to have its incumbent's statistic over N plus D̂: that is dominated by the incumbent, so that a
-front never holds a design with fewer samples than asked for, and free of the common error of the first n samples.
+A stopped design is assigned its incumbent's statistic over N plus D̂. This estimate is free of the error that both
+share on the first n samples. The incumbent dominates it, so a front never holds a design with fewer than N samples.
 """
 
 from __future__ import annotations
@@ -30,17 +31,17 @@ from numpy.typing import NDArray
 from gearbench.optimisation.study import Objective, OptimisationStudy
 from gearbench.results.responses import STATISTICS, split_statistic
 
-#: Samples of the first stage: the kernels solve as many at once, so that fewer would cost as much. Each stage has
-#: ``GROWTH`` times the samples of the one before it.
+#: Samples of the first stage: the kernels solve this many at once, so fewer would cost as much. After each stage the
+#: number of samples grows by the factor ``GROWTH``.
 FIRST, GROWTH = 128, 2
-#: Standard errors by which an incumbent must be better in every objective.
+#: Number of standard errors by which an incumbent must be better in every objective.
 STANDARD_ERRORS = 4.0
-#: Incumbents that a design is compared with at most, spread over the front.
+#: Maximum number of incumbents that a design is compared with, spread over the front.
 MOST_INCUMBENTS = 64
 
 
 def stages(study: OptimisationStudy) -> tuple[int, ...]:
-    """Samples of a design after each stage, the last one all of them."""
+    """Number of samples after each stage; the last stage has all of them."""
     r = study.robustness
     found = [FIRST] if r.racing else []
     while found and found[-1] * GROWTH < r.samples:
@@ -49,14 +50,14 @@ def stages(study: OptimisationStudy) -> tuple[int, ...]:
 
 
 def statistics(values: NDArray, numbers: Sequence[float] = ()) -> NDArray:
-    """``study.statistics`` of a design, (statistic,), from its responses (response, sample) and ``study.numbers``."""
+    """Values of ``study.statistics``, (statistic,), from responses (response, sample) and ``study.numbers``."""
     return np.array([*(compute(x) for x in values for compute, _ in STATISTICS.values()), *numbers])
 
 
 def spread(first: NDArray) -> NDArray:
-    """Designs of a front to compare with, at most ``MOST_INCUMBENTS``, evenly by rank in the first objective.
+    """Choose at most ``MOST_INCUMBENTS`` designs of a front, evenly by rank in the first objective.
 
-    ``first`` holds that objective of each, (design,).
+    ``first`` is that objective, (design,); returns indices into it.
     """
     order = np.argsort(first, kind="stable")
     return order[np.unique(np.linspace(0, len(order) - 1, MOST_INCUMBENTS).round().astype(int))]
@@ -64,16 +65,16 @@ def spread(first: NDArray) -> NDArray:
 
 @dataclass(frozen=True, kw_only=True)
 class Incumbents:
-    """Designs whose samples are all known.
+    """Designs that a new design races against; all their samples are known.
 
     Parameters
     ----------
     study
         The study.
     early
-        Responses of the samples before the last stage, (incumbent, response, sample).
+        Responses to the samples of all stages but the last, (incumbent, response, sample).
     known
-        Statistics over all samples, and numbers, (incumbent, statistic).
+        Values of ``study.statistics`` over all samples, (incumbent, statistic).
     """
 
     study: OptimisationStudy
@@ -84,9 +85,9 @@ class Incumbents:
     def of(
         cls, study: OptimisationStudy, values: Sequence[NDArray], known: Sequence[Sequence[float]]
     ) -> Incumbents | None:
-        """Incumbents from designs with ``values`` (response, sample); None without designs or without stages.
+        """Build incumbents from designs with ``values`` (response, sample); None without designs or stages.
 
-        ``known`` holds the statistics of each, as ``study.statistics`` names them.
+        ``known`` holds the values of ``study.statistics`` for every design.
         """
         steps = stages(study)
         if len(steps) == 1 or not values:
@@ -95,10 +96,10 @@ class Incumbents:
         return cls(study=study, early=early, known=np.array(known))
 
     def beating(self, values: NDArray, numbers: Sequence[float] = ()) -> int | None:
-        """The incumbent that beats a design by the most standard errors, from its first samples, (response, sample).
+        """Index of the incumbent that beats a design by the most standard errors; None if none beats it.
 
-        ``numbers`` are those of the study. None where no incumbent is better in every objective by more than
-        ``STANDARD_ERRORS``.
+        ``values`` are the design's responses to the first samples, (response, sample), ``numbers`` its values of
+        ``study.numbers``. An incumbent must be better in every objective by more than ``STANDARD_ERRORS``.
         """
         scores = np.full(len(self.known), math.inf)
         for objective in self.study.objectives:
@@ -111,7 +112,10 @@ class Incumbents:
     def difference(
         self, objective: Objective, values: NDArray, numbers: Sequence[float] = ()
     ) -> tuple[NDArray, NDArray]:
-        """D̂ of an objective to each incumbent and its standard error s, (incumbent,); ``values`` as in ``beating``."""
+        """Difference D̂ of an objective to each incumbent, and its standard error s, (incumbent,).
+
+        Arguments are as in ``beating``.
+        """
         n = values.shape[1]
         D, influence = np.zeros(len(self.known)), np.zeros((len(self.known), n))
         for name, weight in objective.weights.items():
@@ -131,13 +135,13 @@ class Incumbents:
         return D, influence.std(axis=1, ddof=1) * math.sqrt(1 / n - 1 / self.study.robustness.samples)
 
     def _where(self, name: str) -> tuple[int, str]:
-        """Number of the response, and statistic, of a name."""
+        """Index of the response, and statistic ("mean", "std" or "max"), of a statistic's name."""
         found = split_statistic(name)
         assert found is not None
         return self.study.responses.index(found[0]), found[1]
 
     def estimate(self, values: NDArray, incumbent: int, numbers: Sequence[float] = ()) -> NDArray:
-        """Statistics over all samples of a design that ``incumbent`` beats, (statistic,), from its first samples."""
+        """Estimate the statistics over all samples, (statistic,), of a design that ``incumbent`` beats."""
         mine = statistics(values, numbers)
         theirs = statistics(self.early[incumbent][:, : values.shape[1]], numbers)
         certain = np.array([name.endswith("_max") or name in self.study.numbers for name in self.study.statistics])

@@ -1,10 +1,10 @@
-"""Refinement of a front: each of its designs improved over its continuous variables, in every objective at once.
+"""Refinement of a front: a local search over the continuous variables improves every design in all objectives at once.
 
-A search keeps to a grid where variables are stepped, and nears the best of real ones. From each design of the front,
-Σ_j f_j/s_j is made small (s_j: the front's extent in objective j) where no objective becomes worse than it was and the
-limits hold, so that what is found dominates the design it began with. The error samples are the same throughout, which
-makes the objectives smooth in the amounts and lengths of micro-geometry; they are modelled by quadratics in a trust
-region without derivatives (COBYQA, Ragonneau & Zhang 2022-2024, of SciPy).
+A search keeps to a grid of stepped variables, and only approaches the optimum of real ones. From every design of the
+front, the refinement minimises Σ_j f_j/s_j (s_j: the front's extent in objective j) subject to the limits and to no
+objective getting worse. The result therefore dominates the design it started from. All evaluations use the same error
+samples, so the objectives are smooth in the amounts and lengths of micro-geometry. COBYQA (Ragonneau & Zhang
+2022-2024, in SciPy) models them by quadratics in a trust region, without derivatives.
 """
 
 from __future__ import annotations
@@ -31,21 +31,21 @@ from gearbench.results.responses import described
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Evaluations of a design, and the first and last radius of the trust region, as shares of the variables' ranges.
+#: Most evaluations per design; first and last radius of the trust region, as shares of the variables' ranges.
 EVALUATIONS, RADIUS, LEAST_RADIUS = 60, 0.05, 1e-4
-#: Objectives may be worse than before by no more than this share of their extent.
+#: An objective may get worse by no more than this share of its extent (rounding).
 ROUNDING = 1e-12
-#: Value of all that is minimised where there is no gear.
+#: Value of every objective, over its extent, of a design that is not feasible.
 NO_ANSWER = 1e3
 
 
 def continuous(study: OptimisationStudy) -> OptimisationStudy:
-    """The study with real variables in place of those that decimals step through, and without racing.
+    """Return the study with real variables in place of stepped decimal ones, and without racing.
 
     Raises
     ------
     InputError
-        If no variable is real then.
+        If the resulting study has no real variable.
     """
     variables = tuple(_released(variable) for variable in study.variables)
     if all(variable.kind != "real" for variable in variables):
@@ -54,7 +54,7 @@ def continuous(study: OptimisationStudy) -> OptimisationStudy:
 
 
 def _released(variable: Variable) -> Variable:
-    """Real between the ends of its grid, where it has a step of decimals."""
+    """Return the variable as a real one between the ends of its grid, if its grid holds decimals."""
     grid = variable.grid
     if variable.min is None or grid is None or not all(isinstance(value, float) for value in grid) or len(grid) < 2:
         return variable
@@ -68,29 +68,29 @@ def polish(
     threads: int | None = None,
     progress: Callable[[int, int], None] = lambda *_: None,
 ) -> xr.Dataset:
-    """Polish the front of a stored optimisation.
+    """Refine the front of a stored optimisation.
 
     Parameters
     ----------
     designs
         From ``gearbench.optimisation.select.open_designs``.
     evaluations
-        Of each design, at most.
+        Maximum number of evaluations per design.
     threads
-        As in ``optimise``; they do not change the result.
+        As in ``optimise``; does not change the result.
     progress
-        Called with the number of designs done and of all.
+        Called with the number of designs done and the number of all designs.
 
     Returns
     -------
-    Dataset as of an optimisation of ``continuous(study)``, its designs those of the front polished: ``on_front`` among
-    them, ``objective_before``, their ``number`` in the front, and attributes ``hypervolume_before`` and
-    ``hypervolume_after``, shares of the box below the front's reference point.
+    Dataset like that of an optimisation of ``continuous(study)``. Its designs are the refined designs of the front,
+    with ``on_front`` (Pareto-optimal among them), ``objective_before``, and ``number`` (in the stored optimisation).
+    Attributes ``hypervolume_before`` and ``hypervolume_after`` are shares of the box below the front's reference point.
 
     Raises
     ------
     InputError
-        If no variable is continuous, or no design feasible.
+        If no variable is continuous, or no design is feasible.
     """
     start = time.perf_counter()
     study = continuous(designs.study)
@@ -109,7 +109,7 @@ def polish(
 
 
 def _as_continuous(designs: Designs, study: OptimisationStudy, number: int) -> Design:
-    """Codes in the continuous study of a design of the stored one."""
+    """Convert a design of the stored study to codes of the continuous study."""
     codes = designs.design(number)
     return tuple(
         float(old.value(code)) if new.kind == "real" else code  # pyright: ignore[reportArgumentType]
@@ -120,7 +120,10 @@ def _as_continuous(designs: Designs, study: OptimisationStudy, number: int) -> D
 def refine_design(
     study: OptimisationStudy, design: Design, *, extent: NDArray, evaluations: int
 ) -> tuple[Design, Evaluation, Evaluation]:
-    """The best design found from ``design``, its evaluation, and that of ``design``; itself where nothing is better."""
+    """Refine a design; return the best design, its evaluation, and the evaluation of ``design``.
+
+    ``extent`` is the front's extent, (objective,). If nothing is better, the best design is ``design`` itself.
+    """
     from scipy.optimize import NonlinearConstraint, minimize
 
     run = _Run(study=study, design=design, extent=extent, seen={})
@@ -147,7 +150,7 @@ def refine_design(
 
 @dataclass(frozen=True, kw_only=True)
 class _Run:
-    """One design being refined; x are its continuous codes as shares of their ranges, (variable,)."""
+    """Refinement of one design; x are its continuous codes as shares of their ranges, (variable,)."""
 
     study: OptimisationStudy
     design: Design
@@ -156,40 +159,40 @@ class _Run:
 
     @property
     def _real(self) -> list[tuple[int, float, float]]:
-        """Position, least value and range of the continuous variables."""
+        """Index, lower end and range of every continuous variable."""
         ends = [(i, *v.bounds) for i, v in enumerate(self.study.variables) if v.kind == "real"]
         return [(i, float(low), float(high - low)) for i, low, high in ends]
 
     @property
     def start(self) -> NDArray:
-        """x of the design that is refined."""
+        """Start point x: the design to refine."""
         return np.array([(self.design[i] - low) / span for i, low, span in self._real])
 
     def codes(self, x: NDArray) -> Design:
-        """Codes of x."""
+        """Convert x to the codes of a design."""
         found = list(self.design)
         for (i, low, span), share in zip(self._real, x, strict=True):
             found[i] = low + span * float(np.clip(share, 0.0, 1.0))
         return tuple(found)
 
     def evaluated(self, x: NDArray) -> Evaluation:
-        """Evaluation of x, kept."""
+        """Evaluate x, with a cache."""
         key = np.asarray(x, dtype=float).tobytes()
         if key not in self.seen:
-            # the design itself keeps its codes to the bit
+            # the start design keeps its codes to the bit
             known = self.design if np.array_equal(x, self.start) else self.codes(x)
             self.seen[key] = replace(evaluate(self.study, known), values=None)
         return self.seen[key]
 
     def objectives(self, x: NDArray) -> NDArray:
-        """Objectives over their extents, (objective,)."""
+        """Objectives divided by their extents, (objective,)."""
         result = self.evaluated(x)
         if not result.feasible:
             return np.full(len(self.extent), NO_ANSWER)
         return np.array(result.objectives(self.study)) / self.extent
 
     def better_than(self, f_0: NDArray) -> Sequence[bytes]:
-        """Feasible x, as bytes, that are nowhere worse than ``f_0``."""
+        """Evaluated x, as bytes, that are feasible and in no objective worse than ``f_0``."""
         return [
             key
             for key, result in self.seen.items()
@@ -197,7 +200,7 @@ class _Run:
         ]
 
     def total(self, key: bytes) -> float:
-        """Sum to minimise, at an x that was evaluated."""
+        """Sum to minimise, at an evaluated x given as bytes."""
         return float(np.sum(np.array(self.seen[key].objectives(self.study)) / self.extent))
 
 

@@ -1,4 +1,4 @@
-"""Run a study: ask for designs, evaluate those not known yet, store the generation, tell the results."""
+"""Run of a study: in every generation, ask for designs, evaluate the new ones, store them, tell the search."""
 
 from __future__ import annotations
 
@@ -30,17 +30,17 @@ class Progress:
     Parameters
     ----------
     generation, generations
-        Generations finished, and how many there will be.
+        Number of finished generations, and of all generations.
     fraction
-        Part of all generations that is done, the current one included, 0 to 1.
+        Finished share of the run, including the part done of the current generation, 0 to 1.
     restored
-        Generations read from disk instead of computed.
+        Number of generations read from disk instead of computed.
     asked, evaluated, feasible
-        Designs asked for so far, different ones evaluated among them, and feasible ones among those.
+        Number of designs asked for so far, of distinct designs evaluated, and of feasible ones among these.
     hypervolume
         Share of the reference box that the front dominates.
     elapsed, evaluated_here
-        Seconds since the start, and designs evaluated since then.
+        Seconds since the start of this process, and number of designs it has evaluated.
     """
 
     generation: int
@@ -56,7 +56,7 @@ class Progress:
 
     @property
     def remaining(self) -> float | None:
-        """Seconds that the rest will take as the work so far did; None before anything is evaluated."""
+        """Remaining seconds at the speed so far; None before anything is evaluated."""
         start = self.restored / self.generations
         if self.evaluated_here == 0 or self.fraction <= start:
             return None
@@ -72,35 +72,35 @@ def optimise(
     threads: int | None = None,
     progress: Callable[[Progress], None] = lambda _: None,
 ) -> xr.Dataset:
-    """Optimise: the non-dominated designs of a study, and every design evaluated on the way.
+    """Search the Pareto-optimal designs of a study.
 
     Parameters
     ----------
     study
         The study, see ``gearbench.read_study``.
     directory
-        Where each generation is stored as it is finished, and the result at the end; nowhere by default.
+        Folder that takes every finished generation, and the result at the end; by default nothing is stored.
     resume
-        Continue the search in ``directory``; the result equals that of a run without interruption.
+        Continue the search in ``directory``; the result equals that of an uninterrupted run.
     scheduler
         "local:N" or the address of a dask scheduler; processes of this machine by default.
     threads
-        How many, each with one design at a time; as many as there are processors by default.
+        Number of workers, which evaluate one design at a time; by default the number of processors.
     progress
         Called after each evaluation and each generation.
 
     Returns
     -------
-    Dataset over ``design`` (variables, objectives, constraints, mean, standard deviation and maximum of the responses,
-    ``feasible``, ``reason``, ``on_front``, ``in_population``) and ``generation`` (``evaluated``, ``hypervolume``, …).
-    It depends on the study alone, not on the workers or on their number.
+    Dataset of all evaluated designs over ``design`` (variables, objectives, constraints, mean, standard deviation and
+    maximum of the responses, ``feasible``, ``reason``, ``on_front``, ``in_population``) and of the history over
+    ``generation`` (``evaluated``, ``hypervolume``, …). It depends on the study alone, not on the workers.
 
     Raises
     ------
     InputError
-        If the study cannot be run, or the folder not be used.
+        If the study cannot be run, or the folder cannot be used.
     OSError
-        If a generation cannot be stored; those before it are kept.
+        If a generation cannot be stored; earlier ones are kept.
     """
     check_study(study)
     with ExitStack() as stack:
@@ -123,7 +123,7 @@ class _Run:
         self._asked = self._restored = self._evaluated = 0
 
     def dataset(self) -> xr.Dataset:
-        """All designs, and how the search went."""
+        """Dataset of all designs and of the history of the search."""
         return front_dataset(self._archive, self._search.population, time.perf_counter() - self._start)
 
     def search(self) -> None:
@@ -155,7 +155,7 @@ class _Run:
         return results
 
     def _incumbents(self) -> Incumbents | None:
-        """Some of the front, to race against; of designs read from disk the samples are computed again."""
+        """Designs of the front to race against; those read from disk are evaluated again to have their samples."""
         archive = self._archive
         if not self._study.robustness.racing or not archive.front:
             return None
@@ -168,7 +168,7 @@ class _Run:
         return Incumbents.of(self._study, values, [archive.results[i].statistics for i in chosen])
 
     def _report(self, part: float, new: int = 0, feasible: int = 0) -> None:
-        """Report the finished generations, and of the current one the ``part`` done: ``new`` designs."""
+        """Report progress: finished generations, and the share ``part`` (``new`` designs) of the current one."""
         archive, generations = self._archive, self._study.algorithm.generations
         done = len(archive.asked)
         self._progress(

@@ -1,7 +1,7 @@
-"""NSGA-II and NSGA-III with mixed variables (pymoo), with an ask-and-tell interface.
+"""NSGA-II and NSGA-III with mixed variables (pymoo), as an ask-and-tell interface.
 
-The search evaluates nothing itself. Study and results determine it: with the same results it asks for the same
-designs, which is how an interrupted run continues.
+The search evaluates nothing itself. The study and the results it is told determine it: given the same results, it asks
+for the same designs. An interrupted run relies on this to continue.
 """
 
 from __future__ import annotations
@@ -21,14 +21,15 @@ from gearbench.optimisation.variables import Variable
 if TYPE_CHECKING:
     from pymoo.core.duplicate import DuplicateElimination
 
-#: Attempts to breed designs that are not in the population yet, before a generation stays smaller.
+#: Attempts to breed designs that are not yet in the population, before a smaller generation is accepted.
 ATTEMPTS = 20
-#: Spread of the mutation: real variables as usual (Deb), positions in a grid wider, or rounding would undo it.
+#: Distribution index η of the polynomial mutation (Deb). Grid positions need a wider spread (a smaller index) than real
+#: variables, because rounding would undo small mutations.
 REAL_SPREAD, GRID_SPREAD = 20, 3
 
 
 class Search:
-    """The search of a study, one generation after the other.
+    """Search of a study, one generation after the other.
 
     Parameters
     ----------
@@ -49,20 +50,20 @@ class Search:
         return tuple(float(X[v.name]) if v.kind == "real" else int(X[v.name]) for v in self._study.variables)
 
     def _gear(self, individual: Any) -> Hashable:
-        """The gear of an individual, kept because offspring are compared with all others."""
+        """Gear of an individual, cached because offspring are compared with all others."""
         if "gear" not in individual.data:
             individual.data["gear"] = assignments(self._study, self._design(individual))
         return individual.data["gear"]
 
     def ask(self) -> list[Design]:
-        """Designs of the next generation; fewer than the population, or none, where the space is exhausted."""
+        """Designs of the next generation; fewer than the population, or none, once the design space is exhausted."""
         self._asked = self._algorithm.ask()
         return [] if self._asked is None else [self._design(i) for i in self._asked]
 
     def tell(self, results: Sequence[Evaluation]) -> None:
         """Tell the results of the designs last asked for, in their order."""
         for individual, result in zip(self._asked, results, strict=True):
-            # the algorithm never compares the objectives of designs that are not feasible
+            # the algorithm never compares the objectives of infeasible designs
             worst = (math.inf,) * len(self._study.objectives)
             individual.set("F", np.array(result.objectives(self._study) if result.feasible else worst))
             individual.set("G", np.array([result.violation]))
@@ -96,7 +97,7 @@ def _algorithm(study: OptimisationStudy, gear: Callable[[Any], Hashable]) -> Any
         return (Real if variable.kind == "real" else Integer)(bounds=variable.bounds)
 
     duplicates = _same_gear(gear)
-    # their types are inferred from defaults
+    # pyright infers their types from defaults, which are too narrow
     make_mating: Any = MixedVariableMating
     third = study.algorithm.method == "nsga3"
     make_algorithm: Any = partial(NSGA3, ref_dirs=_directions(study)) if third else NSGA2
@@ -129,7 +130,7 @@ def _algorithm(study: OptimisationStudy, gear: Callable[[Any], Hashable]) -> Any
 
 
 def _directions(study: OptimisationStudy) -> np.ndarray:
-    """Reference directions, (direction, objective): of Das & Dennis 1998, as many as the population holds."""
+    """Reference directions of Das & Dennis 1998, (direction, objective); at most as many as the population."""
     from pymoo.util.ref_dirs import get_reference_directions
 
     count, parts = len(study.objectives), 1
@@ -139,7 +140,7 @@ def _directions(study: OptimisationStudy) -> np.ndarray:
 
 
 def _same_gear(key: Callable[[Any], Hashable]) -> DuplicateElimination:
-    """Elimination of designs that are the same gear, though their variables may differ."""
+    """Duplicate elimination by gear: two designs with different variables may be the same gear."""
     from pymoo.core.duplicate import DuplicateElimination
 
     class SameGear(DuplicateElimination):

@@ -1,4 +1,4 @@
-"""Decision help: designs of a stored optimisation that meet conditions, best first, as a list in CSV and Markdown."""
+"""Selection of designs of a stored optimisation by conditions and ranking; lists in CSV and Markdown."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from gearbench.scene import Scene
 
 @dataclass(frozen=True, kw_only=True)
 class Resonance:
-    """Frequencies that the mesh must not excite in a range of speeds.
+    """Frequency band that the mesh must not excite within a range of speeds.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ class Resonance:
     speed
         Lowest and highest speed of the pinion [rpm].
     orders
-        Number of mesh orders that count, k z_1 n/60 for k = 1 … ``orders``.
+        Number of mesh orders checked: frequencies k z_1 n/60 for k = 1 … ``orders``.
     """
 
     frequency: tuple[float, float]
@@ -45,7 +45,7 @@ class Resonance:
         return f"mesh frequency outside {low:g} to {high:g} Hz at {slow:g} to {fast:g} rpm, orders 1 to {self.orders}"
 
     def avoided(self, teeth: NDArray) -> NDArray:
-        """Whether a pinion of that tooth count stays outside at every speed and order."""
+        """Whether pinions with these tooth counts stay outside the band at every speed and order."""
         order = np.arange(1, self.orders + 1)
         low, high = (np.multiply.outer(np.asarray(teeth), order) * n / 60 for n in self.speed)
         return np.all((high < self.frequency[0]) | (low > self.frequency[1]), axis=-1)
@@ -53,20 +53,20 @@ class Resonance:
 
 @dataclass(frozen=True, kw_only=True)
 class Selection:
-    """The designs that are left, best first.
+    """Selected designs, best first.
 
     Parameters
     ----------
     designs
         All designs of the optimisation.
     numbers
-        Numbers of those left in the dimension ``design``.
+        Numbers of the selected designs in the dimension ``design``.
     score
-        Their scores, (number,): 0 is as good as the best of the front in every term, 1 as bad as its worst.
+        Scores, (number,): 0 equals the best value on the front in every term, 1 the worst.
     ranking
-        Weight of each term of the score by the full name of its quantity.
+        Weights of the terms of the score, by full name of the quantity.
     kept
-        Numbers of the designs that each condition left, in the order they were applied.
+        Conditions in the order applied, with the numbers of the designs left after them.
     """
 
     designs: Designs
@@ -77,11 +77,11 @@ class Selection:
 
     @property
     def steps(self) -> tuple[tuple[str, int], ...]:
-        """Number of designs that each condition left."""
+        """Conditions in the order applied, with the number of designs left after them."""
         return tuple((condition, len(numbers)) for condition, numbers in self.kept)
 
     def scene(self, number: int) -> Scene:
-        """Scene of a design that is left, see ``chosen_scene``.
+        """Scene of a selected design, see ``chosen_scene``.
 
         Raises
         ------
@@ -102,19 +102,19 @@ class Selection:
         return tuple(dict.fromkeys(listed))
 
     def table(self, top: int | None = None) -> dict[str, NDArray]:
-        """Columns of the list by name: ``design``, ``score`` and the quantities of ``names``."""
+        """Columns of the first ``top`` designs by name: ``design``, ``score`` and the quantities of ``names``."""
         numbers = self.numbers[:top]
         columns = {"design": numbers, "score": self.score[:top]}
         return columns | {name: self.designs.values(name, numbers) for name in self.names()}
 
 
 def open_designs(path: str | Path) -> Designs:
-    """Open the designs of a finished optimisation from its folder, or from the file of its front.
+    """Open the designs of a finished optimisation from its folder or from its ``front.nc``.
 
     Raises
     ------
     InputError
-        If there is none, or the optimisation is not finished.
+        If there is no optimisation, or it is not finished.
     """
     path = Path(path)
     if path.is_dir():
@@ -134,7 +134,7 @@ def select(
     rank: Mapping[str, float] | None = None,
     worst_case: bool = False,
 ) -> Selection:
-    """Feasible designs that meet all conditions, best first; equal ones in the order they were found.
+    """Select the feasible designs that meet all conditions, best first; ties stay in the order of evaluation.
 
     Parameters
     ----------
@@ -143,11 +143,10 @@ def select(
     where, avoid
         Conditions to meet.
     rank
-        Weights by name. Each quantity counts from its least to its greatest value on the front of the study, so that
-        weights are independent of units; negative if more is better. By default the objectives
-        of the study.
+        Weights by name, negative if more is better; by default the objectives of the study. Values are scaled by their
+        range on the front, so that weights do not depend on units.
     worst_case
-        Rank by the maxima over the error samples instead of means and standard deviations.
+        Rank by maxima over the error samples instead of means and standard deviations.
 
     Raises
     ------
@@ -156,7 +155,7 @@ def select(
     """
     numbers = designs.require_feasible()
     ranking = _ranking(designs, rank if rank is not None else _objectives(designs), worst_case)
-    # quantities computed from the scene come last, for the designs that are left
+    # quantities computed from the scene come last, because by then fewer designs are left
     found = [replace(c, name=designs.find("where", c.name)) for c in where]
     ordered = sorted(found, key=lambda c: c.name not in designs.dataset)
     kept = [("feasible", numbers)]
@@ -174,7 +173,7 @@ def select(
 
 
 def _objectives(designs: Designs) -> dict[str, float]:
-    """Weights that give all objectives of the study the same influence; weighted sums keep their proportions."""
+    """Weights that give all objectives the same influence; terms within an objective keep their proportions."""
     weights: dict[str, float] = {}
     for objective in designs.study.objectives:
         for name, weight in objective.weights.items():
@@ -183,7 +182,7 @@ def _objectives(designs: Designs) -> dict[str, float]:
 
 
 def _ranking(designs: Designs, rank: Mapping[str, float], worst_case: bool) -> dict[str, float]:
-    """Weights by full name, statistics replaced by maxima for the worst case."""
+    """Weights by full name; for the worst case, maxima replace the statistics."""
     full: dict[str, float] = {}
     for name, weight in rank.items():
         found = designs.find("rank", name)
@@ -197,7 +196,7 @@ def _ranking(designs: Designs, rank: Mapping[str, float], worst_case: bool) -> d
 
 
 def _score(designs: Designs, numbers: NDArray, ranking: Mapping[str, float]) -> NDArray:
-    """Σ w (x − best)/(worst − best) / Σ|w|, best and worst on the front of the study; NaN counts as worst of all."""
+    """Score Σ w (x − best)/(worst − best) / Σ|w|, with best and worst on the study's front; infinite if x is NaN."""
     front = np.flatnonzero(designs.dataset["on_front"].values)
     score = np.zeros(len(numbers))
     for name, weight in ranking.items():
@@ -212,7 +211,7 @@ def _score(designs: Designs, numbers: NDArray, ranking: Mapping[str, float]) -> 
 
 
 def chosen_scene(designs: Designs, number: int) -> Scene:
-    """Scene of the chosen design, named after the study and its number.
+    """Scene of a design, named after the study and the design's number.
 
     Raises
     ------
@@ -224,7 +223,7 @@ def chosen_scene(designs: Designs, number: int) -> Scene:
 
 
 def csv_text(selection: Selection, top: int | None = None) -> str:
-    """One line for each design, best first; numbers to full precision, the names of the quantities in the first line.
+    """CSV text: a header with the names of the quantities, then one line per design, best first, in full precision.
 
     Units are those of the stored optimisation: µm, %, mm, °, MPa, N.
     """
@@ -237,7 +236,7 @@ def csv_text(selection: Selection, top: int | None = None) -> str:
 
 
 def markdown_text(selection: Selection, top: int | None = None) -> str:
-    """Heading, conditions, and a table of the designs, best first."""
+    """Markdown text: heading, conditions, and a table of the designs, best first."""
     designs, table = selection.designs, selection.table(top)
     lines = [f"# {markdown_name(designs.study.name) or 'study'}: selected designs", ""]
     lines += [f"- {condition}: {left} designs left" for condition, left in selection.steps]
@@ -252,29 +251,29 @@ def markdown_text(selection: Selection, top: int | None = None) -> str:
 
 
 def ranking_text(selection: Selection) -> str:
-    """The terms of the score with their weights."""
+    """Terms of the score with their weights, as text."""
     text = " + ".join(name if w == 1 else f"{w:g} {name}" for name, w in selection.ranking.items())
     return text.replace("+ -", "− ")
 
 
 def heading(selection: Selection, name: str) -> str:
-    """Name of a column and its unit."""
+    """Name of a column, with its unit."""
     unit = selection.designs.unit(name) if name in selection.designs.names else ""
     return f"{name} [{unit}]" if unit else name
 
 
 def shown(value: Any) -> str:
-    """A value as people read it: five digits."""
+    """Format a value for readers: five digits."""
     return f"{value:.5g}" if isinstance(value, float) else str(value)
 
 
 def markdown_name(text: str) -> str:
-    """A name as Markdown shows it letter by letter."""
+    """Escape a name so that Markdown shows it literally."""
     return re.sub(r"([\\`*\[\]<>|])", r"\\\1", " ".join(text.split()))
 
 
 def _no_formula(value: Any) -> Any:
-    """Text that a spreadsheet would take for a formula behind an apostrophe; numbers as they are."""
+    """Put an apostrophe before a text that a spreadsheet would take for a formula; return numbers unchanged."""
     return f"'{value}" if isinstance(value, str) and value.startswith(("=", "+", "-", "@", "\t", "\r")) else value
 
 

@@ -1,7 +1,8 @@
-"""A folder that holds a search: the study, one file for each generation, and the front at the end.
+"""Folder of a search: the study, one file per generation, and the front at the end.
 
-Every file is written whole or not at all. One run at a time holds its lock. No state of the search is
-stored: it is run again from its seed, and told the results of the generations on disk instead of computing them.
+Every file is written whole or not at all. One run at a time holds the lock of the folder. The state of the search is
+not stored: a resumed search starts again from its seed, and reads the results of stored generations instead of
+computing them.
 """
 
 from __future__ import annotations
@@ -26,22 +27,22 @@ STUDY, FRONT, LOCK = "study.toml", "front.nc", ".lock"
 
 
 class Store:
-    """Folder of a search, held as a context.
+    """Folder of a search; a context manager that holds its lock.
 
     Parameters
     ----------
     folder
-        Where; made if it does not exist.
+        Path of the folder; it is made if it does not exist.
     study
-        The study that is run.
+        The study to run.
     resume
-        Whether to continue a search that is there.
+        Whether to continue a search that is in the folder.
 
     Raises
     ------
     InputError
-        If the folder cannot be made or written, holds something and is not to be continued, holds another study, or
-        is in use.
+        If the folder cannot be made or written, is not empty although ``resume`` is False, holds another study, or is
+        in use.
     """
 
     def __init__(self, folder: str | Path, study: OptimisationStudy, *, resume: bool) -> None:
@@ -76,7 +77,7 @@ class Store:
         raise InputError("output", str(self.folder), f"belongs to another study: see its {STUDY}")
 
     def _take_lock(self) -> FileLock:
-        """The lock, held: a second run into the folder is refused as long as this process lives."""
+        """Take the lock: as long as this process lives, a second run into the folder is refused."""
         lock = FileLock(self.folder / LOCK, timeout=0)
         try:
             lock.acquire()
@@ -87,16 +88,16 @@ class Store:
         return lock
 
     def path(self, generation: int) -> Path:
-        """File of a generation, counted from 1."""
+        """Path of the file of a generation, counted from 1."""
         return self.folder / f"generation_{generation:04d}.nc"
 
     def read(self, generation: int, designs: Sequence[Design]) -> list[Evaluation] | None:
-        """Results of a generation's ``designs``; None where there are none, or the file is damaged.
+        """Read the results of a generation's ``designs``; None if they are not stored, or the file is damaged.
 
         Raises
         ------
         InputError
-            If the file holds other designs: the search was run with other versions of its packages.
+            If the file holds other designs, because other versions of the packages ran the search.
         """
         path = self.path(generation)
         if not path.exists():
@@ -112,12 +113,12 @@ class Store:
         return [result for _, result in rows]
 
     def write(self, generation: int, designs: Sequence[Design], results: Sequence[Evaluation]) -> None:
-        """Commit a generation.
+        """Write a generation.
 
         Raises
         ------
         OSError, InputError
-            If the disk is full or the folder is no longer writable; generations committed before are untouched.
+            If the disk is full or the folder is no longer writable; earlier generations are untouched.
         """
         from gearbench.results.provenance import versions
 
@@ -126,5 +127,5 @@ class Store:
         save(dataset.assign_attrs(generation=generation, versions=versions()), self.path(generation))
 
     def write_front(self, dataset: xr.Dataset) -> None:
-        """Commit the finished search, after all generations; raises as ``write``."""
+        """Write the Dataset of the finished search; raises as ``write``."""
         save(dataset, self.folder / FRONT)

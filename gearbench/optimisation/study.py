@@ -1,4 +1,4 @@
-"""An optimisation study: fixed data, design variables, objectives, constraints and algorithm. A file and an object."""
+"""Classes of an optimisation study: fixed data, design variables, objectives, constraints and algorithm."""
 
 from __future__ import annotations
 
@@ -27,11 +27,10 @@ from gearbench.results.responses import (
 from gearbench.robustness.sampling import Sampler
 from gearbench.schema import STRICT, given
 
-#: A point of the design space: one code for each variable, see ``Variable.value``.
+#: Point of the design space: one code per variable, see ``Variable.value``.
 Design = tuple[float, ...]
 
-#: Responses that are known of every feasible design, beside those of its objectives; not where the force over speed of
-#: a pair on shafts is the only one asked for. Those of planetary sets.
+#: Responses computed for every feasible pair, or planetary set, in addition to those of its objectives.
 RESPONSES = ("mesh_stiffness_rms", "transmission_error_rms")
 RESPONSES_OF_SET = ("mesh_load_factor", "train_transmission_error_rms")
 
@@ -46,7 +45,7 @@ class Objective:
     Parameters
     ----------
     weights
-        Weight of each, all positive: a response with ``_mean``, ``_std`` or ``_max`` appended, or a name of
+        Positive weights by name. A name is a response with ``_mean``, ``_std`` or ``_max`` appended, or a number of
         ``gearbench.optimisation.numbers``.
     """
 
@@ -62,17 +61,17 @@ class Objective:
 
     @property
     def label(self) -> str:
-        """The sum as text, e.g. "mesh_stiffness_rms_mean + 2 mesh_stiffness_rms_std"."""
+        """Text of the sum, e.g. "mesh_stiffness_rms_mean + 2 mesh_stiffness_rms_std"."""
         return " + ".join(name if w == 1 else f"{w:g} {name}" for name, w in self.weights.items())
 
     def value(self, statistics: Mapping[str, float]) -> float:
-        """The weighted sum."""
+        """Weighted sum of ``statistics``, given by name."""
         return sum(w * statistics[name] for name, w in self.weights.items())
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Limit:
-    """Least and greatest value a quantity may have; an absent one is not checked."""
+    """Least and greatest allowed value of a quantity; None means no limit."""
 
     min: float | None = None
     max: float | None = None
@@ -82,7 +81,7 @@ class Limit:
             raise InputError("", "no limit", "give min or max")
 
     def violation(self, value: float) -> float:
-        """Excess over the limits relative to them, 0 where they hold, at most 1000."""
+        """Excess of ``value`` over the limits, relative to them: 0 if they hold, at most 1000; 1000 for NaN."""
         excess = 0.0
         if self.min is not None:
             excess = max(excess, (self.min - value) / (abs(self.min) or 1.0))
@@ -91,11 +90,11 @@ class Limit:
         return min(excess, 1000.0) if value == value else 1000.0
 
     def worst(self, values: Sequence[float]) -> float:
-        """The value that violates the limits most; where none does, the greatest, or the least if only that has one."""
+        """Value that violates the limits most; if none does, the greatest, or the least if only ``min`` is set."""
         return max(values, key=lambda value: (self.violation(value), -value if self.max is None else value))
 
     def describe(self, name: str, value: float) -> str:
-        """Name of the violated limit, with the value."""
+        """Text of a violation: name, value and limit."""
         if self.max is not None and not value <= self.max:
             return f"{name} {value:.4g} above {self.max:g}"
         return f"{name} {value:.4g} below {self.min:g}"
@@ -108,12 +107,12 @@ class Algorithm:
     Parameters
     ----------
     method
-        "nsga2" (Deb, Pratap, Agarwal & Meyarivan 2002), or "nsga3" (Deb & Jain 2014) where more than three objectives
-        leave crowding distances without meaning: its population is spread over reference directions.
+        "nsga2" (Deb, Pratap, Agarwal & Meyarivan 2002), or "nsga3" (Deb & Jain 2014) for more than three objectives,
+        where crowding distances lose their meaning: it spreads its population over reference directions.
     population
-        Designs in a generation.
+        Number of designs in a generation.
     generations
-        Number of generations, the first random one included.
+        Number of generations, including the first, random one.
     seed
         Seed of the search.
     """
@@ -126,16 +125,16 @@ class Algorithm:
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Robustness:
-    """Error samples of each design; every design sees the same ones.
+    """Error samples, the same for every design.
 
     Parameters
     ----------
     samples
-        Number of samples; 0: the scene as ``simulate`` computes it.
+        Number of samples; with 0, the scene is computed once without samples, as in ``simulate``.
     sampler, seed
-        How they are drawn.
+        Sampling method, and its seed.
     racing
-        Whether a design that the front clearly beats stops before its last sample, see ``racing``.
+        Whether the evaluation of a design stops early if the front clearly beats it, see ``racing``.
     """
 
     samples: Annotated[int, Field(ge=0, le=1_000_000)] = 1000
@@ -151,11 +150,11 @@ class Speeds:
     Parameters
     ----------
     lowest, highest
-        Speed of the pinion [1/min].
+        Ends of the speed range of the pinion [1/min].
     count
-        Speeds, at equal steps.
+        Number of speeds, at equal steps.
     harmonics
-        Orders of the mesh frequency.
+        Number of orders of the mesh frequency.
     """
 
     lowest: Annotated[float, Field(gt=0.0, le=1e6)]
@@ -169,7 +168,7 @@ class Speeds:
 
     @property
     def values(self) -> NDArray:
-        """The speeds (count,) [1/min]."""
+        """All speeds, (count,) [1/min]."""
         return np.linspace(self.lowest, self.highest, self.count)
 
 
@@ -182,28 +181,28 @@ class OptimisationStudy:
     name
         Free text.
     base
-        Tables of a scene, as in its file: common to all designs.
+        Tables of a scene, as in a scene file, common to all designs.
     variables
         The design variables.
     objectives
-        The objectives, to be minimised, one or more.
+        One or more objectives, to be minimised.
     constraints
-        Limits by the name of the quantity, from ``gearbench.optimisation.constraints``.
+        Limits by name of the quantity, see ``gearbench.optimisation.constraints``.
     algorithm, robustness
-        The search, and the error samples of each design.
+        Settings of the search, and of the error samples.
     costs
-        Variable → value as text → cost of the value; the number ``cost`` is their sum.
+        Variable → value as text → cost of the value. The number ``cost`` of a design is the sum over its variables.
     over_loads
-        Where the base has several loads: a response is its weighted mean over them, "mean", or its greatest value,
-        "max", of the design itself and of each error sample. Limits hold under every load.
+        How responses under several loads are combined, per error sample: weighted mean ("mean") or greatest value
+        ("max"). Limits hold under every load.
     speeds
-        Speeds of the mesh force, if an objective or a limit names it.
+        Speeds at which the mesh force is evaluated, if an objective or a limit uses it.
 
     Raises
     ------
     InputError
-        If two variables change the same key, or an objective needs samples that are not drawn. Wrapped by pydantic's
-        ``ValidationError``.
+        If a table is missing or empty, or the parts contradict each other, e.g. an objective needs samples but none are
+        drawn. pydantic wraps it in a ``ValidationError``.
     """
 
     name: str = ""
@@ -239,7 +238,7 @@ class OptimisationStudy:
         self._check_speeds()
 
     def _check_kind(self) -> None:
-        """Refuse numbers of a pair where the base is a planetary set, and the other way round."""
+        """Refuse numbers of a pair if the base is a planetary set, and the other way round."""
         asked = [(f"constraints.{name}", name) for name in self.constraints]
         asked += [("objectives", name) for objective in self.objectives for name in objective.weights]
         for key, name in asked:
@@ -275,28 +274,28 @@ class OptimisationStudy:
 
     @cached_property
     def responses(self) -> tuple[str, ...]:
-        """Names of the responses that are computed of each design."""
+        """Names of the responses computed for every design."""
         asked = [split_statistic(name) for objective in self.objectives for name in objective.weights]
         names = [found[0] for found in asked if found]
         return tuple(dict.fromkeys((*(RESPONSES_OF_SET if self.of_set else RESPONSES), *names)))
 
     @cached_property
     def numbers(self) -> tuple[str, ...]:
-        """Names of the numbers of the design among the objectives."""
+        """Names of the numbers of the design that the objectives use."""
         asked = (name for objective in self.objectives for name in objective.weights if name in NUMBERS)
         return tuple(dict.fromkeys(asked))
 
     @cached_property
     def statistics(self) -> tuple[str, ...]:
-        """Known of every feasible design: all statistics of its responses over the error samples, and its numbers."""
+        """Names of the values known of a feasible design: statistics of ``responses`` over the samples, ``numbers``."""
         return (*statistics_of(self.responses), *self.numbers)
 
     def values(self, design: Design) -> dict[str, Value]:
-        """Value of each variable of a design by its name."""
+        """Values of a design's variables, by name."""
         return {v.name: v.value(code) for v, code in zip(self.variables, design, strict=True)}
 
     def to_mapping(self) -> dict[str, Any]:
-        """The study as nested tables, as in a file."""
+        """Study as nested tables, as in a file."""
         return {
             "name": self.name,
             **({} if self.over_loads == "mean" else {"over_loads": self.over_loads}),
@@ -311,12 +310,12 @@ class OptimisationStudy:
         }
 
     def to_toml(self) -> str:
-        """The study as the text of a TOML file."""
+        """Study as the text of a TOML file."""
         import tomli_w
 
         return tomli_w.dumps(self.to_mapping())
 
     @cached_property
     def digest(self) -> str:
-        """SHA-256 of the study's TOML text."""
+        """SHA-256 of the TOML text."""
         return hashlib.sha256(self.to_toml().encode()).hexdigest()

@@ -1,4 +1,4 @@
-"""Studies from TOML files: every fault is one line naming file, key, value and the values allowed."""
+"""Reader of study files (TOML); every error is one line that names file, key, value and the allowed values."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from gearbench.results.responses import quantity
 from gearbench.scene_file import read_loads, scene_key, table_class
 from gearbench.schema import as_table, check, keys, make, read, read_toml
 
-#: Tables of a base that say what the designs are; errors of members that a variable may set.
+#: Tables of the base that make the designs pairs or planetary sets; prefix of keys for errors of a set's members.
 KINDS, SCATTER = ("pair", "planetary"), "planetary.scatter."
 _TABLES: dict[str, type] = {"algorithm": Algorithm, "robustness": Robustness, "speeds": Speeds}
 
@@ -29,7 +29,7 @@ def read_study(path: str | Path) -> OptimisationStudy:
     Raises
     ------
     InputError
-        If the file cannot be read, is no TOML, or does not describe a study that can be run.
+        If the file cannot be read, is not valid TOML, or does not describe a study that can be run.
     """
     path = Path(path)
     try:
@@ -39,12 +39,12 @@ def read_study(path: str | Path) -> OptimisationStudy:
 
 
 def parse_study(tables: Mapping[str, Any]) -> OptimisationStudy:
-    """Study from nested tables (as read from TOML), checked against the keys of a scene.
+    """Read a study from nested tables (as in TOML), and check it against the keys of a scene.
 
     Raises
     ------
     InputError
-        Naming key, value and the values allowed.
+        If the study is not valid; names key, value and the allowed values.
     """
     known = keys(OptimisationStudy)
     for key in tables:
@@ -70,8 +70,8 @@ def check_study(study: OptimisationStudy) -> None:
     Raises
     ------
     InputError
-        If a key of the base or of a variable is no key of a scene, a value has the wrong type, something required is
-        missing, two variables change the same key, or the errors to draw are missing.
+        If a key of the base or of a variable is not a key of a scene, a value has the wrong type, a required key is
+        missing, two variables change the same key, or there are samples but no errors to draw.
     """
     driven: dict[str, str] = {}
     for variable in study.variables:
@@ -92,7 +92,7 @@ def check_study(study: OptimisationStudy) -> None:
 
 
 def _check_numbers(study: OptimisationStudy, driven: Collection[str]) -> None:
-    """Check that numbers of the design which are asked for can be computed, and that each value has its cost."""
+    """Check that the numbers asked for can be computed, and that ``costs`` covers every value of its variables."""
     asked = {*study.constraints, *study.numbers}
     speed = "speed" in study.base.get("operation", {}) or "operation.speed" in driven
     for name in OF_OPERATION:
@@ -118,8 +118,8 @@ def changed_keys(variable: Variable) -> tuple[str, ...]:
     Raises
     ------
     InputError
-        If one of its paths is no key of a scene, or its values do not have the type of that key. A value outside its
-        limits makes no gear, which is an answer and no mistake.
+        If one of its paths is not a key of a scene, or its values do not have the type of that key. A value outside the
+        limits of the key is accepted: the design is then an invalid gear.
     """
     at = f"variables.{variable.name}"
     found: list[str] = []
@@ -145,7 +145,7 @@ def changed_keys(variable: Variable) -> tuple[str, ...]:
 
 
 def _check_loads(base: Mapping[str, Any], driven: Mapping[str, str]) -> None:
-    """Check the loads of the base, beside which there is no other."""
+    """Check the loads of the base; neither the base nor a variable may set another load beside them."""
     read_loads(base["loads"], "base.loads")
     if "load" in base:
         raise InputError("base.loads", "given", "conflicts with base.load: give one of the two")
@@ -154,7 +154,7 @@ def _check_loads(base: Mapping[str, Any], driven: Mapping[str, str]) -> None:
 
 
 def _check_base(base: Mapping[str, Any], driven: Mapping[str, str]) -> None:
-    """Check the tables of the base, where ``driven`` are the keys that variables set."""
+    """Check the tables of the base; ``driven`` maps the keys that variables set to the names of the variables."""
     effects = as_table("base.effects", base.get("effects", {}))
     later = {path.split(".")[1]: {} for path in driven if path.startswith("effects.")}
     own = KINDS["planetary" in base]
@@ -197,7 +197,7 @@ def _check_gears(gears: Mapping[str, Any], driven: Collection[str]) -> None:
 
 
 def _variables(prefix: str, tables: Mapping[str, Any]) -> Iterator[Variable]:
-    """Variables of nested tables: one is where the keys are those of a variable."""
+    """Find the variables in nested tables; a table of tables is one more level of a dotted name."""
     for name, table in tables.items():
         key = f"{prefix}{name}"
         if not isinstance(table, Mapping):
@@ -215,7 +215,7 @@ def _variables(prefix: str, tables: Mapping[str, Any]) -> Iterator[Variable]:
 
 
 def _flat(prefix: str, table: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
-    """Dotted keys and values of nested tables."""
+    """Flatten nested tables to dotted keys and values."""
     for name, value in table.items():
         if isinstance(value, Mapping):
             yield from _flat(f"{prefix}{name}.", value)

@@ -1,4 +1,4 @@
-"""Design variables of an optimisation, and the values each may take."""
+"""Design variables of an optimisation and their values."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from gearbench.schema import STRICT, given
 
 Value = bool | int | float | str
 
-#: Most values of a grid; a variable with more should be real, without a step.
+#: Largest number of values in a grid; a variable with more should be real, without a step.
 MOST_VALUES = 1_000_000
-#: Largest whole number; beyond it a double does not resolve neighbours.
+#: Largest magnitude of min, max and step; beyond it a double no longer resolves neighbouring whole numbers.
 LARGEST = 1e15
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Variable:
-    """One design variable.
+    """Design variable.
 
     Parameters
     ----------
@@ -30,22 +30,22 @@ class Variable:
         Name of its table in the study.
     paths
         Keys of the scene that take its value, e.g. ``("pair.pinion.teeth", "pair.wheel.teeth")``, or names of
-        ``gearbench.optimisation.derived``. In a file the variable's name is the key, where ``paths`` is absent.
+        ``gearbench.optimisation.derived``. A file may omit ``paths``: the variable's name is then the key.
     min, max
-        Range. Whole numbers without a step: every whole number between them. Otherwise a real variable, or, with a
-        step, the values min, min + step, … up to max.
+        Ends of the range. If both are whole numbers and there is no step, the variable takes every whole number
+        between them. Otherwise it is real or, with a step, takes the values min, min + step, … up to max.
     step
-        See above.
+        Step of the values, see ``min``.
     values
-        The values themselves, instead of a range.
+        List of values, instead of a range.
     sets
-        Instead of values and paths: by the name of each value the keys of the scene that it sets, the same ones for
-        all, e.g. module and dedendum of the tools at hand.
+        Named sets of keys, instead of values and paths: name of the set → key of the scene → value, with the same keys
+        in every set. Example: module and dedendum of the available tools.
 
     Raises
     ------
     InputError
-        If they describe no values. Wrapped by pydantic's ``ValidationError``.
+        If the parameters do not describe any values. pydantic wraps it in a ``ValidationError``.
     """
 
     name: str
@@ -102,12 +102,12 @@ class Variable:
 
     @property
     def _step(self) -> int | float | None:
-        """Distance of its values; whole numbers follow each other without one."""
+        """Step of the values: 1 for whole ends without a step; None if the variable is real."""
         return 1 if self.step is None and all(isinstance(end, int) for end in self._range) else self.step
 
     @cached_property
     def grid(self) -> tuple[Value, ...] | None:
-        """All its values in order; None where it is real."""
+        """All values in order; None if the variable is real."""
         if self.sets is not None:
             return tuple(self.sets)
         if self.values is not None:
@@ -118,12 +118,12 @@ class Variable:
         positions = range(math.floor((high - low) / step + 1e-9) + 1)
         if isinstance(low, int) and isinstance(step, int):
             return tuple(low + i * step for i in positions)
-        # the decimals written down, 0.3 and not 0.30000000000000004
+        # decimals as a person writes them: 0.3, not 0.30000000000000004
         return tuple(float(f"{low + i * step:.12g}") for i in positions)
 
     @cached_property
     def kind(self) -> Literal["real", "ordered", "choice"]:
-        """Kind for the search operators: "choice" where the values have no order."""
+        """Kind for the search operators: "choice" if the values have no order."""
         if self.grid is None:
             return "real"
         numbers = all(isinstance(v, (int, float)) and not isinstance(v, bool) for v in self.grid)
@@ -131,23 +131,23 @@ class Variable:
 
     @property
     def bounds(self) -> tuple[float, float] | tuple[int, int]:
-        """Least and greatest code: of the value itself where it is real, else of its position in the grid."""
+        """Least and greatest code. The code of a real variable is its value, otherwise the position in the grid."""
         if self.grid is not None:
             return 0, len(self.grid) - 1
         low, high = self._range
         return float(low), float(high)
 
     def value(self, code: float) -> Value:
-        """Value of a code: the code itself, or the position in the grid."""
+        """Value of a code: the code itself for a real variable, otherwise the grid value at this position."""
         return float(code) if self.grid is None else self.grid[int(code)]
 
     def assigned(self, code: float) -> dict[str, Value]:
-        """Keys of the scene and their values for a code."""
+        """Keys of the scene that a code sets, with their values."""
         value = self.value(code)
         return dict.fromkeys(self.paths, value) if self.sets is None else self.sets[str(value)]
 
     def given(self) -> dict[str, Any]:
-        """Table of a study file."""
+        """Table of the variable in a study file."""
         table = given(self)
         del table["name"]
         if self.sets is not None or self.paths == (self.name,):

@@ -1,4 +1,4 @@
-"""Verification of a front: its designs are evaluated again with finite elements in place of the fast teeth."""
+"""Verification of a front: evaluate its designs again with finite elements instead of the fast tooth compliance."""
 
 from __future__ import annotations
 
@@ -34,11 +34,11 @@ def verify(
     threads: int | None = None,
     progress: Callable[[str], None] = lambda _: None,
 ) -> xr.Dataset:
-    """Evaluate designs of a stored optimisation with finite elements in place of the fast compliance of their teeth.
+    """Evaluate designs of a stored optimisation with finite elements instead of the fast tooth compliance.
 
-    Gaps, errors and their samples, contact law and resolution stay those of the study. The teeth are clamped at their
-    root; where the study has gear bodies, they stand on them down to the bore. There
-    is one FE model for each macro-geometry; it is kept on disk.
+    Gaps, errors and their samples, contact law and resolution stay those of the study. The teeth are clamped at the
+    root; if the study has gear bodies, the FE model includes the body down to the bore. Every macro-geometry has one FE
+    model, which is cached on disk.
 
     Parameters
     ----------
@@ -47,25 +47,25 @@ def verify(
     numbers
         Numbers of the designs in the dimension ``design``; the front by default.
     accuracy
-        Relative error of the compliance that the meshes are refined to.
+        Relative error of the compliance to which the FE meshes are refined.
     threads
         As in ``optimise``.
     progress
-        Called with one line about the next step.
+        Called with one line of text before each step.
 
     Returns
     -------
     Dataset over ``design``: the variables, ``objective`` and ``objective_verified`` (design, objective_name), their
-    relative ``shift`` [%], the statistics, ``on_front_verified``; and the ``rank_correlation`` of each objective.
+    relative ``shift`` [%], the statistics, ``on_front_verified``; and ``rank_correlation``, (objective_name,).
 
     Raises
     ------
     InputError
-        If the study has no tooth bending to be replaced, a variable changes it, or a design is not feasible.
+        If the study has no tooth bending to replace, a variable changes it, or a design is not feasible.
     MemoryBudgetError
-        If finite elements need more memory than there may be, before any are solved.
+        If the finite elements need more memory than the budget allows; raised before any are solved.
     GearbenchError
-        If finite elements give no answer for any of the designs.
+        If the finite elements fail for all designs.
     """
     start = time.perf_counter()
     study = reference_study(designs.study, accuracy)
@@ -83,12 +83,12 @@ def verify(
 
 
 def reference_study(study: OptimisationStudy, accuracy: float) -> OptimisationStudy:
-    """``study`` without limits, and with finite elements in place of the fast compliance of its teeth.
+    """Return ``study`` without limits, and with finite elements instead of the fast tooth compliance.
 
     Raises
     ------
     InputError
-        If it has no tooth bending, a variable changes the effect replaced, or the designs are planetary sets.
+        If the study has no tooth bending, a variable changes a replaced effect, or the designs are planetary sets.
     """
     if study.of_set:
         raise InputError("base.planetary", "given", "designs of planetary sets cannot be verified: no finite elements")
@@ -106,7 +106,7 @@ def reference_study(study: OptimisationStudy, accuracy: float) -> OptimisationSt
 
 
 def rank_correlation(a: NDArray, b: NDArray) -> float:
-    """Spearman's rank correlation; NaN where fewer than three points are known, or all are equal."""
+    """Spearman's rank correlation of the finite points; NaN for fewer than three, or if all values are equal."""
     from scipy.stats import rankdata
 
     known = np.isfinite(a) & np.isfinite(b)
@@ -133,16 +133,16 @@ def _prepare(
     found: Sequence[Design],
     progress: Callable[[str], None],
 ) -> int:
-    """Compute the compliance of each macro-geometry once, one after the other; how many there are.
+    """Compute the compliance of every macro-geometry one after the other; return their number.
 
-    Workers that meet the same unknown pair would each mesh it.
+    Without this, several workers that meet the same new pair would all mesh it.
     """
     first = {macro_geometry(study, design): int(number) for design, number in zip(found, chosen, strict=True)}
     effects = study.base["effects"]
     beside = {GearBody.name: GearBody()} if GearBody.name in effects else {}
     reference = ToothBending(**effects[ToothBending.name])
     pairs = [designs.scene(number).pair for number in first.values()]
-    for pair in pairs:  # refuse before any of them is solved what does not fit into memory
+    for pair in pairs:  # raise a memory error before any of them is solved
         with suppress(GearbenchError):  # the design is then reported with this reason
             reference.missing_levels(pair, beside)
     for i, pair in enumerate(pairs, start=1):

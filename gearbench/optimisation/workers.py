@@ -1,7 +1,7 @@
-"""Designs evaluated side by side: by processes of this machine, or by workers of dask.
+"""Parallel evaluation of designs by processes of this machine or by dask workers.
 
-Most of an evaluation is not in compiled kernels but in Python, which works on one thread of a process at a time.
-Workers must run the same software as the process that asks: each task carries its versions and the hash of its code.
+Workers are processes, because most of an evaluation is Python code, which runs on one thread per process at a time.
+They must run the same software as the calling process: every task carries its versions and the hash of its sources.
 """
 
 from __future__ import annotations
@@ -42,12 +42,12 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 _LOG = logging.getLogger(__name__)
-#: Seconds of processor time that this process works alone before it starts workers, which need as long to start.
+#: Processor time that this process works alone before it starts workers [s]; workers need about as long to start.
 AFTER = 1.5
-#: Tasks for each worker that are handed out ahead, and parts into which the rest is divided: the last tasks are small,
-#: so that workers end together.
+#: AHEAD: tasks per worker that are submitted in advance. PARTS: every new task takes 1/PARTS of a worker's share of the
+#: remaining items, so the last tasks are small and the workers finish together.
 AHEAD, PARTS = 2, 2
-#: Seconds that a dask scheduler may take to answer, and to have a first worker.
+#: Time limits for a dask scheduler: to answer, and to get its first worker [s].
 ANSWERS, WAIT = 6.0, 600.0
 
 
@@ -62,35 +62,35 @@ class LostError(GearbenchError):
 class Pool(ABC):
     """Workers behind an executor of ``concurrent.futures``."""
 
-    #: Exceptions of a task whose worker ended, and of one that lost the connection to all workers.
+    #: Exceptions of a task: its worker ended; the connection to all workers is lost.
     lost: tuple[type[BaseException], ...]
     disconnected: tuple[type[BaseException], ...]
-    #: Whether workers are there before they are asked for.
+    #: Whether workers are running before the first task is submitted.
     ready: bool
 
     @property
     @abstractmethod
     def count(self) -> int:
-        """Number of evaluations side by side."""
+        """Number of evaluations that run in parallel."""
 
     @abstractmethod
     def submit(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
-        """``function`` of ``arguments``, computed by a worker."""
+        """Submit ``function(*arguments)`` to a worker."""
 
     @abstractmethod
     def close(self) -> None:
-        """End the workers started here, whatever they are doing."""
+        """End the workers that this pool started, even if they are busy."""
 
 
 class Workers:
-    """Applies functions to items on the workers of a pool, which it closes at the end of its context.
+    """Map functions over items on the workers of a pool; a context manager that closes the pool.
 
     Parameters
     ----------
     pool
         The workers.
     after
-        Seconds of processor time that the calling process works alone before it starts workers.
+        Processor time that the calling process works alone before it starts workers [s].
     """
 
     def __init__(self, pool: Pool, after: float = AFTER) -> None:
@@ -104,14 +104,15 @@ class Workers:
         self._pool.close()
 
     def map(self, function: Callable[[Item], Result], items: Sequence[Item]) -> Iterator[tuple[Item, Result]]:
-        """Items and their results, as they come; neighbours in ``items`` are likely to be done by the same worker.
+        """Yield items with their results as they are finished.
 
-        Until workers are ready, the calling process does the work.
+        Neighbours in ``items`` tend to go to the same worker. Until workers are ready, the calling process does the
+        work.
 
         Raises
         ------
         LostError
-            If a worker ends while it works on an item, and another one that works on that item alone.
+            If a worker ends while it works on an item, and ends again when given that item alone.
         GearbenchError, InputError
             If the connection to the workers is lost, or one of them runs other code.
         """
@@ -123,7 +124,7 @@ class Workers:
                     result = function(item)
                     self._spent += time.thread_time() - start
                     if self._warming is None and self._spent > self._after and self._pool.count > 1:
-                        # each worker loads its kernels; the result is already known
+                        # only to load the kernels in every worker; the result is already known
                         self._warming = [self._submit(function, [item]) for _ in range(self._pool.count)]
                     yield item, result
             if waiting:
@@ -155,7 +156,7 @@ class Workers:
                     lost += share
                 else:
                     yield from zip(share, results, strict=True)
-        for item in lost:  # one at a time, so that the next loss is known to be its fault
+        for item in lost:  # one at a time, so that a second loss can be blamed on the item
             try:
                 yield item, self._submit(function, [item]).result()[0]
             except self._pool.lost:
@@ -166,14 +167,14 @@ class Workers:
 
 
 def open_workers(scheduler: str | None = None, threads: int | None = None, after: float = AFTER) -> Workers:
-    """Worker processes of this machine, ``threads`` or as many as processors; those of dask where there is a scheduler.
+    """Open workers: dask workers if ``scheduler`` is given, else ``threads`` processes (default: one per processor).
 
     Raises
     ------
     InputError
         If ``scheduler`` is neither "local:N" nor an address, or dask.distributed is not installed.
     GearbenchError
-        If no scheduler answers there, or it has no workers.
+        If no scheduler answers, or it has no workers.
     """
     return Workers(ProcessPool(threads or default_threads()) if scheduler is None else DaskPool(scheduler), after)
 
@@ -181,14 +182,14 @@ def open_workers(scheduler: str | None = None, threads: int | None = None, after
 def evaluations(
     workers: Workers, study: OptimisationStudy, designs: Sequence[Design], incumbents: Incumbents | None = None
 ) -> Iterator[tuple[Design, Evaluation]]:
-    """Designs and their evaluations, as they come; see ``problem.evaluate``.
+    """Yield designs with their evaluations as they are finished; see ``problem.evaluate``.
 
     Raises
     ------
     GearbenchError
-        As ``Workers.map``, naming the values of a design that ends its workers.
+        As in ``Workers.map``; names the values of a design that ends its workers.
     """
-    # those that share the compliance of a tooth follow each other
+    # designs with the same tooth compliance become neighbours
     ordered = sorted(designs, key=lambda design: macro_geometry(study, design))
     try:
         yield from workers.map(partial(evaluate, study, incumbents=incumbents), ordered)
@@ -199,14 +200,14 @@ def evaluations(
 
 @single_threaded_blas()
 def _apply(asked_by: dict[str, str], function: Callable[[Any], Any], items: Sequence[Any]) -> list[Any]:
-    """Results of some items, in a worker that runs the same software as the process that asks."""
+    """Apply ``function`` to ``items`` in a worker, after checking that it runs the software of the calling process."""
     require_same(asked_by)
     return [function(item) for item in items]
 
 
 # -- processes of this machine -----------------------------------------------------------------------------------------
 class ProcessPool(Pool):
-    """``count`` processes, started when they are first asked for; when one ends, all are replaced by new ones."""
+    """Pool of ``count`` processes, started at the first task; if one of them ends, all are replaced."""
 
     lost, disconnected, ready = (BrokenExecutor,), (), False
 
@@ -246,21 +247,24 @@ class ProcessPool(Pool):
 
 
 class _Context(SpawnContext):
-    """Start method that knows the processes it has started."""
+    """Spawn context that remembers the processes it has started."""
 
     def __init__(self) -> None:
         self.started: list[SpawnProcess] = []
 
     def Process(self, *arguments: Any, **options: Any) -> SpawnProcess:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """A process that is to be started."""
+        """Make a process and remember it."""
         self.started.append(SpawnProcess(*arguments, **options))
         return self.started[-1]
 
 
 @contextmanager
 def _starting_processes() -> Iterator[None]:
-    """Processes started inside ignore Ctrl-C and do not run the starting script again; here, Ctrl-C waits."""
-    resource_tracker.ensure_running()  # its start would let Ctrl-C through
+    """Start processes inside this context: they ignore Ctrl-C and do not run the main script again.
+
+    In this process, Ctrl-C waits until the context ends.
+    """
+    resource_tracker.ensure_running()  # if it started later, it would unblock Ctrl-C
     main = sys.modules["__main__"]
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     sys.modules["__main__"] = ModuleType("__main__")
@@ -272,7 +276,7 @@ def _starting_processes() -> Iterator[None]:
 
 
 def _begin(memory: str) -> None:
-    """Begin a worker: its share of the memory [bytes], and an end with the process that started it."""
+    """Initialise a worker: set its share of the memory [bytes], and end it when its parent process ends."""
     os.environ[VARIABLE] = memory
     parent = parent_process()
     assert parent is not None
@@ -286,19 +290,19 @@ def _begin(memory: str) -> None:
 
 # -- dask --------------------------------------------------------------------------------------------------------------
 class DaskPool(Pool):
-    """Workers of a dask scheduler, which gives the tasks of lost workers to others.
+    """Pool of dask workers; the scheduler hands the tasks of lost workers to others.
 
     Parameters
     ----------
     scheduler
-        "local:N", N worker processes on this machine, or the address of a scheduler.
+        "local:N" for N worker processes on this machine, or the address of a scheduler.
 
     Raises
     ------
     InputError
-        If it is neither, or dask.distributed is not installed.
+        If ``scheduler`` is neither, or dask.distributed is not installed.
     GearbenchError
-        If no scheduler answers there, or no worker comes within ten minutes.
+        If no scheduler answers, or no worker connects within ten minutes.
     """
 
     ready = True
@@ -309,7 +313,7 @@ class DaskPool(Pool):
         from distributed.comm.core import CommClosedError
 
         self.lost, self.disconnected = (KilledWorker,), (CommClosedError, CancelledError)
-        for name in ("distributed", "distributed.client"):  # faults are said in one line
+        for name in ("distributed", "distributed.client"):  # errors are reported in one line instead
             logging.getLogger(name).setLevel(logging.CRITICAL + 1)
         self._open = ExitStack()
         address: Any = scheduler
@@ -350,7 +354,7 @@ class DaskPool(Pool):
 
 
 async def _answer(address: str) -> None:
-    """Return when a dask scheduler answers at ``address``: a client would wait for ever for another program."""
+    """Return once a dask scheduler answers at ``address``; a client would wait for ever if another program listens."""
     from distributed import Security, rpc
 
     async with rpc(address, connection_args=Security().get_connection_args("client")) as server:
@@ -358,12 +362,12 @@ async def _answer(address: str) -> None:
 
 
 def check_scheduler(text: str) -> int | None:
-    """Number of workers on this machine that ``text`` asks for; None where it is the address of a scheduler.
+    """Number of local workers that ``text`` asks for; None if it is the address of a scheduler.
 
     Raises
     ------
     InputError
-        If it is neither, or dask.distributed is not installed.
+        If ``text`` is neither, or dask.distributed is not installed.
     """
     local = re.fullmatch(r"local:([1-9]\d{0,3})", text)
     address = re.fullmatch(r"(tcp|tls)://[^\s/]+:\d+|(?!local:)[\w.-]+:\d+", text)
@@ -379,7 +383,7 @@ def check_scheduler(text: str) -> int | None:
 def identity() -> dict[str, str]:
     """Software of this process: versions of Python and packages, and the SHA-256 of the sources.
 
-    The sources are those of gearbench, its finite elements, and the effects of installed packages.
+    The sources are those of gearbench, fem_reference, and the effects of installed packages.
     """
     package = Path(__file__).parents[1]
     paths = [*package.rglob("*.py"), *(package.parent / "fem_reference").rglob("*.py")]
@@ -389,17 +393,17 @@ def identity() -> dict[str, str]:
     return {"versions": versions(), "sources": hashlib.sha256(b"".join(files)).hexdigest()}
 
 
-#: Computed as this process loads its code: the files may change while it runs.
+#: The hash is computed when this process loads its code, because the files may change while it runs.
 identity()
 
 
 def require_same(asked_by: dict[str, str]) -> None:
-    """Refuse to work for a process with other software.
+    """Refuse tasks from a process that runs other software.
 
     Raises
     ------
     InputError
-        Naming the machine, and the versions where they differ.
+        If the software differs; names the machine, and the versions if they differ.
     """
     ours = identity()
     if asked_by == ours:
