@@ -1,4 +1,4 @@
-"""Compiled loops of the dynamics, held equal to readable NumPy twins by the tests."""
+"""Compiled loops of the dynamics. The tests compare them with readable NumPy versions."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from gearbench.compiled import entry, part
 
 
 class Curve(NamedTuple):
-    """``ForceCurve`` of a mesh by the names there, its mean force [N], and its ``Beside`` by the names there."""
+    """Fields of ``ForceCurve`` and of its ``Beside``, under the same names, and the ``mean`` force of the mesh [N]."""
 
     begin: NDArray
     table: NDArray
@@ -26,7 +26,11 @@ class Curve(NamedTuple):
 
 
 class Balance(NamedTuple):
-    """x̄ and f̄ (row,), K̄ and the compliance of the modes that follow at once (row, row), unit of motion [mm]."""
+    """Mean state of a mesh, about which its motion is integrated.
+
+    x̄ [mm] and f̄ [N] (row,), K̄ [N/mm] and the compliance ``follow`` of the modes that follow quasi-statically [mm/N]
+    (row, row), and the mean deflection ``unit`` [mm].
+    """
 
     motion: NDArray
     force: NDArray
@@ -36,7 +40,7 @@ class Balance(NamedTuple):
 
 
 class Work(NamedTuple):
-    """Scratch: x, f, what is left of the balance, f − f̄ − K̄ (x − x̄) (4, row); two matrices."""
+    """Scratch arrays: x, f, the residual of the balance and f − f̄ − K̄ (x − x̄) as rows (4, row); two matrices."""
 
     vectors: NDArray
     matrices: NDArray
@@ -71,10 +75,10 @@ def _kick(stiffness, a, dt, count, p, v, motion):
 
 @entry()
 def monodromy(own, half, a, kick, dt, r, counts):
-    """Map (speed, 2·mode, 2·mode) of (p, v/ω_r) over a period of kicks between free motion.
+    """Matrix (speed, 2·mode, 2·mode) that maps (p, v/ω_r) over one period: free motion alternates with kicks.
 
-    The kicks K(t) − K̄ are (1 or speed, step, row, row). At each speed the first ``counts`` modes (speed,) move; the
-    others stand still.
+    The kicks K(t) − K̄ have the shape (1 or speed, step, row, row). At each speed the first ``counts`` modes (speed,)
+    move; the others stand still.
     """
     rows, size = a.shape
     steps = kick.shape[1]
@@ -99,7 +103,7 @@ def monodromy(own, half, a, kick, dt, r, counts):
 
 @part()
 def _flank(table, spacing, row, x):
-    """Force of a flank x beyond where it begins, and its slope; linear between the points and beyond."""
+    """Force of a flank and its slope at the approach x after first contact; linear between and beyond the points."""
     at = x / spacing
     if at <= 0.0:
         return 0.0, 0.0
@@ -110,7 +114,7 @@ def _flank(table, spacing, row, x):
 
 @part()
 def _approached(curve, row, x):
-    """Force and stiffness of both flanks at a phase, at an approach."""
+    """Force and stiffness of drive and back flanks together, at the phase ``row`` and the approach x."""
     begin, back = curve.begin, curve.mirrored
     f, k = _flank(curve.table, curve.spacing, row, x - begin[row])
     steps = len(begin)
@@ -125,7 +129,7 @@ def _approached(curve, row, x):
 
 @part()
 def _add_force(curve, row, x, weight, f, J):
-    """Add resultants of the motions x at a phase, and their derivatives, times a ``weight`` (D9)."""
+    """Add the resultants at the phase ``row`` and motions x to f, their derivatives to J, times ``weight`` (D9)."""
     mean, couple, rest = curve.mean, curve.couple[row], curve.motion[row]
     approach = x[0]
     for j in range(len(couple)):
@@ -137,7 +141,7 @@ def _add_force(curve, row, x, weight, f, J):
     for j in range(len(couple)):
         own, rise = curve.force[row, j] + couple[j] * (force - mean), couple[j]
         if loaded < 1.0:
-            # a parabola from no load, with the slope of the mean force there
+            # below the mean force: a parabola through zero that keeps the slope at the mean force
             bend = couple[j] - curve.force[row, j] / mean
             rise = rise - 2.0 * bend * (1.0 - loaded) if loaded > 0.0 else 0.0
             own = loaded * (curve.force[row, j] + bend * (force - mean))
@@ -152,7 +156,10 @@ def _add_force(curve, row, x, weight, f, J):
 
 @part()
 def _motion(curve, balance, row, share, free, work):
-    """x, f with x = x_free − c (f − f̄ − K̄ (x − x̄)), between two phases, by Newton's method; x is the first guess."""
+    """Solve x = x_free − c (f(x) − f̄ − K̄ (x − x̄)) for x by Newton's method, starting from x_free.
+
+    f is interpolated between the phase ``row`` and the next one at ``share``. The results are in ``work``.
+    """
     x, f, left, push = work.vectors[0], work.vectors[1], work.vectors[2], work.vectors[3]
     J, A = work.matrices
     after, size = (row + 1) % len(curve.begin), len(free)
@@ -184,7 +191,7 @@ def _motion(curve, balance, row, share, free, work):
 
 @part()
 def _solve(A, b):
-    """b ← A⁻¹ b of a few unknowns, without pivots: A is near 1."""
+    """b ← A⁻¹ b for a few unknowns, without pivoting because A is close to the identity."""
     size = len(b)
     for k in range(size):
         for i in range(k + 1, size):
@@ -200,7 +207,7 @@ def _solve(A, b):
 
 @part()
 def _step(p, v, free, brake, kick, scratch):
-    """Kicks of the speeds, dampers, free motion."""
+    """Advance the modes by one step: kick the speeds, brake them by the dampers, then move freely."""
     n = len(p)
     for j in range(n):
         v[j] += kick[j]
@@ -217,7 +224,7 @@ def _step(p, v, free, brake, kick, scratch):
 
 @part()
 def _change(ends, reach, inverse, repeats):
-    """Largest change of the modes, as approaches of the mesh, over the last periods."""
+    """Largest change of the modes over the last ``repeats`` periods, as an approach of the mesh."""
     change = 0.0
     for j in range(reach.shape[1]):
         change = max(change, abs(reach[0, j] * (ends[-1, 0, j] - ends[-1 - repeats, 0, j])))
@@ -227,14 +234,15 @@ def _change(ends, reach, inverse, repeats):
 
 @entry()
 def run(state, free, brake, reach, curve, balance, record, limits):
-    """Integrate until the motion repeats; the number of periods after which it does, 0 where it does not.
+    """Integrate until the motion repeats, and return the number of periods after which it does, or 0 if it does not.
 
     Parameters
     ----------
     state
         Modal motions and speeds (2, mode), changed in place.
     free, brake
-        Free motion over a step and 1/ω (5, mode), and what dampers leave of the speeds (mode, mode), or nothing (0, 0).
+        Free motion over a step and 1/ω (5, mode); matrix by which dampers reduce the speeds in a step (mode, mode), or
+        an empty array (0, 0).
     reach
         a (row, mode).
     curve, balance
@@ -242,7 +250,8 @@ def run(state, free, brake, reach, curve, balance, record, limits):
     record
         x and f over the last periods (2, row, period, phase).
     limits
-        Time step, steps between phases, most periods, change in units at which a motion repeats, and at which it may.
+        Time step, steps between phases, maximum number of periods, change (over ``unit``) below which a motion repeats
+        for certain, and below which it counts as repeating after the last period.
     """
     rows, modes = reach.shape
     steps, kept, within = len(curve.begin), record.shape[2], int(limits[1])
@@ -269,7 +278,7 @@ def run(state, free, brake, reach, curve, balance, record, limits):
         ends[:-1] = ends[1:].copy()
         ends[-1] = state
         found = 0
-        # it fades slowly where it nearly repeats, and may by chance be closer after several periods
+        # A motion that nearly repeats settles slowly. By chance it may then agree better with a longer period.
         for repeats in range(1, min(kept, period) + 1):
             change = _change(ends, reach, free[4], repeats) / balance.unit
             if change <= limits[4]:

@@ -1,4 +1,4 @@
-"""Dynamic response of a scene over speed."""
+"""Dynamic response of a scene over speed, by harmonic balance."""
 
 from __future__ import annotations
 
@@ -31,17 +31,17 @@ if TYPE_CHECKING:
 
 _LOG = logging.getLogger(__name__)
 
-#: Orders of the mesh frequency unless told otherwise, and the most of them.
+#: Orders of the mesh frequency: default and maximum.
 HARMONICS, MOST = 10, 200
-#: Orders beyond those that are told, where meshes have unlike frequencies.
+#: Orders solved beyond those in the result, if the meshes have several frequencies.
 BESIDE = 2
 #: Excess of a Floquet multiplier over 1 that counts as rounding.
 GROWTH = 1e-6
-#: Share of the quasi-static motion in omitted orders from which a note is written.
+#: A note is written if omitted orders have more than this share of the quasi-static motion.
 BEYOND = 0.1
-#: Why there is none.
+#: Reason for a missing response.
 GROWS = "parametric instability: no steady linear response"
-#: Modes with a smaller share in the compliance at the meshes are left out of the notes.
+#: The notes omit modes with a smaller share in the compliance at the meshes.
 NOTED = 0.02
 
 
@@ -49,18 +49,18 @@ NOTED = 0.02
 def response(scene: Scene, *, speed: ArrayLike, harmonics: int = HARMONICS) -> xr.Dataset:
     """Dynamic transmission error, mesh and bearing forces of ``scene`` over speed, by harmonic balance.
 
-    Stiffness and transmission error vary over the mesh cycle as the contact under the mean force; the system of
-    shafts, bearings and inertias, or of the members of a planetary set, is linear about its equilibrium. Where flanks
-    part, see the variable ``contact_kept``.
+    Stiffness and transmission error vary over the mesh cycle as in the contact under the mean force. The system of
+    shafts, bearings and inertias, or of the members of a planetary set, is linear about its equilibrium. The variable
+    ``contact_kept`` tells where flanks part and the response is no longer valid.
 
     Parameters
     ----------
     scene
-        With ``[system]``, or with meshes that are one contact problem: ``[planetary]``, or parallel paths.
+        A scene with ``[system]``, or with meshes solved as one contact problem: ``[planetary]`` or parallel paths.
     speed
-        Of the pinion [1/min], one or several; of a set that of the sun, or of the carrier where the sun is held.
+        Speed or speeds of the pinion [1/min]. For a planetary set: of the sun, or of the carrier if the sun is held.
     harmonics
-        Orders of the mesh frequency.
+        Number of orders of the mesh frequency.
 
     Returns
     -------
@@ -70,7 +70,7 @@ def response(scene: Scene, *, speed: ArrayLike, harmonics: int = HARMONICS) -> x
     Raises
     ------
     InputError
-        If there is no system, a part of it is unconnected, or speeds and harmonics are invalid.
+        If the scene has no system, a part of it is unconnected, or speeds or harmonics are invalid.
     """
     check_scene(scene)
     start = time.perf_counter()
@@ -86,12 +86,12 @@ def response(scene: Scene, *, speed: ArrayLike, harmonics: int = HARMONICS) -> x
 
 
 def check_speeds(speed: ArrayLike) -> NDArray:
-    """Speeds (speed,) [1/min].
+    """Check speeds and return them as an array (speed,) [1/min].
 
     Raises
     ------
     InputError
-        Unless all are positive and finite.
+        If one of them is not positive and finite.
     """
     speeds = np.atleast_1d(np.asarray(speed, dtype=float))
     if speeds.ndim != 1 or not len(speeds):
@@ -103,14 +103,14 @@ def check_speeds(speed: ArrayLike) -> NDArray:
 
 
 def check_harmonics(harmonics: int) -> None:
-    """Raise ``InputError`` unless it is a whole number of orders that can be computed."""
+    """Raise ``InputError`` unless ``harmonics`` is a whole number from 1 to ``MOST``."""
     if not (isinstance(harmonics, (int, np.integer)) and 1 <= harmonics <= MOST):
         raise InputError("harmonics", harmonics, f"must be a whole number, 1 to {MOST}")
 
 
 def over_speed(model: LinearModel, speeds: NDArray, harmonics: int) -> Variables:
     """Variables of the Dataset that depend on speed."""
-    # products of two frequencies are cut beyond the orders: the last that are told need some beyond them
+    # with several frequencies the truncated products make the last orders inaccurate: solve a few more than returned
     kept = harmonics + (BESIDE if len(model.groups) > 1 else 0)
     rows, found = np.arange(len(model.stiffness)), steady(model, speeds, kept)
     index, push = found.index[1:], np.moveaxis(found.push, 1, 2)
@@ -122,7 +122,7 @@ def over_speed(model: LinearModel, speeds: NDArray, harmonics: int) -> Variables
     # an unstable motion has no steady response
     grows = (stability > 1 + GROWTH).any(axis=1)
     te[grows], force[grows], shaken[grows] = np.nan, np.nan, np.nan
-    # order zero is what shifts the mean between parallel paths
+    # order zero shifts mean load from one parallel path to another
     mean = model.force + np.real(force[:, 0])
     te, force, shaken = (np.moveaxis(values[:, 1:], 1, -1) for values in (te, force, shaken))
     vibration = Vibration(
@@ -167,13 +167,13 @@ def over_speed(model: LinearModel, speeds: NDArray, harmonics: int) -> Variables
 
 
 def _combination(names: Sequence[str], index: NDArray) -> str:
-    """A combination in words: "2 × pair − 1 × second"."""
+    """Name of a combination of orders, such as "2 × pair − 1 × second"."""
     (a, b), (n, m) = (names[int(g)] for g in np.flatnonzero(index)), index[index != 0]
     return f"{n} × {a} {'+' if m > 0 else '−'} {abs(m)} × {b}"
 
 
 def growth(model: LinearModel, group: Group, speeds: NDArray, harmonics: int) -> NDArray:
-    """Largest Floquet multiplier (speed,) of a group; NaN where stability is proven at any speed."""
+    """Largest Floquet multiplier of a group (speed,); NaN if the group is proven to be stable at any speed."""
     rows = model.rows_of(group.meshes)
     stiffness = waves.curve(model.excitation(group, harmonics).stiffness, max(256, 16 * harmonics))
     stiffness = np.moveaxis(stiffness, -1, 0)
@@ -183,7 +183,7 @@ def growth(model: LinearModel, group: Group, speeds: NDArray, harmonics: int) ->
 
 
 def _of_own_frequency(model: LinearModel, harmonics: int) -> NDArray:
-    """Positions of the orders of each mesh's own frequency among all but order zero, (mesh, harmonic)."""
+    """Indices (mesh, harmonic), without order zero, of the orders of the frequency at which the mesh itself runs."""
     group = np.empty(len(model.names), dtype=int)
     for number, each in enumerate(model.groups):
         group[each.meshes] = number
@@ -191,7 +191,7 @@ def _of_own_frequency(model: LinearModel, harmonics: int) -> NDArray:
 
 
 def modal_variables(model: LinearModel, speeds: NDArray, harmonics: int) -> Variables:
-    """Elastic modes up to the highest frequency that is excited, and the speeds at which orders meet them."""
+    """Elastic modes up to the highest excited frequency, and the critical speeds at which orders meet them."""
     modes = model.modes
     highest = max(float(model.omega(group, speeds).max()) for group in model.groups) * harmonics
     here = np.flatnonzero((modes.frequency > 0) & (modes.frequency <= 1.2 * highest))

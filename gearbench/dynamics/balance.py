@@ -1,9 +1,8 @@
-"""Harmonic balance at the meshes: their motions and forces where the stiffness varies in time.
+"""Harmonic balance at the meshes: motions and forces of meshes whose stiffness varies in time.
 
-A row is a motion of a mesh, approach or tilt, and the force that works on it. The unknowns of every row, as real
-numbers x_0, Re x̂_1, Im x̂_1, …, are the difference of x(t) = Σ x̂_n e^{inωt} from x_s(t), the quasi-static motion at
-each phase; forces
-follow from f = f_s + K(t) (x − x_s) (D5).
+A row is one relative motion of a mesh (approach, tilt or bending) together with the force that does work on it. The
+unknowns are the orders of y = x − x_s, where x(t) = Σ x̂_n e^{inωt} is the motion and x_s(t) the quasi-static motion.
+Each row stores them as real numbers y_0, Re ŷ_1, Im ŷ_1, …. The forces are f = f_s + K(t) (x − x_s) (D5).
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ from gearbench.dynamics.size import in_blocks
 
 @dataclass(frozen=True, kw_only=True)
 class Excitation:
-    """Excitation of meshes of one mesh frequency; samples, where there are many, come first.
+    """Excitation by meshes of one mesh frequency. If there are several samples, they are the first axis.
 
     Parameters
     ----------
@@ -35,16 +34,23 @@ class Excitation:
     force: NDArray
 
     def part(self, samples: slice | None) -> Excitation:
-        """Some of the samples, where these come first; None makes a sample of one excitation."""
+        """Select some of the samples; None turns an excitation without samples into a single sample."""
         arrays = {name: getattr(self, name)[samples] for name in ("stiffness", "motion", "force")}
         return Excitation(**arrays)
 
 
 def convolution(stiffness: NDArray, index: NDArray | None = None, along: int = 0) -> NDArray:
-    """Real matrix (…, 2S−1, 2S−1) of the product with a function of orders k̂ (…, 2H+1), cut at the S orders kept (D6).
+    """Real matrix (…, 2S−1, 2S−1) that multiplies a function by k(t), truncated at S orders (D6).
 
-    Orders are 0 … H, or where several frequencies meet, ``index`` (S, frequency), multiples of each: the first is zero,
-    of the others either one or its negative is listed; k̂ has the frequency number ``along``.
+    Parameters
+    ----------
+    stiffness
+        Orders 0 … 2H of k(t), (…, 2H + 1).
+    index
+        Orders as multiples of several frequencies (S, frequency); 0 … H of one frequency if absent. The first is zero;
+        of any other order s and −s, one is listed.
+    along
+        Number of the frequency at which k(t) varies.
     """
     at = np.arange((stiffness.shape[-1] + 1) // 2)[:, None] if index is None else index
     lower, upper = (_between(stiffness, at[:, None] + sign * at, along) for sign in (-1, 1))
@@ -55,11 +61,11 @@ def convolution(stiffness: NDArray, index: NDArray | None = None, along: int = 0
 
 
 def _between(stiffness: NDArray, difference: NDArray, along: int) -> NDArray:
-    """k̂ (…, S, S) that leads from order to order, by their ``difference`` (S, S, frequency)."""
+    """k̂ (…, S, S) that couples two orders, from their ``difference`` (S, S, frequency)."""
     n, last = difference[..., along], stiffness.shape[-1] - 1
     values = stiffness[..., np.minimum(np.abs(n), last)]
     reached = (np.abs(n) <= last) & (np.delete(difference, along, axis=-1) == 0).all(axis=-1)
-    # k̂ of negative orders is the conjugate
+    # k̂ at a negative order is the conjugate
     return np.where(reached, np.where(n >= 0, values, np.conj(values)), 0.0)
 
 
@@ -77,12 +83,12 @@ def real(values: NDArray) -> NDArray:
 
 
 def orders(values: NDArray) -> NDArray:
-    """The inverse of ``real``."""
+    """Complex orders 0 … H (…, H+1) from real numbers (…, 2H+1): the inverse of ``real``."""
     return np.concatenate([values[..., :1] + 0j, values[..., 1::2] + 1j * values[..., 2::2]], axis=-1)
 
 
 def receptances(modes: Modes, rows: NDArray, omega: NDArray, orders: int) -> NDArray:
-    """ĥ_c (speed, order 0 … H, row, row) in the ``rows`` in question, at mesh frequencies ω (speed,)."""
+    """ĥ_c (speed, order 0 … H, row, row) [mm/N] of the given ``rows``, at mesh frequencies ω (speed,) [rad/s]."""
     return modes.at_meshes(omega[:, None] * np.arange(orders + 1), rows)
 
 
@@ -105,16 +111,16 @@ def solve(excitation: Excitation, h: NDArray, mean: NDArray) -> tuple[NDArray, N
     Parameters
     ----------
     excitation
-        Stiffness, motion and force at rest.
+        Stiffness, and quasi-static motion and force.
     h
-        ĥ_c (speed, H + 1, row, row) of the system with the mean stiffness.
+        ĥ_c (speed, H + 1, row, row) [mm/N] of the system with the mean stiffness.
     mean
-        That mean stiffness K̄ (row, row) [N/mm].
+        Mean stiffness K̄ (row, row) [N/mm].
     """
     K, rest = convolution(excitation.stiffness), excitation.motion
     M, N = K.shape[0], K.shape[-1]
     vary = K - mean[..., None, None] * np.eye(N)
-    # excitation beside the mean stiffness; none at order 0
+    # f_s − K̄ x_s, which has no order 0
     push = excitation.force - mean @ rest
     push[:, 0] = 0.0
     moved = np.swapaxes(np.einsum("snij,jn->sni", h, push), 1, 2)
@@ -137,20 +143,20 @@ def least_residual(
     enough: NDArray,
     steps: int,
 ) -> tuple[NDArray, NDArray]:
-    """Solutions x of many problems A x = b at once, and what is left of b, by conjugate residuals.
+    """Solve many linear problems A x = b at once by conjugate residuals; return x and the residual b − A x.
 
     Parameters
     ----------
     apply
-        From x to A x.
+        Function that returns A x.
     x, left
-        First guess, and b − A x.
+        First guess and its residual b − A x.
     product
-        Inner product of each problem, with axes of length 1 in place of those it sums over.
+        Inner product of each problem; the axes summed over keep the length 1.
     enough
-        Square of what may be left of each problem.
+        Square of the allowed norm of the residual of each problem.
     steps
-        At most.
+        Maximum number of steps.
     """
     tried: list[tuple[NDArray, NDArray, NDArray]] = []
     for _ in range(steps):
@@ -160,7 +166,7 @@ def least_residual(
         for before, of, size in tried:
             share = product(of, answer) / size
             step, answer = step - share * before, answer - share * of
-        # where nothing is left there is no step
+        # a problem without residual makes no step
         size = np.maximum(product(answer, answer), np.finfo(left.dtype).tiny)
         share = product(answer, left) / size
         x, left = x + share * step, left - share * answer

@@ -1,4 +1,4 @@
-"""A figure of a response: its file, title and legend."""
+"""File, title and legend of a figure of a response."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from gearbench.files import replacing
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Letters of a name in a title; of a label beyond which two stand in a row.
+#: Maximum letters of a name in a title; letters of a label from which a legend has two columns instead of three.
 NAME, LONG = 40, 36
 
 
 def write(draw: Any, one: xr.Dataset, path: Path) -> None:
-    """Write the figure that ``draw`` makes; its title names the scene, the mesh, and what ``draw`` finds."""
+    """Write the figure that ``draw`` makes; the title names the scene, the mesh and the finding that it returns."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -28,7 +28,7 @@ def write(draw: Any, one: xr.Dataset, path: Path) -> None:
     scene = tomllib.loads(one.attrs.get("scene", "")).get("name", "")
     names = [scene, f"mesh {one['mesh'].item()}" if "mesh" in one.coords and not one["mesh"].ndim else ""]
     title = ": ".join(filter(None, [", ".join(name[:NAME] for name in names if name), found]))
-    # names may hold what no font has
+    # names may contain characters that no font has
     title = "".join(letter if letter.isprintable() or letter == "\n" else "?" for letter in title)
     figure.suptitle(title, fontsize="medium", parse_math=False)
     with replacing(path) as part:
@@ -36,7 +36,7 @@ def write(draw: Any, one: xr.Dataset, path: Path) -> None:
 
 
 def legend(figure: Any, lines: list, **more: Any) -> None:
-    """A legend below the axes, where it covers nothing."""
+    """Place a legend below the axes, where it covers nothing."""
     labels = [str(line.get_label()) for line in lines]
     figure.legend(
         lines,
@@ -49,7 +49,7 @@ def legend(figure: Any, lines: list, **more: Any) -> None:
 
 
 def peak(values: Any, speeds: Any) -> tuple[float, float]:
-    """Largest of the values that are known, and the speed where it is."""
+    """Largest value, NaN ignored, and the speed at which it occurs."""
     known = np.nan_to_num(np.asarray(values, dtype=float), nan=-np.inf)
     at = int(known.argmax())
     return float(known[at]), float(speeds[at])

@@ -16,21 +16,21 @@ if TYPE_CHECKING:
 
 #: Modes with a smaller share in the compliance of a mesh are not drawn.
 SHOWN = 0.01
-#: Modes in a figure, share of the energy of a mode from which a part is named, and columns of a waterfall.
+#: Modes in a figure; share of the energy of a mode above which a part is named; frequency bins of a waterfall.
 PANELS, LEAST_SHARE, BINS = 6, 0.05, 500
-#: Share of the width of a figure that the name of an order takes.
+#: Width of the name of an order over the width of a figure.
 ROOM = 0.09
 
 
 def draw_response(dataset: xr.Dataset, folder: Path) -> list[Path]:
-    """PNG plots of a response, one set for each mesh; their titles name the scene, the mesh and what is found.
+    """Write PNG plots of a response and return their files. The titles name the scene, the mesh and the main finding.
 
-    ``force_…`` the dynamic factor, the RMS of the mesh force and of the dynamic transmission error over speed,
-    ``orders_…`` the amplitude of every order over speed, ``campbell_…`` orders and the modes they meet over speed,
-    coloured by the mesh force, ``waterfall_…`` the mesh force over frequency and speed, ``bearings_…`` and
-    ``housing_…`` forces on the bearings and motion of points of the housing over speed; ``bands_…`` the orders of a
-    revolution. For all meshes together: ``modes`` the shapes of the shafts and energies of the parts, ``ripples`` the
-    mesh forces that ripples make, ``scatter`` the percentiles over error samples.
+    One set for each mesh: ``force_…`` shows the dynamic factor and the RMS of mesh force and dynamic transmission error
+    over speed; ``orders_…`` the amplitude of every order over speed; ``campbell_…`` orders and the modes they meet,
+    coloured by the mesh force; ``waterfall_…`` the mesh force over frequency and speed; ``bearings_…`` the forces on
+    the bearings and ``housing_…`` the motion of points of the housing over speed; ``bands_…`` the orders of a
+    revolution. One plot for all meshes: ``modes`` shows mode shapes of the shafts and energies of the parts,
+    ``ripples`` the mesh forces that torque ripples cause, ``scatter`` the percentiles over error samples.
     """
     if "percentile" in dataset.dims:
         write(_scatter, dataset, folder / "scatter.png")
@@ -46,7 +46,7 @@ def draw_response(dataset: xr.Dataset, folder: Path) -> list[Path]:
         whole = (("modes", _modes),) if dataset.get("shaft_mode_shape", np.empty(0)).size else ()
         whole += (("ripples", _ripples),) if "ripple" in dataset.dims else ()
     written = []
-    if "mode_kind" in dataset:  # one set for all meshes, and the mesh that carries most
+    if "mode_kind" in dataset:  # a planetary set: figures of all meshes together, and of the mesh that carries most
         of_set = [("modes", draw_modes), ("sharing", draw_sharing), ("bearings", _bearings)]
         of_set += [("ring", draw_ring)] if "lobes" in dataset.dims else []
         for name, draw in of_set:
@@ -85,7 +85,7 @@ def _force(figure: Any, one: xr.Dataset) -> str:
 
 
 def _orders(figure: Any, one: xr.Dataset) -> str:
-    """One curve for each order."""
+    """Amplitude of the mesh force over speed, one curve for each order."""
     axes = figure.subplots()
     for order in one["harmonic"].values[:8]:
         axes.semilogy(one["speed"], one["mesh_force_amplitude"].sel(harmonic=order), label=f"order {order}")
@@ -100,7 +100,7 @@ def _orders(figure: Any, one: xr.Dataset) -> str:
 
 
 def _bearings(figure: Any, one: xr.Dataset) -> str:
-    """RMS of all orders and directions of each bearing."""
+    """RMS of the force on each bearing over speed, all orders and directions together."""
     squares = (one["bearing_force_amplitude"] ** 2).sum(["direction", "harmonic"], skipna=False)
     squares = squares.sum("mesh", skipna=False) if "mesh" in squares.dims else squares
     name, largest, at = _felt(figure, squares, "bearing", "RMS of the force on the bearing [N]")
@@ -108,7 +108,7 @@ def _bearings(figure: Any, one: xr.Dataset) -> str:
 
 
 def _housing(figure: Any, one: xr.Dataset) -> str:
-    """RMS of all orders at each point of the housing."""
+    """RMS at each point of the housing over speed, all orders together."""
     unit = one["housing_amplitude"].attrs["units"]
     squares = (one["housing_amplitude"] ** 2).sum("harmonic")
     name, largest, at = _felt(figure, squares, "point", f"RMS at the point [{unit}]")
@@ -116,7 +116,7 @@ def _housing(figure: Any, one: xr.Dataset) -> str:
 
 
 def _felt(figure: Any, squares: xr.DataArray, dim: str, label: str) -> tuple[str, float, float]:
-    """One curve over speed for each label along ``dim``; the largest, and where it is."""
+    """Draw one RMS curve over speed for each label along ``dim``; return the label of the highest, and its peak."""
     axes, found = figure.subplots(), {}
     for name in squares[dim].values:
         rms = np.sqrt(squares.sel({dim: name}).values / 2)
@@ -129,7 +129,7 @@ def _felt(figure: Any, squares: xr.DataArray, dim: str, label: str) -> tuple[str
 
 
 def _ripples(figure: Any, one: xr.Dataset) -> str:
-    """Mesh force over speed that each ripple makes."""
+    """Mesh force that each torque ripple causes, over speed."""
     force = one["ripple_mesh_force_amplitude"]
     axes, meshes = figure.subplots(), one["mesh"].values
     for ripple in one["ripple"].values:
@@ -143,7 +143,7 @@ def _ripples(figure: Any, one: xr.Dataset) -> str:
 
 
 def _modes(figure: Any, one: xr.Dataset) -> str:
-    """Shafts in the modes that the meshes feel the most, between both ends of their motion."""
+    """Shapes of the shafts in the modes with the largest shares in the mesh compliance."""
     felt = one["mode_participation"].max("mesh").values
     chosen = np.sort(np.argsort(-felt)[:PANELS])
     figure.set_size_inches(11, 7)
@@ -172,7 +172,7 @@ def _modes(figure: Any, one: xr.Dataset) -> str:
 
 
 def _mode_name(one: xr.Dataset, mode: int) -> str:
-    """Frequency of a mode, and the parts that hold most of its energy."""
+    """Kind and frequency of a mode, and the parts with the most of its strain energy."""
     kind = one["mode_kind"].values[mode] if "mode_kind" in one else f"mode {mode + 1}"
     name = f"{kind}, {float(one['natural_frequency'][mode]):.4g} Hz"
     if "mode_energy" not in one:
@@ -183,11 +183,11 @@ def _mode_name(one: xr.Dataset, mode: int) -> str:
 
 
 def _waterfall(figure: Any, one: xr.Dataset) -> str:
-    """Mesh force over frequency and speed, natural frequencies beside it."""
+    """Mesh force over frequency and speed, with lines at the natural frequencies."""
     axes, force = figure.subplots(), np.nan_to_num(one["mesh_force_amplitude"].values)
     frequency = np.multiply.outer(one["mesh_frequency"].values, one["harmonic"].values)
     natural = one["natural_frequency"].values[one["mode_participation"].values > SHOWN]
-    # to what has modes, and the first order
+    # the axis reaches the highest mode, and at least the first order
     edges = np.linspace(0.0, 1.1 * max(natural.max(initial=0.0), frequency[:, 0].max()), BINS + 1)
     level = np.zeros((len(force), BINS + 1))
     for row, order in np.ndindex(force.shape):
@@ -207,7 +207,7 @@ def _waterfall(figure: Any, one: xr.Dataset) -> str:
 
 
 def _bands(figure: Any, one: xr.Dataset) -> str:
-    """Mesh orders and their side bands over speed, in decades below the largest."""
+    """Mesh orders and their side bands over speed, on a logarithmic scale."""
     axes = figure.subplots()
     force = one["mesh_force_amplitude"].values
     level = np.log10(np.maximum(force, max(force.max() * 1e-5, 1e-300)))
@@ -237,7 +237,7 @@ def _campbell(figure: Any, one: xr.Dataset) -> str:
     orders = one["harmonic"].values
     felt = np.flatnonzero(one["mode_participation"].values > SHOWN)
     natural = one["natural_frequency"].values[felt]
-    # to what has modes, and the first order
+    # the axis reaches the highest mode, and at least the first order
     top = 1.1 * max(natural.max(initial=0.0), frequency.max())
     rows = np.multiply.outer(frequency, orders)
     inside = rows <= top
@@ -256,7 +256,7 @@ def _campbell(figure: Any, one: xr.Dataset) -> str:
     free = np.inf
     for n in orders:
         at = int(np.flatnonzero(n * frequency <= top)[-1]) if n * frequency.min() <= top else None
-        # no name beside the one before
+        # skip a name that would overlap the one before
         if at is not None and speed[at] < free:
             free = speed[at] - ROOM * np.ptp(speed) if n * frequency.max() > top else np.inf
             axes.annotate(f"order {n}", (speed[at], n * frequency[at]), fontsize="x-small", ha="right", va="bottom")

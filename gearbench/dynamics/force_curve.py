@@ -1,4 +1,4 @@
-"""The whole force of a mesh over its displacement and phase: zero where flanks part, negative on the back flanks."""
+"""Force of a mesh over approach and phase, loss of contact included: zero in the backlash, negative on back flanks."""
 
 from __future__ import annotations
 
@@ -14,24 +14,26 @@ from gearbench.contact.look import scene_lines
 from gearbench.contact.solver import solve
 from gearbench.dynamics.loaded_mesh import Flanks, LoadedMesh
 
-#: Rounding of the corner where flanks touch, over the mean deflection: some hundredths of a micrometre.
+#: Half width of the rounded corner at first contact, over the mean deflection: some hundredths of a micrometre.
 ROUNDING = 0.01
-#: Reach of the table over the mean deflection, and its points.
+#: Largest approach of the table over the mean deflection, and number of its intervals.
 REACH, POINTS = 8.0, 4000
-#: Loads at which the contact is solved, relative to the mean force.
+#: Loads at which the contact is solved, over the mean force.
 LEVELS = (0.003, 0.01, 0.03, 0.08, 0.16, 0.3, 0.5, 0.75, 1.0, 1.4, 2.0, 3.0, 5.0)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Beside:
-    """Rows beside the approach, about the contact under the mean force at equal steps of the phase; see (D9).
+    """Tilt and bending of the flanks (rows j ≥ 1), linear about the contact under the mean force (D9).
+
+    All arrays are at equal steps of the phase.
 
     Parameters
     ----------
     couple
         κ_j = K_0j/K_00 (phase, j).
     motion, force
-        Motions [mm] and resultants [N] at rest (phase, j).
+        Quasi-static motions x_s [mm] and resultants f_s [N] (phase, j).
     stiffness
         K_ij − K_0i K_0j/K_00 (phase, i, j) [N/mm].
     """
@@ -43,7 +45,7 @@ class Beside:
 
     @classmethod
     def of(cls, flanks: Flanks) -> Beside:
-        """Linear about these flanks."""
+        """Linearise the rows about ``flanks``."""
         K = flanks.stiffness
         couple = K[:, 0, 1:] / K[:, :1, 0]
         return cls(
@@ -55,7 +57,10 @@ class Beside:
 
 
 def _loaded(rest: NDArray, slope: NDArray, level: float, mean: float) -> NDArray:
-    """Resultants (phase, j) [N] at ``level`` times the ``mean`` force: at rest with a slope, below it a parabola."""
+    """Resultants (phase, j) [N] at ``level`` times the ``mean`` force.
+
+    Above the mean force they grow from ``rest`` by ``slope``; below it they follow a parabola to zero.
+    """
     if level > 1:
         return rest + slope * (level - 1) * mean
     return level * (rest + (slope * mean - rest) * (level - 1))
@@ -63,16 +68,16 @@ def _loaded(rest: NDArray, slope: NDArray, level: float, mean: float) -> NDArray
 
 @dataclass(frozen=True, kw_only=True)
 class ForceCurve:
-    """F(x, τ) at equal steps of the phase (D9): force of the drive flanks less that of the back flanks.
+    """F(x, τ) at equal steps of the phase (D9): force of the drive flanks minus force of the back flanks.
 
     Parameters
     ----------
     beside
-        What tilt and bending add.
+        Resultants of tilt and bending.
     begin
-        x below which the drive flanks carry no load (phase,) [mm].
+        Approach x at which the drive flanks begin to carry load (phase,) [mm].
     table
-        Force of the drive flanks at equal steps of x from there (phase, point) [N]; linear between them and beyond.
+        Force of the drive flanks at equal steps of x from ``begin`` (phase, point) [N]; linear between and beyond.
     spacing
         Step of x [mm].
     backlash
@@ -90,11 +95,11 @@ class ForceCurve:
 
     @property
     def steps(self) -> int:
-        """Steps of the phase."""
+        """Number of steps of the phase."""
         return len(self.begin)
 
     def force(self, x: NDArray) -> NDArray:
-        """Force [N] at x (…, phase) [mm]: readable version of the compiled one."""
+        """Force [N] at x (…, phase) [mm]: the readable version of the compiled kernel."""
         low = np.floor(self.mirrored).astype(int)
         f, part = self._drive(x, np.arange(self.steps)), self.mirrored - low
         for index, weight in ((low % self.steps, 1 - part), ((low + 1) % self.steps, part)):
@@ -109,9 +114,9 @@ class ForceCurve:
 
 
 def force_curve(cycle: LoadedMesh, steps: int) -> ForceCurve:
-    """Curve of a mesh from its contact on its shafts at several loads, less what the shafts yield by themselves.
+    """Compute the curve of a mesh: solve its contact on the shafts at several loads, then subtract the shafts' part.
 
-    Back flanks are assumed to be mirrored drive flanks.
+    Back flanks are assumed to mirror the drive flanks.
     """
     from scipy.interpolate import PchipInterpolator
 
@@ -119,13 +124,13 @@ def force_curve(cycle: LoadedMesh, steps: int) -> ForceCurve:
     phase, unit = np.arange(steps) / steps, scene.F_bt / float(cycle.mean_stiffness[0, 0])
     flanks, C = cycle.at(phase), cycle.compliance
     beside = Beside.of(flanks)
-    # S on the shafts: they tilt as the force grows
+    # S includes the shafts, which tilt as the force grows
     S = np.linalg.solve(np.eye(len(C)) + flanks.stiffness @ C, flanks.stiffness)
     lines = scene_lines(scene, phase)
     cos_b = math.cos(pair.meshing.beta_b)
     gap = np.where(lines.active[..., None], total_gap(cycle.effects, lines), np.inf)
     touch = gap.min(axis=(1, 2)) / cos_b
-    # tilt and bending at rest belong to the approach of flanks that carry nothing
+    # the approach at first contact contains the quasi-static tilt and bending
     forces, knots = [0.0], [touch - (beside.couple * beside.motion).sum(axis=1)]
     for level in LEVELS:
         loaded = replace(scene, load=replace(scene.load, torque=level * scene.load.torque))
@@ -135,7 +140,7 @@ def force_curve(cycle: LoadedMesh, steps: int) -> ForceCurve:
         moved = (-force @ C[:, 1:] - beside.motion) * beside.couple
         knots.append(approach - force @ C[0] + moved.sum(axis=1))
         forces.append(loaded.F_bt)
-    # the least gap of all segments may lie above what cells along which it varies yield to the least load
+    # The smallest gap of the segments may exceed the approach at the smallest load, since the gap varies within a cell.
     knots[0] = np.minimum(knots[0], knots[1] - 0.1 * LEVELS[0] * unit)
     x = np.maximum.accumulate(np.array(knots).T, axis=1) + np.arange(len(knots)) * 1e-12
     # the corner where flanks touch is rounded: d → (d + ε)²/4ε within ±ε
@@ -155,7 +160,7 @@ def force_curve(cycle: LoadedMesh, steps: int) -> ForceCurve:
         begin=x[:, 0] - ε,
         table=table,
         spacing=spacing,
-        # an overlap is the rounding of the data, not a preload
+        # a negative backlash comes from rounded data, not from preload
         backlash=max(pair.actual_backlash, 0.0) * math.cos(pair.meshing.alpha_wt),
         mirrored=((2 * centred - phase) * steps) % steps,
     )

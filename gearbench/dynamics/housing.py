@@ -17,21 +17,21 @@ if TYPE_CHECKING:
 
 #: Largest value of a transfer function; squares of larger numbers overflow.
 LARGEST = 1e100
-#: Dimensions of a file of transfer functions, its variables, and the dimensions with names.
+#: Dimensions of a file of transfer functions, and its variables.
 DIMENSIONS, PARTS = ("point", "bearing", "direction", "frequency"), ("transfer_real", "transfer_imaginary")
 
 
 def read_housing(path: str | Path) -> xr.Dataset:
-    """Transfer functions of a housing from a netCDF file.
+    """Read the transfer functions of a housing from a netCDF file.
 
-    ``transfer_real`` and ``transfer_imaginary`` (point, bearing, direction, frequency): response at a point per force
-    on a bearing of the shafts, the unit in their attribute ``units`` ("m/s²/N", "Pa/N"), over ``frequency`` [Hz],
-    ascending; bearings and the directions "x", "y", "axial" named as in the scene.
+    ``transfer_real`` and ``transfer_imaginary`` (point, bearing, direction, frequency) are the response at a point per
+    force on a bearing of the shafts; their attribute ``units`` holds the unit ("m/s²/N", "Pa/N"). ``frequency`` [Hz]
+    ascends. Bearings have their names of the scene, directions are "x", "y" and "axial".
 
     Raises
     ------
     InputError
-        Naming the file and the missing part.
+        If a part is missing or invalid; the message names the file and the part.
     """
     read = read_bytes(path)
     with naming(path):
@@ -59,17 +59,17 @@ def read_housing(path: str | Path) -> xr.Dataset:
 
 
 def housing_response(dataset: xr.Dataset, housing: xr.Dataset) -> xr.Dataset:
-    """``dataset`` of ``response`` with the orders that its bearing forces cause at the points of a housing.
+    """Add to a ``dataset`` of ``response`` the vibration that its bearing forces cause at the points of a housing.
 
     Returns
     -------
-    The Dataset with ``housing_amplitude`` and ``housing_phase`` (speed, mesh, point, harmonic), each mesh's orders by
-    themselves; NaN, and a note, where an order lies outside the frequencies of the transfer functions.
+    The Dataset with ``housing_amplitude`` and ``housing_phase`` (speed, mesh, point, harmonic), separate for the orders
+    of every mesh. Orders outside the frequencies of the transfer functions are NaN, and a note says so.
 
     Raises
     ------
     InputError
-        If there are no bearing forces by order, or the housing lacks a bearing.
+        If the Dataset has no bearing forces by order, or the housing lacks a bearing or direction.
     """
     if "bearing_force_phase" not in dataset:
         raise InputError("housing", "no bearing forces", "is for the linear response of a pair on shafts")

@@ -1,4 +1,4 @@
-"""Stiffness and motion of the meshes of a system under their mean forces, as they excite it."""
+"""Stiffness and quasi-static motion with which a mesh under its mean force excites a system."""
 
 from __future__ import annotations
 
@@ -29,23 +29,23 @@ from gearbench.scene import Scene
 
 #: N/mm in 1 N/µm.
 PER_MICROMETRE = 1e3
-#: Coefficient of friction of the estimate.
+#: Coefficient of friction for the estimate of the friction force.
 FRICTION = 0.05
 
 
 @dataclass(frozen=True, kw_only=True)
 class Flanks:
-    """Teeth and bodies of a mesh at each phase, without the shafts; further axes, such as samples, come first.
+    """Quasi-static state of teeth and gear bodies over the mesh cycle, without the shafts.
 
-    Row 0 is the approach of the gears and the force on it; rows 1, 2 … are tilt and bending over the face, and what
-    works on them (W11).
+    Row 0 is the approach of the gears and its force; rows 1, 2 … are tilt and bending over the face and the resultants
+    that work on them (W11). Further axes, such as samples, come first.
 
     Parameters
     ----------
     force
         Resultants f_s (…, position, row) [N].
     motion
-        Motions x_s of the flanks at rest (…, position, row) [mm].
+        Quasi-static motions x_s of the flanks (…, position, row) [mm].
     stiffness
         K = ∂f/∂x (…, position, row, row) [N/mm].
     """
@@ -56,7 +56,7 @@ class Flanks:
 
     @classmethod
     def off_shafts(cls, force: NDArray, stiffness: NDArray, error: NDArray, compliance: NDArray) -> Flanks:
-        """Take the compliance C of the shafts out of S and the transmission error (…, position) [mm] on them (W14)."""
+        """Remove the compliance C of the shafts from S and from the transmission error (…, position) [mm] (W14)."""
         motion = -force @ compliance
         motion[..., 0] += error
         # K = (1 − S C)⁻¹ S
@@ -64,7 +64,7 @@ class Flanks:
         return cls(force=force, motion=motion, stiffness=(left + np.swapaxes(left, -1, -2)) / 2)
 
     def orders(self, waves: NDArray) -> Excitation:
-        """Excitation of the orders 0 … H by rows ``waves`` (2H + 1, position), see ``LoadedMesh.waves``."""
+        """Orders 0 … H of the excitation, from the matrix ``waves`` (2H + 1, position) of ``LoadedMesh.waves``."""
         few = waves[: len(waves) // 2 + 1]
         motion, force = (np.swapaxes(few @ each, -1, -2) for each in (self.motion, self.force))
         flat = self.stiffness.reshape(*self.motion.shape[:-1], -1)
@@ -74,18 +74,18 @@ class Flanks:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LoadedMesh:
-    """A mesh under its mean force, as ``simulate`` finds it.
+    """A mesh under its mean force, solved as by ``simulate``.
 
     Parameters
     ----------
     scene
-        Pair, load, resolution, and the system as this mesh sees it.
+        Pair, load, resolution, and the system as seen from this mesh.
     solved
-        The contact over the mesh cycle, shafts included where there are any.
+        Contact over the mesh cycle, including the shafts if there are any.
     on_shafts
-        The same with the shafts, where there are any.
+        The same contact with its settled shafts; None without shafts.
     most
-        Motions of gears on shafts against each other, see ``resultants``; without shafts there is one.
+        Number of relative motions (rows) of gears on shafts, see ``resultants``. Gears without shafts have one.
     """
 
     scene: Scene
@@ -95,7 +95,7 @@ class LoadedMesh:
 
     @property
     def effects(self) -> tuple[Effect, ...]:
-        """All effects that act, those of the shafts included."""
+        """All effects that act, including the effects of the shafts."""
         return self.scene.flank_effects if self.on_shafts is None else self.on_shafts.effects
 
     @property
@@ -105,17 +105,17 @@ class LoadedMesh:
 
     @property
     def cycle(self) -> MeshCycle:
-        """Transmission error and stiffness of the whole, shafts included."""
+        """Transmission error and stiffness, including the shafts."""
         return self.solved.cycle
 
     @property
     def rows(self) -> int:
-        """Motions of the flanks against each other."""
+        """Number of relative motions of the flanks."""
         return 1 if self.on_shafts is None else self.most
 
     @cached_property
     def _resultants(self) -> Resultants:
-        """On the shafts: force, moment and so on, and S = ∂f/∂x."""
+        """Force, moment and third resultant on the shafts, and S = ∂f/∂x, including the shafts."""
         if self.on_shafts is None or self.rows == 1:
             return _one_row(self.scene, self.cycle)
         return self.on_shafts.resultants(self.rows)
@@ -128,7 +128,7 @@ class LoadedMesh:
 
     @property
     def spread(self) -> NDArray:
-        """Loads at the points of the face (row, point) per resultant."""
+        """Loads at the points of the face per unit resultant (row, point)."""
         return self._spread[0]
 
     @property
@@ -138,11 +138,11 @@ class LoadedMesh:
 
     @cached_property
     def flanks(self) -> Flanks:
-        """Teeth and bodies at the positions of the cycle."""
+        """Teeth and bodies at the positions of the mesh cycle."""
         return self._off_shafts(self.cycle, self._resultants)
 
     def at(self, phase: NDArray) -> Flanks:
-        """Teeth and bodies at any mesh phases, the bearings as they are."""
+        """Teeth and bodies at any mesh phases (position,); bearings keep their settled stiffness."""
         lines = scene_lines(self.scene, phase)
         problem = assemble(self.scene, lines, self.effects)
         guess = Guess.nothing(problem)
@@ -153,9 +153,9 @@ class LoadedMesh:
         return self._off_shafts(cycle, resultants(problem, lines, solution, guess, self.rows))
 
     def samples(self, batch: Batch, lines: ContactLines, solution: BatchSolution) -> Flanks:
-        """Teeth and bodies (sample, position, …) of samples of its contact on ``lines``, solved with their segments.
+        """Teeth and bodies (sample, position, …) of error samples whose contact on ``lines`` is solved with segments.
 
-        Bearings stay as stiff as they are without errors.
+        Bearings keep the stiffness they have without errors.
         """
         cycle = MeshCycle.of(self.scene, self.cycle.phases, solution.approach.T, solution.stiffness.T)
         if self.rows == 1:
@@ -167,7 +167,7 @@ class LoadedMesh:
 
     @cached_property
     def friction(self) -> NDArray:
-        """Estimate of the friction force across the line of action (position,) [N], which turns at the pitch point."""
+        """Estimated friction force across the line of action (position,) [N]; it changes sign at the pitch point."""
         meshing = self.scene.pair.meshing
         ahead = np.sign(self.lines.u - meshing.pitch_point)
         return FRICTION * math.cos(meshing.beta_b) * (self.solved.solution.force * ahead).sum(axis=(1, 2))
@@ -178,24 +178,24 @@ class LoadedMesh:
         return np.einsum("p,pij->ij", self.solved.weight, self.flanks.stiffness)
 
     def waves(self, orders: int) -> NDArray:
-        """Rows (order + 1, position) that turn values over the cycle into ŷ_0 … ŷ_n, y = Σ ŷ_n e^{2πinτ} (D3).
+        """Matrix (order + 1, position) that turns values over the cycle into ŷ_0 … ŷ_n, y = Σ ŷ_n e^{2πinτ} (D3).
 
         Raises
         ------
         InputError
-            If uniform phases do not resolve the orders.
+            If there are too few uniform phases to resolve the orders.
         """
         return order_rows(self.cycle.phases, orders)
 
 
 def _one_row(scene: Scene, cycle: MeshCycle) -> Resultants:
-    """Force and stiffness of gears that only approach each other."""
+    """Force and stiffness of gears whose only relative motion is the approach."""
     k = PER_MICROMETRE * cycle.mesh_stiffness[..., None, None]
     return Resultants(force=np.full(k.shape[:-1], scene.F_bt), stiffness=k)
 
 
 def order_rows(phases: Phases, orders: int) -> NDArray:
-    """Orders of rows at any phases, see ``LoadedMesh.waves``."""
+    """Matrix (order + 1, position) from values at ``phases`` to their orders, see ``LoadedMesh.waves``."""
     if phases.size is None and 2 * orders >= len(phases.phase):
         allowed = f"must be more than {2 * orders} for {orders} orders of the mesh frequency, or left out"
         raise InputError("resolution.positions", len(phases.phase), allowed)
@@ -203,7 +203,7 @@ def order_rows(phases: Phases, orders: int) -> NDArray:
 
 
 def loaded_mesh(scene: Scene, mesh: str = PAIR, rows: int = 1) -> LoadedMesh:
-    """Mesh cycle of one mesh of the system of ``scene``.
+    """Solve the mesh cycle of one mesh of the system of ``scene``, with ``rows`` relative motions.
 
     Raises
     ------

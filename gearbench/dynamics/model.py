@@ -1,4 +1,4 @@
-"""The dynamic model of a scene: its meshes, their excitation, the modes of its system."""
+"""Dynamic model of a scene: its meshes, their excitation, and the modes of the system."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from gearbench.scene import Scene
 from gearbench.system.mechanics import DIRECTIONS, Mechanics, mechanics, shafts_at_rest, two_wheels
 from gearbench.system.static import Settled
 
-#: Motions of a mesh of gears on shafts: approach, tilt and bending. Two leave 5 % of the forces, three 2 %.
+#: Relative motions of gears on shafts: approach, tilt, bending. Bearing forces are off by 5 % with two, 2 % with three.
 ROWS = 3
 
 #: Variables of a Dataset: dimensions and values.
@@ -35,11 +35,11 @@ class Group:
     Parameters
     ----------
     meshes
-        Their numbers.
+        Numbers of the meshes.
     rate
         Mesh frequency over the pinion's frequency of rotation.
     phase
-        Mesh phase of each when that of the scene's own pair is zero [mesh periods].
+        Phase of each mesh when the scene's own pair is at phase zero (mesh,) [mesh periods].
     """
 
     meshes: NDArray
@@ -54,17 +54,18 @@ class Vibration:
     Parameters
     ----------
     harmonics
-        Orders of each mesh frequency.
+        Number of orders of each mesh frequency.
     index
-        Multiples of the mesh frequencies (order, frequency), zero left out.
+        Orders as multiples of the mesh frequencies (order, frequency), without order zero.
     omega
-        Frequency of each (speed, order) [rad/s], of either sign.
+        Frequency of each order (speed, order) [rad/s], of either sign.
     mean
         Mean force of each mesh (speed, mesh) [N].
     force
-        Fluctuation of the forces of the meshes (speed, mesh, order) [N].
+        Complex orders of the mesh forces (speed, mesh, order) [N].
     shaken
-        What the rows of bearings of the model have (speed, bearing, 3, order).
+        Complex orders at the bearings (speed, bearing, 3, order): forces for ``Model``, motions of the bodies for
+        ``TrainModel``.
     """
 
     harmonics: int
@@ -77,7 +78,7 @@ class Vibration:
 
 @dataclass(frozen=True, kw_only=True)
 class LinearModel(ABC):
-    """Meshes that excite a linear system: what is solved over speed.
+    """Base class of models: meshes that excite a linear system.
 
     Parameters
     ----------
@@ -100,7 +101,7 @@ class LinearModel(ABC):
     @cached_property
     @abstractmethod
     def mechanics(self) -> Mechanics:
-        """Matrices of the system about its point of rest."""
+        """Matrices of the system about its static equilibrium."""
 
     @property
     @abstractmethod
@@ -109,7 +110,7 @@ class LinearModel(ABC):
 
     @property
     def mode_damping(self) -> Sequence[tuple[float, float]]:
-        """Pairs of a frequency [Hz] and ζ of modes there, in its place."""
+        """Pairs (frequency [Hz], ζ) that replace ``damping_ratio``; ζ is linear between them."""
         return ()
 
     @cached_property
@@ -120,15 +121,15 @@ class LinearModel(ABC):
     @cached_property
     @abstractmethod
     def groups(self) -> tuple[Group, ...]:
-        """Meshes by their mesh frequency, in order of their first."""
+        """Meshes grouped by mesh frequency, in the order of their first meshes."""
 
     @abstractmethod
     def excitation(self, group: Group, harmonics: int) -> Excitation:
-        """Excitation of the meshes of a group, each at its phase."""
+        """Excitation by the meshes of a group, each at its phase."""
 
     @abstractmethod
     def at_rest(self, orders: int) -> NDArray:
-        """Approach of each mesh at rest by orders 0 … n of its mesh frequency, (mesh, n + 1) [mm]."""
+        """Orders 0 … n of the quasi-static approach of each mesh, (mesh, n + 1) [mm]."""
 
     @property
     @abstractmethod
@@ -141,16 +142,16 @@ class LinearModel(ABC):
 
     @abstractmethod
     def further(self, vibration: Vibration, speeds: NDArray) -> Variables:
-        """Variables over speed beside those of meshes and bearings."""
+        """Further variables over speed, in addition to meshes and bearings."""
 
     @property
     @abstractmethod
     def coords(self) -> dict[str, Any]:
-        """Coordinates of these."""
+        """Coordinates of ``further`` and ``of_modes``."""
 
     @abstractmethod
     def of_modes(self, which: NDArray) -> Variables:
-        """Variables of some of the modes."""
+        """Variables of the modes ``which`` (numbers)."""
 
     @abstractmethod
     def remarks(self, speeds: NDArray) -> list[str]:
@@ -162,13 +163,13 @@ class LinearModel(ABC):
         return modes(self.mechanics, self.stiffness, self.damping_ratio, self.mode_damping)
 
     def rows_of(self, meshes: NDArray) -> NDArray:
-        """Numbers of the rows of ``meshes`` among those of all."""
+        """Numbers of the rows of ``meshes`` among the rows of all meshes."""
         each = len(self.stiffness) // len(self.names)
         return (each * np.asarray(meshes)[:, None] + np.arange(each)).ravel()
 
     @cached_property
     def is_source(self) -> NDArray:
-        """Whether a mesh is the first of its frequency (mesh,)."""
+        """Whether a mesh is the first of its group (mesh,); the orders of a group are reported at its first mesh."""
         return np.isin(np.arange(len(self.names)), [group.meshes[0] for group in self.groups])
 
     def omega(self, group: Group, speed: NDArray) -> NDArray:
@@ -189,8 +190,9 @@ class Model(LinearModel):
     scene
         A scene with ``[system]``.
     rows
-        Motions of each mesh of gears on shafts that have inertia: 1, approach; 2, tilt as well, as forces wander over
-        the face; more, bending over the face. Meshes without inertia follow quasi-statically.
+        Number of relative motions of gears on shafts that have inertia. 1: approach. 2: tilt as well, since forces
+        wander over the face. 3 and more: bending over the face as well. Motions that are left out follow
+        quasi-statically.
     """
 
     rows: int = ROWS
@@ -219,7 +221,7 @@ class Model(LinearModel):
 
     @cached_property
     def mechanics(self) -> Mechanics:
-        """Matrices, bearings at rest under the loads of the scene's own pair as they are."""
+        """Matrices; bearings have their stiffness at rest under the mean loads."""
         scene = self.scene
         if scene.system is not None and not scene.has_shafts:
             return two_wheels(scene.system, scene.pair)
@@ -227,7 +229,7 @@ class Model(LinearModel):
 
     @cached_property
     def settled(self) -> tuple[Settled, ...]:
-        """Each shaft at rest."""
+        """Static equilibrium of each shaft."""
         settled = dict(enumerate(shafts_at_rest(self.scene.gearbox)))
         assert self.cycles[0].on_shafts is not None
         for gear in self.cycles[0].on_shafts.gears:
@@ -247,13 +249,13 @@ class Model(LinearModel):
 
     @property
     def mode_damping(self) -> Sequence[tuple[float, float]]:
-        """Pairs of a frequency [Hz] and ζ of modes there, in its place."""
+        """Pairs (frequency [Hz], ζ) that replace ``damping_ratio``; ζ is linear between them."""
         assert self.scene.system is not None
         return self.scene.system.mode_damping
 
     @cached_property
     def groups(self) -> tuple[Group, ...]:
-        """Meshes by their mesh frequency, in order of their first."""
+        """Meshes grouped by mesh frequency, in the order of their first meshes."""
         scene = self.scene
         if not scene.has_shafts:
             return (Group(meshes=np.array([0]), rate=float(scene.pair.pinion.teeth), phase=np.zeros(1)),)
@@ -267,7 +269,7 @@ class Model(LinearModel):
         return tuple(groups)
 
     def excitation(self, group: Group, harmonics: int) -> Excitation:
-        """Excitation of the meshes of a group, each at its phase: ŷ_n e^{2πinφ}."""
+        """Excitation by the meshes of a group, each at its phase: ŷ_n e^{2πinφ}."""
         each = len(self.stiffness) // len(self.cycles)
         count, n = each * len(group.meshes), np.arange(2 * harmonics + 1)
         stiffness = np.zeros((count, count, len(n)), dtype=complex)
@@ -279,7 +281,7 @@ class Model(LinearModel):
         return Excitation(stiffness=stiffness, motion=motion, force=force)
 
     def at_rest(self, orders: int) -> NDArray:
-        """Approach of each mesh at rest by orders 0 … n of its mesh frequency, (mesh, n + 1) [mm]."""
+        """Orders 0 … n of the quasi-static approach of each mesh, (mesh, n + 1) [mm]."""
         return np.array([cycle.waves(orders) @ cycle.flanks.motion[:, 0] for cycle in self.cycles])
 
     @property
@@ -292,7 +294,7 @@ class Model(LinearModel):
         return vibration.shaken
 
     def further(self, vibration: Vibration, speeds: NDArray) -> Variables:
-        """Friction, shafts at rest, and their answer to ripples."""
+        """Friction, deflection of the shafts at rest, and response to torque ripples."""
         found: Variables = {"friction_force_amplitude": (("mesh", "harmonic"), self.friction(vibration.harmonics))}
         if not self.scene.has_shafts:
             return found
@@ -300,7 +302,7 @@ class Model(LinearModel):
         return found | at_rest | surroundings.of_ripples(self, speeds)
 
     def friction(self, harmonics: int) -> NDArray:
-        """Estimate of the amplitudes of the friction force of each mesh (mesh, order 1 … H) [N]."""
+        """Estimated amplitudes of the friction force of each mesh (mesh, order 1 … H) [N]."""
         orders = (cycle.waves(2 * harmonics)[1 : harmonics + 1] @ cycle.friction for cycle in self.cycles)
         return 2 * np.abs(np.array(list(orders)))
 
@@ -310,11 +312,11 @@ class Model(LinearModel):
         return surroundings.coords(self) if self.scene.has_shafts else {}
 
     def of_modes(self, which: NDArray) -> Variables:
-        """Energies of the parts, and shapes of the shafts."""
+        """Strain energies of the parts, and mode shapes of the shafts."""
         return surroundings.of_modes(self, which) if self.scene.has_shafts else {}
 
     def remarks(self, speeds: NDArray) -> list[str]:
-        """Size of friction, and what ripples leave out."""
+        """Size of the omitted friction, and the assumptions about ripples."""
         lines, largest = [], self.friction(1)[:, 0]
         for name, force, mean in zip(self.names, largest, self.force, strict=True):
             size = f"{force:.3g} N at the mesh frequency, {100 * force / mean:.2g} % of the mean force"

@@ -1,9 +1,10 @@
-"""Harmonic balance of many samples of one mesh, from that of their mean.
+"""Harmonic balance of many error samples of one mesh, based on the balance of their mean.
 
-The stiffness of a sample is K̄ + V_s, that of their mean K̄ + V_0; x' is its motion at rest without order 0. If the
-gears stood still, its force beside that of the springs K̄ would be e = p_s − V_s x', with p_s = f̂_s − K̄ x̂_s. They move:
-let G be the motion per force in the balance with V_0. Then e' + (V_s − V_0) G e' = e, and (1 − (K̄ + V_0) G) e' are the
-orders of the force (D5).
+The stiffness of sample s is K̄ + V_s, the mean stiffness of all samples K̄ + V_0. Let x' be the quasi-static motion of
+the sample without order 0, and p_s = f̂_s − K̄ x̂_s. Gears that stood still would feel the force e = p_s − V_s x' in
+addition to the force of the springs K̄. They do move, by G per unit force in the balance with V_0. The force that
+balances the sample is therefore e' with e' + (V_s − V_0) G e' = e, and the orders of its mesh force are
+(1 − (K̄ + V_0) G) e' (D5).
 """
 
 from __future__ import annotations
@@ -15,24 +16,24 @@ from numpy.typing import NDArray
 
 from gearbench.dynamics.balance import Excitation, block_rows, convolution, least_residual, real
 
-#: Residual of the balance over its right-hand side at which a sample is solved, and the most steps.
+#: Residual over right-hand side at which the balance of a sample is solved, and maximum number of steps.
 SETTLED, STEPS = 3e-4, 40
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Near:
-    """Balance at some speeds of samples near a mean.
+    """Balance of samples that are close to their mean, at some speeds.
 
     Parameters
     ----------
     stiffness
         K̄ of the rows (row, row) [N/mm].
     vary
-        V_0 (unknown, unknown): orders of all rows, row by row, as real numbers.
+        V_0 (unknown, unknown); the unknowns are the orders of all rows, row by row, as real numbers.
     motion
         G (speed, unknown, unknown) [mm/N].
     reach
-        From e' to the orders 1 … H of the mesh force (speed, 2H, unknown).
+        Matrix from e' to the orders 1 … H of the mesh force (speed, 2H, unknown).
     """
 
     stiffness: NDArray
@@ -42,7 +43,17 @@ class Near:
 
     @classmethod
     def of(cls, samples: Excitation, h: NDArray, stiffness: NDArray) -> Near:
-        """Balance with the mean stiffness of ``samples`` (sample, row, …); ĥ_c (speed, H + 1, row, row), K̄."""
+        """Balance about the mean of ``samples`` (sample, row, …).
+
+        Parameters
+        ----------
+        samples
+            Excitation by the samples.
+        h
+            ĥ_c (speed, H + 1, row, row) [mm/N].
+        stiffness
+            K̄ (row, row) [N/mm].
+        """
         H = block_rows(h)
         orders = H.shape[-1]
         H = H.reshape(len(h), len(stiffness) * orders, -1)
@@ -50,14 +61,14 @@ class Near:
         motion = np.linalg.solve(one + H @ vary, H)
         whole = np.kron(stiffness, np.eye(orders)) + vary
         reach = (one - whole @ motion)[:, 1:orders]
-        # a few digits are enough for scatter
+        # single precision is enough for scatter
         return cls(stiffness=stiffness, vary=vary, motion=motion.astype(np.float32), reach=reach.astype(np.float32))
 
     def forces(self, samples: Excitation) -> NDArray:
-        """Orders 1 … H of the mesh forces, real and imaginary parts, (speed, 2H, sample) [N]."""
+        """Real and imaginary parts of orders 1 … H of the mesh forces (speed, 2H, sample) [N]."""
         vary, rest = _varying(samples, self.stiffness), samples.motion.copy()
         push = samples.force - np.einsum("ij,sjn->sin", self.stiffness, rest)
-        # means are balanced at rest
+        # order zero is in static balance
         rest[..., 0], push[..., 0] = 0.0, 0.0
         still = real(push).reshape(len(vary), -1) - np.einsum("sab,sb->sa", vary, real(rest).reshape(len(vary), -1))
         differ = (vary - self.vary).astype(np.float32)

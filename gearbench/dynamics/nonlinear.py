@@ -1,4 +1,4 @@
-"""Response with loss of contact and back-side impact: integrated over time while the speed rises and falls."""
+"""Response with loss of contact and back-side impact, integrated over time for rising and for falling speed."""
 
 from __future__ import annotations
 
@@ -32,24 +32,25 @@ if TYPE_CHECKING:
 
 #: Phases of the force table: minimum, and number per order.
 STEPS, PER_ORDER = 128, 8
-#: Ways in which the speed changes.
+#: Directions in which the speed changes.
 SWEEPS = ("up", "down")
-#: Modes with inertia: their maximum number, those with the largest shares, up to a multiple of the highest order; the
-#: other modes follow quasi-statically.
+#: Modes integrated over time: their maximum number (those with the largest shares in the mesh compliance), and their
+#: highest frequency over the highest excited order. The other modes follow quasi-statically.
 MODES, FASTEST = 12, 1.5
 #: Maximum phase of a mode per step [rad], and minimum number of steps between phases.
 RESOLVED, WITHIN = 0.3, 2
-#: Periods after which a motion may repeat, and the change over the mean deflection at which it does, and may.
+#: Maximum number of periods after which a motion may repeat; change over the mean deflection below which it repeats for
+#: certain, and below which it counts as repeating at the end.
 REPEATS, SAME, NEAR = 8, 1e-7, 3e-4
-#: Times by which a mode fades before a motion counts as one that does not repeat: e^−FADED; periods at least and most.
+#: A motion may take until its slowest mode has faded by e^−FADED; minimum and maximum number of periods.
 FADED, LEAST, MOST = 40.0, 300, 20_000
-#: Responses that differ by more than this, relative to the mean force, are different.
+#: Rising and falling speed give two responses if their RMS forces differ by more than this share of the mean force.
 APART = 0.01
 
 
 @dataclass(frozen=True, kw_only=True)
 class Sweep:
-    """One mesh with its whole force curve, on the modes of a system (D10).
+    """One mesh with its force curve, acting on the modes of a system (D10).
 
     Parameters
     ----------
@@ -58,7 +59,7 @@ class Sweep:
     curve
         F(x, τ).
     kept
-        Numbers of the modes that move.
+        Numbers of the modes that are integrated over time.
     """
 
     model: Model
@@ -67,7 +68,7 @@ class Sweep:
 
     @property
     def group(self) -> Group:
-        """The mesh in a group of its own."""
+        """A group of this mesh alone."""
         first = self.model.groups[0]
         return Group(meshes=first.meshes[:1], rate=first.rate, phase=first.phase[:1])
 
@@ -79,7 +80,7 @@ class Sweep:
 
     @cached_property
     def rows(self) -> NDArray:
-        """Numbers of its rows."""
+        """Numbers of the rows of the mesh."""
         return self.model.rows_of(self.group.meshes)
 
     @cached_property
@@ -89,7 +90,7 @@ class Sweep:
 
     @cached_property
     def compiled(self) -> tuple[Curve, Balance]:
-        """Arguments of the compiled steps."""
+        """Arguments of the compiled time integration."""
         from gearbench.dynamics._kernels import Balance, Curve
 
         model, curve, b = self.model, self.curve, self.curve.beside
@@ -102,10 +103,12 @@ class Sweep:
         ), Balance(*self.mean, self.stiffness, reach @ reach.T, unit)  # fmt: skip
 
     def over(self, speeds: NDArray) -> tuple[NDArray, NDArray]:
-        """Steady motions at speeds one after the other.
+        """Integrate to the steady motion at one speed after the other; each starts from the motion before.
 
-        Periods after which each repeats (speed,), 0 where it does not, and x [mm] and f [N] over the last periods
-        (speed, 2, row, period, phase).
+        Returns
+        -------
+        Number of periods after which the motion repeats (speed,), 0 if it does not; and x [mm] and f [N] over the last
+        ``REPEATS`` periods (speed, 2, row, period, phase).
         """
         from gearbench.dynamics._kernels import run
 
@@ -134,12 +137,12 @@ def _brake(damping: NDArray, dt: float) -> NDArray:
 
 
 def moving(model: Model, highest: float) -> NDArray:
-    """Numbers of the modes that move, up to the ``highest`` frequency [rad/s]: those with the largest shares.
+    """Numbers of the modes to integrate: up to the ``highest`` frequency [rad/s], those with the largest shares.
 
     Raises
     ------
     InputError
-        If nothing damps them, so that no motion becomes steady.
+        If one of them is undamped, because its free motion would never fade.
     """
     modes = model.modes
     slow = np.flatnonzero((modes.frequency > 0) & (modes.frequency <= highest))
@@ -155,28 +158,30 @@ def moving(model: Model, highest: float) -> NDArray:
 def nonlinear_response(scene: Scene, *, speed: ArrayLike, harmonics: int = HARMONICS) -> xr.Dataset:
     """Steady response of the scene's own pair with loss of contact, as the speed rises and as it falls.
 
-    Integrated over time from the motion at the speed before, the first from rest, until it repeats after one to eight
-    mesh periods. Other meshes are springs of their mean stiffness. Tilt and bending of gears on shafts are linear about
-    the contact under the mean force, and end with it.
+    The motion is integrated over time until it repeats after one to eight mesh periods. It starts from rest at the
+    first speed, and from the motion at the previous speed afterwards. Other meshes are springs of their mean stiffness.
+    Tilt and bending of gears on shafts are linear about the contact under the mean force, and vanish when contact is
+    lost.
 
     Parameters
     ----------
     scene
-        With ``[system]``.
+        A scene with ``[system]``.
     speed
-        Of the pinion [1/min].
+        Speeds of the pinion [1/min].
     harmonics
-        Orders of the mesh frequency.
+        Number of orders of the mesh frequency.
 
     Returns
     -------
-    Dataset with the dimensions ``sweep`` ("up", "down"), ``speed``, ``mesh``, ``harmonic``, ``bearing``, ``direction``;
-    ``periods`` after which the motion repeats, 0 where it does not: orders there are those of eight periods.
+    Dataset with the dimensions ``sweep`` ("up", "down"), ``speed``, ``mesh``, ``harmonic``, ``bearing``, ``direction``.
+    ``periods`` is the number of mesh periods after which the motion repeats, or 0 if it does not; the orders are then
+    those of the last eight periods.
 
     Raises
     ------
     InputError
-        As ``response``, or if nothing is damped.
+        As ``response``, or if a mode is undamped.
     """
     start = time.perf_counter()
     speeds = check_speeds(speed)
@@ -197,7 +202,7 @@ def nonlinear_response(scene: Scene, *, speed: ArrayLike, harmonics: int = HARMO
 
 
 def _orders(values: NDArray, periods: int, orders: NDArray) -> NDArray:
-    """ŷ at ``orders`` of the mesh frequency, of the last ``periods`` of values (period, phase)."""
+    """Complex ``orders`` of the mesh frequency in the last ``periods`` of ``values`` (period, phase)."""
     last = values[-periods:].ravel()
     return np.fft.rfft(last)[np.round(orders * periods).astype(int)] / len(last)
 
@@ -214,7 +219,7 @@ def _dataset(
     shaken, rms = np.zeros((*shape, len(names), 3), dtype=complex), np.zeros(shape[:2])
     for s, k in np.ndindex(shape[:2]):
         many = int(periods[s, k]) or REPEATS
-        # the orders between, of a motion that repeats after several periods
+        # a motion that repeats after several periods also has fractional orders
         order = np.arange(1, many * harmonics + 1) / many
         x, f = (np.stack([_orders(row, many, order) for row in values]) for values in record[s, k])
         omega = float(model.omega(group, speeds[k])) * order

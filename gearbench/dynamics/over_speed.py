@@ -1,4 +1,4 @@
-"""One number for the response over a range of speeds: the RMS of the mesh force, of a cycle or of many samples."""
+"""Response over a range of speeds as one number, the RMS of the mesh force, for a scene or for many error samples."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ from gearbench.scene import Scene
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ForceOverSpeed:
-    """RMS over speeds of the RMS of the mesh force, at one torque.
+    """RMS of the mesh force over time and over all speeds, at one torque.
 
     Parameters
     ----------
     scene
-        With a system.
+        A scene with a system.
     speeds
-        Of the pinion (speed,) [1/min].
+        Speeds of the pinion (speed,) [1/min].
     harmonics
-        Orders of the mesh frequency.
+        Number of orders of the mesh frequency.
     """
 
     scene: Scene
@@ -38,19 +38,19 @@ class ForceOverSpeed:
 
     @cached_property
     def model(self) -> Model:
-        """Its dynamic model."""
+        """Dynamic model of the scene."""
         return Model(scene=self.scene)
 
     @cached_property
     def group(self) -> Group:
-        """Its own mesh.
+        """Group of the scene's own pair.
 
         Raises
         ------
         InputError
-            If a second mesh shares the mesh frequency.
+            If a second mesh shares the mesh frequency, or the scene scatters its centre distance.
         GearbenchError
-            If the motion without scatter grows at one of the speeds: no force is its steady answer.
+            If the motion without scatter grows at one of the speeds, so that there is no steady force.
         """
         model, errors = self.model, self.scene.effect("manufacturing_errors")
         group = model.groups[0]
@@ -65,7 +65,7 @@ class ForceOverSpeed:
         return group
 
     def of_samples(self, problem: RobustProblem, solution: BatchSolution) -> NDArray:
-        """RMS (sample,) [N] of a chunk of samples, solved with their segments."""
+        """RMS (sample,) [N] of a chunk of samples whose contact is solved with segments."""
         return self._of(excitation(self.model.cycles[0], problem, solution, self.harmonics))
 
     def _of(self, samples: Excitation) -> NDArray:
@@ -77,7 +77,7 @@ class ForceOverSpeed:
 
     @cached_property
     def without_errors(self) -> float:
-        """Force of the scene without errors."""
+        """RMS [N] of the scene without errors."""
         mesh = self.model.cycles[0]
         one = mesh.flanks.orders(mesh.waves(2 * self.harmonics))
         return float(self._of(one.part(None))[0])

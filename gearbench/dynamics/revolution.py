@@ -1,4 +1,4 @@
-"""Response over whole revolutions: teeth that differ and waves excite side bands of the mesh orders (D11)."""
+"""Response over whole revolutions: differing teeth and flank waves excite side bands of the mesh orders (D11)."""
 
 from __future__ import annotations
 
@@ -38,21 +38,21 @@ from gearbench.threads import single_threaded_blas
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Mesh cycles of a revolution from which bearing forces, one for each order, are left out.
+#: Bearing forces are left out if a revolution has more mesh cycles than this, because of their many orders.
 _LONG = 400
 
 
 @dataclass(frozen=True, kw_only=True)
 class Revolution:
-    """Excitation over one period, several mesh cycles long.
+    """Excitation over one period of several mesh cycles.
 
     Parameters
     ----------
     cycles
-        P: the number of teeth of the pinion or the wheel, or of all pairs of teeth that meet.
+        Number P of mesh cycles: the teeth of the pinion, the teeth of the wheel, or all pairs of teeth that meet.
     excitation
-        x̂_s and f̂_s of the orders 0, 1/P, 2/P … H of the mesh frequency (row, H·P + 1), and K̂ of the whole orders
-        0 … 2H, the mean of all cycles.
+        x̂_s and f̂_s at the orders 0, 1/P, 2/P … H of the mesh frequency (row, H·P + 1), and K̂ at the whole orders
+        0 … 2H as the mean of all cycles.
     """
 
     cycles: int
@@ -60,26 +60,26 @@ class Revolution:
 
     @property
     def harmonics(self) -> int:
-        """H."""
+        """Number H of orders of the mesh frequency."""
         return (self.excitation.stiffness.shape[-1] - 1) // 2
 
 
 def revolution(mesh: LoadedMesh, effects: Sequence[GapEffect], harmonics: int) -> Revolution:
-    """Excitation of a mesh over a revolution, each mesh cycle with its own gaps, from one prepared contact problem.
+    """Excitation by a mesh over a revolution; one prepared contact problem is solved with the gaps of every mesh cycle.
 
     Parameters
     ----------
     mesh
         The mesh without the effects that differ from cycle to cycle.
     effects
-        Those.
+        Effects that differ from cycle to cycle.
     harmonics
         H.
 
     Raises
     ------
     InputError
-        If it takes more than 100 000 mesh cycles until they repeat.
+        If the gaps repeat only after more than 100 000 mesh cycles.
     """
     scene, lines = mesh.scene, mesh.lines
     teeth = tuple(gear.teeth for gear in scene.pair.gears)
@@ -101,26 +101,26 @@ def revolution(mesh: LoadedMesh, effects: Sequence[GapEffect], harmonics: int) -
 
 
 def _repeats(amounts: NDArray, cycles: int) -> bool:
-    """Whether gaps (cycle, m) repeat after this number of cycles, up to rounding of their angles."""
+    """Whether the gaps (cycle, m) repeat after ``cycles``, up to rounding of the angles."""
     return len(amounts) % cycles == 0 and np.allclose(
         amounts.reshape(-1, cycles, amounts.shape[-1]), amounts[:cycles], rtol=0, atol=1e-9 * np.abs(amounts).max()
     )
 
 
 def _orders(mesh: LoadedMesh, curves: NDArray, harmonics: int) -> NDArray:
-    """Orders 0, 1/P … H (H·P + 1,) of the curves of P cycles, (cycle, position), one after the other."""
+    """Orders 0, 1/P … H (H·P + 1,) of the curve that strings P mesh cycles (cycle, position) together."""
     phases = mesh.cycle.phases
     others = order_coefficients(phases, curves, harmonics * len(curves))
     return np.concatenate([[curves.mean(axis=0) @ phases.weight], others])
 
 
 def given(mesh: LoadedMesh, error: ArrayLike, harmonics: int) -> Revolution:
-    """Excitation by a transmission error known at equal steps of one revolution of the pinion, (step,) [µm].
+    """Excitation by a transmission error given at equal steps of one revolution of the pinion, (step,) [µm].
 
     Raises
     ------
     InputError
-        If its steps do not resolve the orders.
+        If there are too few steps to resolve the orders.
     """
     values, P = np.asarray(error, dtype=float), mesh.scene.pair.gears[0].teeth
     if values.ndim != 1 or len(values) <= 2 * harmonics * P or not np.isfinite(values).all():
@@ -129,7 +129,7 @@ def given(mesh: LoadedMesh, error: ArrayLike, harmonics: int) -> Revolution:
     orders = np.fft.rfft(values / MICROMETRES)[: harmonics * P + 1] / len(values)
     whole = mesh.flanks.orders(mesh.waves(2 * harmonics))
     motion, force = np.zeros((2, mesh.rows, len(orders)), dtype=complex)
-    # the approach is the error less what the shafts yield to the forces of the mesh cycle
+    # approach = transmission error minus deflection of the shafts under the forces of the mesh cycle
     motion[:, ::P], force[:, ::P] = whole.motion, whole.force
     motion[0] = orders
     motion[0] -= mesh.compliance[0] @ force
@@ -139,22 +139,22 @@ def given(mesh: LoadedMesh, error: ArrayLike, harmonics: int) -> Revolution:
 def side_bands(revolution: Revolution, h: NDArray, mean: NDArray) -> tuple[NDArray, NDArray]:
     """Motions [mm] and forces [N] of the orders 0, 1/P … H, (row, order), at one speed.
 
-    The stiffness couples orders that differ by whole ones: each fraction s/P is a problem of its own (D11).
+    The stiffness couples only orders that differ by integers, so each fraction s/P is a separate problem (D11).
 
     Parameters
     ----------
     revolution
         Excitation.
     h
-        ĥ_c at the orders 0, 1/P … H (order, row, row), with the mean stiffness.
+        ĥ_c at the orders 0, 1/P … H (order, row, row) [mm/N], with the mean stiffness.
     mean
-        That mean stiffness K̄ (row, row) [N/mm].
+        Mean stiffness K̄ (row, row) [N/mm].
     """
     P, H, drive, M = revolution.cycles, revolution.harmonics, revolution.excitation, len(mean)
     x, f = drive.motion.copy(), drive.force.copy()
     whole = replace(drive, motion=x[:, ::P], force=f[:, ::P])
     x[:, ::P], f[:, ::P] = (one[0] for one in solve(whole, h[None, ::P], mean))
-    # orders n + s/P, n = −H … H − 1, of each s = 1 … P/2; those below zero are conjugates
+    # orders n + s/P with n = −H … H − 1 for s = 1 … P/2; negative orders are conjugates
     n, s = np.arange(-H, H), np.arange(1, P // 2 + 1)[:, None]
     at, size, one = n * P + s + H * P, M * 2 * H, np.eye(2 * H)
     K = np.swapaxes(_both_signs(drive.stiffness)[..., n[:, None] - n + 2 * H], 1, 2).reshape(size, size)
@@ -170,14 +170,14 @@ def side_bands(revolution: Revolution, h: NDArray, mean: NDArray) -> tuple[NDArr
 
 
 def _both_signs(values: NDArray) -> NDArray:
-    """Orders −n … n (…, 2n + 1) of the orders 0 … n."""
+    """Orders −n … n (…, 2n + 1) from the orders 0 … n (…, n + 1)."""
     return np.concatenate([np.conj(values[..., :0:-1]), values], axis=-1)
 
 
 def _over_speed(
     model: Model, group: Group, revolution: Revolution, speeds: NDArray
 ) -> tuple[dict[str, tuple[tuple[str, ...], NDArray]], NDArray]:
-    """Variables of the Dataset, and the orders (order,) of the mesh frequency that they are at."""
+    """Variables of the Dataset, and their orders of the mesh frequency (order,)."""
     motions = revolution.excitation.motion
     mesh, order = group.meshes[0], np.arange(1, motions.shape[-1]) / revolution.cycles
     rows, force = model.rows_of(group.meshes), float(model.force[mesh])
@@ -216,30 +216,30 @@ def revolution_response(
 ) -> xr.Dataset:
     """Response of the scene's own pair over whole revolutions, with side bands from differences between teeth.
 
-    Stiffness and modes are as in ``response``, the stiffness the mean over all teeth; other meshes are springs of their
-    mean stiffness.
+    The model is the same as in ``response``. The stiffness over a mesh cycle is the mean over all teeth. Other meshes
+    are springs of their mean stiffness.
 
     Parameters
     ----------
     scene
-        With ``[system]``, and effects that differ from tooth to tooth, unless ``error`` is given.
+        A scene with ``[system]``, and with effects that differ from tooth to tooth unless ``error`` is given.
     speed
-        Of the pinion [1/min].
+        Speeds of the pinion [1/min].
     harmonics
-        Orders of the mesh frequency.
+        Number of orders of the mesh frequency.
     error
-        Transmission error at equal steps of one revolution of the pinion [µm], under the mean force, in place of that
-        of the scene's teeth.
+        Transmission error under the mean force at equal steps of one revolution of the pinion [µm]; replaces the
+        transmission error of the scene's teeth.
 
     Returns
     -------
-    Dataset with the dimensions ``speed``, ``mesh``, ``order`` (of the mesh frequency, in steps of one over the mesh
-    cycles of the revolution), ``bearing``, ``direction``.
+    Dataset with the dimensions ``speed``, ``mesh``, ``order``, ``bearing``, ``direction``. ``order`` counts in mesh
+    frequencies, in steps of 1/P for a revolution of P mesh cycles.
 
     Raises
     ------
     InputError
-        As ``response``; if no effect differs from tooth to tooth.
+        As ``response``, or if no effect differs from tooth to tooth and no ``error`` is given.
     """
     import xarray as xr
 

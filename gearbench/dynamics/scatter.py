@@ -38,12 +38,12 @@ BLOCK = 50
 
 
 def sample_problem(model: Model) -> RobustProblem:
-    """Contact of the scene's own pair under random errors, on its shafts if there are any.
+    """Contact problem of the scene's own pair under random errors, on the shafts if there are any.
 
     Raises
     ------
     InputError
-        If the scene has no random errors.
+        If the scene has no random errors, or errors of the centre distance.
     """
     cycle = model.cycles[0]
     if require_errors(cycle.scene).centre_distance is not None:
@@ -58,7 +58,13 @@ def sample_problem(model: Model) -> RobustProblem:
 def sample_cycles(
     model: Model, harmonics: int, *, samples: int, seed: int, sampler: Sampler, threads: int
 ) -> list[Excitation]:
-    """Excitation by the samples of ``sample_problem``, a chunk (sample, row, …) each; raises as that."""
+    """Excitation by random samples of ``sample_problem``, in chunks (sample, row, …).
+
+    Raises
+    ------
+    InputError
+        As ``sample_problem``.
+    """
     problem, mesh = sample_problem(model), model.cycles[0]
     amounts = problem.expansion.amounts(problem.draw(samples, seed, sampler))
 
@@ -67,18 +73,18 @@ def sample_cycles(
         return excitation(mesh, problem, solution, harmonics)
 
     found = list(on_threads(orders, chunks(amounts), threads))
-    # the last chunk was filled up
+    # the last chunk was padded to full length
     return [*found[:-1], found[-1].part(slice(samples - sum(len(each.motion) for each in found[:-1])))]
 
 
 def excitation(mesh: LoadedMesh, problem: RobustProblem, solution: BatchSolution, harmonics: int) -> Excitation:
-    """Excitation by a chunk of samples (sample, row, …) of ``mesh``, solved with their segments."""
+    """Excitation (sample, row, …) by a chunk of samples of ``mesh`` whose contact is solved with segments."""
     flanks = mesh.samples(problem.batch, problem.lines, solution)
     return flanks.orders(order_rows(problem.phases, 2 * harmonics))
 
 
 def force_rms(model: Model, group: Group, samples: Sequence[Excitation], speed: NDArray, threads: int) -> NDArray:
-    """RMS of the mesh force (speed, sample) [N], by harmonic balance (D5), for samples of one mesh in chunks."""
+    """RMS of the mesh force (speed, sample) [N] by harmonic balance (D5), for chunks of ``samples`` of one mesh."""
     harmonics = samples[0].motion.shape[-1] - 1
     mean = model.stiffness[np.ix_(*[model.rows_of(group.meshes)] * 2)]
     near = Near.of(samples[0], model.receptances(group, speed, harmonics), mean)
@@ -99,26 +105,27 @@ def robust_response(
 ) -> xr.Dataset:
     """Mesh force over speed under random manufacturing errors.
 
-    Percentiles are good to 1 % on the mean over speed, to 2 % without relief or on shafts; see the notes of the result.
+    Percentiles, averaged over speed, are accurate to 1 %, without relief or on shafts to 2 %. The notes of the result
+    say which.
 
     Parameters
     ----------
     scene
-        With ``[system]`` and the effect ``manufacturing_errors``.
+        A scene with ``[system]`` and the effect ``manufacturing_errors``.
     speed
-        Of the pinion [1/min].
+        Speeds of the pinion [1/min].
     samples, seed, sampler
-        As ``robust``.
+        As for ``robust``.
     harmonics
-        Orders of the mesh frequency.
+        Number of orders of the mesh frequency.
     threads
-        As many as there are processors by default.
+        Number of threads; by default the number of processors.
 
     Returns
     -------
-    Dataset with ``mesh_force_percentile`` (speed, percentile), mean, standard deviation and maximum of the RMS of the
-    mesh force at each speed, and of each sample its RMS over all speeds, the response ``mesh_force`` (sample,), with
-    its statistics ``…_mean``, ``…_std`` and ``…_max`` over the samples.
+    Dataset with the RMS of the mesh force at each speed: ``mesh_force_percentile`` (speed, percentile), mean, standard
+    deviation and maximum. ``mesh_force`` (sample,) is the RMS of each sample over all speeds, with its statistics
+    ``…_mean``, ``…_std`` and ``…_max`` over the samples.
 
     Raises
     ------
@@ -155,7 +162,7 @@ def robust_response(
 
 
 def remarks(model: Model, group: Group, harmonics: int, speeds: NDArray, largest: NDArray) -> list[str]:
-    """Notes for the reader of the scatter, one line each; ``largest`` RMS of all samples at each speed (speed,)."""
+    """Notes for the reader of the scatter, one line each, from the ``largest`` RMS of all samples (speed,) [N]."""
     on_shafts = model.cycles[0].rows > 1
     lines = [f"percentiles are good to {2 if on_shafts else 1} % on the mean over speed, without relief to 2 %"]
     if (grows := growth(model, group, speeds, harmonics) > 1 + GROWTH).any():
@@ -170,10 +177,10 @@ def remarks(model: Model, group: Group, harmonics: int, speeds: NDArray, largest
 def _statistics(
     model: Model, group: Group, cycles: Sequence[Excitation], speeds: NDArray, workers: int
 ) -> tuple[dict[str, tuple[tuple[str, ...], NDArray]], NDArray]:
-    """Variables over speed, and of each sample its RMS over all speeds (sample,) [N]."""
+    """Variables over speed, and the RMS of each sample over all speeds (sample,) [N]."""
     squares = np.zeros(sum(len(chunk.motion) for chunk in cycles))
     table, moments = np.empty((len(speeds), len(PERCENTILES))), np.empty((3, len(speeds)))
-    # block by block of speeds: memory does not grow with speeds times samples
+    # speeds are solved in blocks, so that memory does not grow with speeds times samples
     for first in range(0, len(speeds), BLOCK):
         here = slice(first, first + BLOCK)
         values = force_rms(model, group, cycles, speeds[here], workers)

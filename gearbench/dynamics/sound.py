@@ -1,4 +1,4 @@
-"""A run-up as sound: the forces of all orders while the speed rises, as a WAV file."""
+"""Sound of a run-up: forces of all orders while the speed rises, written as a WAV file."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ from gearbench.files import write_bytes
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Samples per second, and peak of the signal over full scale.
+#: Samples per second, and peak of the signal as a share of full scale.
 RATE, PEAK = 44100, 0.9
 
 
 def run_up(dataset: xr.Dataset, seconds: float = 10.0, at: str | None = None) -> NDArray:
-    """Signal (sample,) of a steady rise of speed over the dataset's range [N, or the unit of the housing's points].
+    """Signal (sample,) [N, or the unit of the housing] while the speed rises steadily over the range of the dataset.
 
     Parameters
     ----------
     dataset
-        From ``response``, ``nonlinear_response`` (the speed rising) or ``revolution_response``, with its side bands, at
-        two speeds or more; silence where nothing is stable.
+        Result of ``response``, ``nonlinear_response`` (rising speed is used) or ``revolution_response`` (with its side
+        bands) at two speeds or more. Unstable speeds are silent.
     seconds
         Duration.
     at
-        Bearing whose force is heard (all directions), or point of the housing; the mesh forces where absent.
+        Bearing whose force is heard (sum of all directions), or point of the housing; by default the mesh forces.
 
     Raises
     ------
@@ -54,11 +54,11 @@ def run_up(dataset: xr.Dataset, seconds: float = 10.0, at: str | None = None) ->
     signal = np.zeros(len(t))
     for mesh in range(dataset.sizes["mesh"]):
         per_speed = float(dataset["mesh_frequency"][0, mesh] / speeds[0])
-        # the phase of the mesh itself: the integral of its frequency
+        # phase of the mesh: the integral of its frequency
         turn = 2 * np.pi * per_speed * np.cumsum(speed) / RATE
         for k, n in enumerate(dataset[along].values):
             if n * per_speed * speed[-1] >= RATE / 2:
-                continue  # above what can be heard
+                continue  # above half the sampling rate
             for column in values[:, mesh, k].T:
                 here = np.interp(speed, speeds[order], column.real) + 1j * np.interp(speed, speeds[order], column.imag)
                 signal += (here * np.exp(1j * n * turn)).real
@@ -80,14 +80,14 @@ def _heard(dataset: xr.Dataset, at: str | None, part: str) -> xr.DataArray:
 def write_run_up(
     dataset: xr.Dataset, path: str | Path, *, at: str | None = None, full_scale: float | None = None
 ) -> tuple[Path, float]:
-    """Write ``run_up`` as a WAV file, 16 bit, one channel; the file, and its full scale in the unit of the signal.
+    """Write ``run_up`` as a 16-bit mono WAV file; return the file, and its full scale in the unit of the signal.
 
     Parameters
     ----------
     at
         As for ``run_up``.
     full_scale
-        For variants on a common scale; what exceeds it is cut. A little more than its own largest value where absent.
+        Full scale, to compare variants; larger values are clipped. By default a little above the largest value.
 
     Raises
     ------

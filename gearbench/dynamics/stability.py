@@ -1,4 +1,4 @@
-"""Stability of the motion of meshes whose stiffness varies in time: a proof where one is cheap, Floquet multipliers."""
+"""Stability of meshes whose stiffness varies in time: first a cheap proof, and if it fails, Floquet multipliers."""
 
 from __future__ import annotations
 
@@ -8,26 +8,26 @@ from numpy.typing import NDArray
 from gearbench.dynamics.modes import Modes
 from gearbench.dynamics.size import in_blocks
 
-#: Modes kept: those with the largest share in the compliance at the meshes.
+#: Number of modes kept, those with the largest share in the compliance at the meshes.
 MODES = 12
-#: Phase that a mode turns by in a step [rad], at most.
+#: Maximum phase by which a mode advances per step [rad].
 RESOLVED = 1.0
-#: Gain of the loop below which stability counts as proven: frequencies between those looked at are allowed for.
+#: Loop gain below which stability counts as proven; the margin to 1 allows for frequencies between those evaluated.
 PROVEN = 0.9
-#: Modes with a smaller peak, over the static compliance, are not looked at one by one.
+#: Frequencies are refined around modes whose resonance peak exceeds this share of the static compliance.
 PEAK = 0.02
 
 
 def is_proven(modes: Modes, rows: NDArray, stiffness: NDArray) -> bool:
     """Whether the small-gain theorem proves that no motion grows, at any speed (D7).
 
-    The stiffness may vary within its range in any way: the loop of ĥ_c and K(t) − K̄ damps if the product of their
-    largest gains is below 1, in units in which every row has the mean stiffness 1.
+    The loop of ĥ_c and K(t) − K̄ is stable if the product of their largest gains is below 1, however the stiffness
+    varies within its range. Gains are in units in which every row has the mean stiffness 1.
 
     Parameters
     ----------
     modes
-        Of the system with the mean stiffnesses.
+        Modes of the system with the mean stiffnesses.
     rows
         Numbers of the rows of the meshes whose stiffness varies.
     stiffness
@@ -50,16 +50,16 @@ def is_proven(modes: Modes, rows: NDArray, stiffness: NDArray) -> bool:
 
 
 def multipliers(modes: Modes, rows: NDArray, omega: NDArray, stiffness: NDArray) -> NDArray:
-    """Largest modulus (speed,) of the Floquet multipliers: above 1 the motion grows from period to period.
+    """Largest modulus of the Floquet multipliers (speed,); above 1 the motion grows from period to period.
 
-    The step is split into the modes' own motion, exact, and the kicks of K(t) − K̄, exact too: second order, and without
-    damping it preserves area. Modes too fast for the steps are left out: below ``RESOLVED`` rad a step, with k(t) given
-    at 16 steps an order, that is a mode which only orders beyond those of k(t) could meet.
+    Every step combines free motion of the modes with a kick by K(t) − K̄. Both are exact; their splitting is of second
+    order and preserves area without damping. Modes that advance by more than ``RESOLVED`` per step are left out: with
+    16 steps of K(t) per order, only orders beyond those of K(t) could excite them.
 
     Parameters
     ----------
     modes
-        Of the system with the mean stiffnesses.
+        Modes of the system with the mean stiffnesses.
     rows
         Numbers of the rows of the meshes whose stiffness varies.
     omega
@@ -85,7 +85,7 @@ def multipliers(modes: Modes, rows: NDArray, omega: NDArray, stiffness: NDArray)
 
 
 def free_motion(r: NDArray, zeta: NDArray, dt: NDArray) -> NDArray:
-    """Motion of free modes over Δt: coefficients of (p, v) → (p, v), (4, speed, mode)."""
+    """Coefficients (4, speed, mode) of the map (p, v) → (p, v) by the free motion of modes over Δt."""
     damped = r * np.sqrt(1 - zeta**2)
     fade = np.exp(-zeta * r * dt)
     c, s = fade * np.cos(damped * dt), fade * np.sin(damped * dt)

@@ -1,4 +1,4 @@
-"""Steady motion of all meshes: the orders of each mesh frequency, and the combinations of two of them."""
+"""Steady motion of all meshes: orders of each mesh frequency, and combinations of two mesh frequencies."""
 
 from __future__ import annotations
 
@@ -13,28 +13,28 @@ from numpy.typing import NDArray
 from gearbench.dynamics.balance import convolution, least_residual, orders, real, solve
 from gearbench.dynamics.model import LinearModel
 
-#: Combinations kept: those that reach this share of the largest order of a mesh force at one of the speeds looked at,
-#: the most of them, and the speeds.
+#: A combination is kept if its force reaches this share of the largest order of a mesh force at a sampled speed;
+#: maximum number of combinations, and number of sampled speeds.
 SMALL, MOST, LOOKED = 1e-2, 80, 25
-#: Residual over the excitation at which all are in balance, and the steps it may take.
+#: Residual over excitation at which the meshes are in balance, and maximum number of steps.
 SETTLED, STEPS = 1e-2, 12
 
 
 @dataclass(frozen=True, kw_only=True)
 class Steady:
-    """Excitation of the modes at each speed.
+    """Steady excitation of the modes at each speed.
 
     Parameters
     ----------
     index
-        Multiples of the mesh frequencies (order, frequency): zero first, then orders 1 … H of each, then combinations.
-        Their negatives are the conjugates.
+        Orders as multiples of the mesh frequencies (order, frequency): zero first, then orders 1 … H of each frequency,
+        then combinations. Negative orders are the conjugates and are not listed.
     omega
-        Frequency of each (speed, order) [rad/s], of either sign.
+        Frequency of each order (speed, order) [rad/s], of either sign.
     push
-        Mesh forces less those of the mean stiffnesses (speed, row, order) [N].
+        Mesh forces minus the forces of the mean stiffnesses, f − K̄ x (speed, row, order) [N].
     residual
-        Residual of the balance at each speed over the excitation (speed,).
+        Residual of the balance over the excitation (speed,).
     """
 
     index: NDArray
@@ -44,15 +44,15 @@ class Steady:
 
 
 def steady(model: LinearModel, speeds: NDArray, harmonics: int) -> Steady:
-    """Balance of all meshes: each frequency by itself (D5), then, where there are several, all together.
+    """Balance all meshes: first each mesh frequency by itself (D5), then all frequencies together.
 
-    The varying stiffness of a mesh also acts on motions that others excite: orders n of one frequency and m of another
-    make combinations n ω_1 ± m ω_2.
+    The varying stiffness of a mesh also acts on motions that other meshes excite. Order n of one frequency and order m
+    of another thus make combinations n ω_1 ± m ω_2.
     """
     groups, H = model.groups, harmonics
     index = np.zeros((1 + len(groups) * H, len(groups)), dtype=int)
     push = np.zeros((len(speeds), len(model.stiffness), len(index)), dtype=complex)
-    # motions at rest, and what these take besides the mean stiffness; order zero holds the mean
+    # quasi-static motions x_s, and the forces p_s = f_s − K̄ x_s; order zero stays 0
     rest, drive = np.zeros((2, *push.shape[1:]), dtype=complex)
     for g, group in enumerate(groups):
         rows, here = model.rows_of(group.meshes), slice(1 + g * H, 1 + (g + 1) * H)
@@ -68,9 +68,9 @@ def steady(model: LinearModel, speeds: NDArray, harmonics: int) -> Steady:
 
 
 def _together(model: LinearModel, speeds: NDArray, alone: Steady, rest: NDArray, drive: NDArray) -> Steady:
-    """The balance y + ĥ V y = −x_s − ĥ p_s of all orders at once, V y = (K − K̄) y; from what each frequency excites.
+    """Solve the balance y + ĥ V y = −x_s − ĥ p_s of all orders at once, with V y = (K − K̄) y.
 
-    A few steps are enough, since the meshes of one frequency are in balance already.
+    The first guess ``alone`` balances each frequency by itself, so a few steps are enough.
     """
     every, H = np.arange(len(model.stiffness)), int(alone.index.max())
     x = -_moved(model.modes.at_meshes(alone.omega, every), alone.push)
@@ -102,7 +102,7 @@ def _product(model: LinearModel, a: NDArray, b: NDArray) -> NDArray:
 
 
 def _pushed(model: LinearModel, index: NDArray, harmonics: int) -> Callable[[NDArray], NDArray]:
-    """V of the orders kept: from y to (K − K̄) y, both (speed, row, order)."""
+    """Function V of the orders kept, which turns y into (K − K̄) y, both (speed, row, order)."""
     parts, N = [], 2 * len(index) - 1
     for g, group in enumerate(model.groups):
         rows = model.rows_of(group.meshes)
@@ -120,9 +120,10 @@ def _pushed(model: LinearModel, index: NDArray, harmonics: int) -> Callable[[NDA
 
 
 def _combinations(model: LinearModel, alone: Steady, x: NDArray) -> NDArray:
-    """Combinations of two orders (combination, frequency) whose force is largest, at some of the speeds.
+    """Combinations of two orders (combination, frequency) with the largest estimated force, largest first.
 
-    The stiffness of a mesh pushes them by orders of the other frequency in its motions x (speed, row, order).
+    The varying stiffness of a mesh excites a combination through the motions x (speed, row, order) that the other
+    frequency causes in this mesh. The force is estimated at some of the speeds.
     """
     some = np.unique(np.linspace(0, len(x) - 1, LOOKED).round().astype(int))
     x, H, G = x[some], int(alone.index.max()), len(model.groups)
@@ -139,7 +140,7 @@ def _combinations(model: LinearModel, alone: Steady, x: NDArray) -> NDArray:
             group = model.groups[own]
             K = np.abs(model.excitation(group, H).stiffness[:: len(x[0]) // len(first), :, order])
             push[:, group.meshes] = np.einsum("ijc,sjc->sic", K, np.abs(x[:, model.rows_of(group.meshes)])[..., H * other + of])  # fmt: skip  # noqa: E501
-        # it meets the modes, as any order does
+        # the modes amplify a combination like any order
         h = model.modes.at_meshes(rates @ index.T, first)
         force = np.abs((np.eye(len(first)) - k[:, None] * h) @ np.moveaxis(push, 1, 2)[..., None])[..., 0]
         found.append(index)

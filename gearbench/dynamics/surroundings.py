@@ -1,4 +1,4 @@
-"""Shafts and bearings around the meshes: their deflection at rest, mode shapes and energies, motion under ripples."""
+"""Shafts and bearings around the meshes: deflection at rest, mode shapes and energies, response to torque ripples."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from gearbench.system.static import Settled
 if TYPE_CHECKING:
     from gearbench.dynamics.model import Model, Variables
 
-#: Components of a mode shape: motion of the axis, and twist as arc on the base circle of the first gear of the shaft.
+#: Components of a mode shape: motion of the axis, and twist as an arc on the base circle of the shaft's first gear.
 COMPONENTS = ("x", "y", "axial", "twist")
-#: Tilts of an axis at rest.
+#: Tilts of an axis.
 TILTS = ("about x", "about y")
 #: mrad in 1 rad.
 MILLIRADIANS = 1e3
@@ -29,7 +29,7 @@ def gear_names(box: Gearbox) -> list[str]:
 
 
 def at_rest(box: Gearbox, settled: tuple[Settled, ...]) -> Variables:
-    """Deflection of the axes at the middle of every gear, and the misalignment of its mesh that follows from them."""
+    """Deflection and tilt of the axes at the middle of every gear, and the resulting misalignment of every mesh."""
     moved, tilted, misaligned = [], [], []
     for mesh in box.names:
         opened = np.zeros(len(FACE_POINTS[0]))
@@ -50,7 +50,7 @@ def at_rest(box: Gearbox, settled: tuple[Settled, ...]) -> Variables:
 
 
 def of_modes(model: Model, which: NDArray) -> Variables:
-    """Strain energies of the parts, and the shapes of the shafts, of some of the modes."""
+    """Strain energies of the parts and shapes of the shafts in the modes ``which`` (numbers)."""
     modes, parts, box = model.modes, model.mechanics.parts, model.scene.gearbox
     moved = [part.rows @ modes.shape for part in parts]
     energy = [_doubled(part.stiffness, rows) for part, rows in zip(parts, moved, strict=True)]
@@ -82,7 +82,7 @@ def _doubled(stiffness: NDArray, rows: NDArray) -> NDArray:
 
 
 def of_ripples(model: Model, speeds: NDArray) -> Variables:
-    """Answer to the ripples on the shafts: amplitudes at the frequency of each, the meshes as stiff as in the mean."""
+    """Amplitudes of the response to each torque ripple at its frequency; meshes have their mean stiffness."""
     ripples, modes = ripple_rates(model.scene.gearbox), model.modes
     if not ripples:
         return {}
@@ -100,7 +100,7 @@ def of_ripples(model: Model, speeds: NDArray) -> Variables:
 
 
 def ripple_rates(box: Gearbox) -> dict[str, float]:
-    """Names of the ripples, and their frequencies over that of the pinion's rotation."""
+    """Frequencies of the ripples by name, as multiples of the pinion's frequency of rotation."""
     return {
         f"{shaft.name}, order {ripple.order:g}": ripple.order * abs(float(box.train.rates[shaft.name]))
         for shaft in box.system.shafts
@@ -109,7 +109,7 @@ def ripple_rates(box: Gearbox) -> dict[str, float]:
 
 
 def coords(model: Model) -> dict[str, Any]:
-    """Coordinates of all of these."""
+    """Coordinates of the variables of this module."""
     box = model.scene.gearbox
     stations = [(shaft.shaft.name, z) for shaft in box.models for z in shaft.nodes]
     kinds = ["shaft"] * len(box.models) + ["bearing"] * len(model.mechanics.bearing_names)

@@ -1,4 +1,4 @@
-"""Pictures of the response of a planetary set: its modes drawn, load sharing over speed, side bands at the ring."""
+"""Pictures of the response of a planetary set: mode shapes, load sharing over speed, side bands at the ring."""
 
 from __future__ import annotations
 
@@ -13,16 +13,17 @@ from gearbench.results.origin import scene_of
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Modes drawn at most, in rows of so many; and those this near to one of their kind are its twins in another direction.
+#: Maximum number of modes drawn, and modes in a row. Modes of one kind whose frequencies differ by less than TWIN are
+#: the same shape in two directions; one of them is drawn.
 DRAWN, ROW, TWIN = 8, 4, 0.02
-#: Largest motion drawn over the radius of a planet.
+#: Largest motion drawn over the radius of the smallest gear.
 DRAWN_MOTION = 0.45
-#: Mesh orders whose side bands are drawn, and the least of these over the largest.
+#: Mesh orders whose side bands are drawn, and smallest amplitude drawn over the largest.
 PANELS, FAINT = 3, 1e-4
 
 
 def draw_modes(figure: Any, dataset: xr.Dataset) -> str:
-    """Members where they are, dashed, and where a mode moves them; spokes turn."""
+    """Draw the members at rest (dashed) and as each mode moves them; a spoke shows their rotation."""
     scene, kinds = scene_of(dataset), dataset["mode_kind"].values
     assert scene.train is not None
     linkage, f = scene.train.linkage(scene.geometry), dataset["natural_frequency"].values
@@ -65,7 +66,7 @@ def draw_modes(figure: Any, dataset: xr.Dataset) -> str:
 
 
 def draw_sharing(figure: Any, dataset: xr.Dataset) -> str:
-    """Greatest share of the load, force of every mesh and transmission error of the train over speed."""
+    """Draw the greatest load share, the force of every mesh and the transmission error of the train over speed."""
     top, middle, bottom = figure.subplots(3, sharex=True)
     speed, factor = dataset["speed"].values, dataset["mesh_load_factor"].values
     top.plot(speed, factor, color="C0")
@@ -74,7 +75,7 @@ def draw_sharing(figure: Any, dataset: xr.Dataset) -> str:
         top.plot(speed[parted], factor[parted], ".", color="C3", label="flanks part")
         top.legend(fontsize="small", frameon=False)
     for number, name in enumerate(dataset["mesh"].values):
-        style = "-" if 2 * number < dataset.sizes["mesh"] else "--"  # meshes at sun, and at ring
+        style = "-" if 2 * number < dataset.sizes["mesh"] else "--"  # meshes at sun, then at ring
         middle.plot(speed, dataset["mesh_force_rms"].sel(mesh=name), style, linewidth=1.0, label=str(name))
     bottom.plot(speed, dataset["train_dynamic_transmission_error_rms"], color="C2")
     top.set_ylabel("K_γ")
@@ -86,7 +87,7 @@ def draw_sharing(figure: Any, dataset: xr.Dataset) -> str:
 
 
 def draw_ring(figure: Any, dataset: xr.Dataset) -> str:
-    """Side bands of the first mesh orders at a point of the ring, at the speed where they are largest."""
+    """Draw the side bands of the first mesh orders at a point of the ring, at the speed where they are largest."""
     wave = dataset["ring_wave_amplitude"].sel(harmonic=slice(1, PANELS))
     at = int(np.argmax(wave.max(["harmonic", "lobes"]).fillna(0.0).values))
     here, f = wave.isel(speed=at), dataset["ring_wave_frequency"].isel(speed=at)

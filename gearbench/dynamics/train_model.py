@@ -1,7 +1,8 @@
-"""The dynamic model of a train whose meshes are one contact problem: a planetary set, or parallel paths.
+"""Dynamic model of a train whose meshes are one contact problem: a planetary set, or parallel paths.
 
-Bodies are rigid and move as in ``gearbench.geometry.linkage``, in the frame of the carrier; all turn but those that
-are held. What the contact solution holds rigidly is rigid here too, so that the slow response is the simulation.
+Bodies are rigid and move as in ``gearbench.geometry.linkage``, in the frame of the carrier. All bodies turn unless they
+are held. Supports that are rigid in the contact solution are rigid here too, so the response at low speed equals the
+simulation.
 """
 
 from __future__ import annotations
@@ -28,14 +29,15 @@ from gearbench.system.mechanics import Mechanics, steel_disc, steel_gear
 from gearbench.system.shaft_model import INERTIA, METRE
 from gearbench.trains.solve import SolvedTrain, solve_train
 
-#: Share of a mode's kinetic energy below which central members are at rest, and of theirs below which they turn only,
-#: or do not: planets that carry unlike loads are not quite alike.
+#: Central members count as at rest below the share AT_REST of a mode's kinetic energy. Their rotation, or their motion
+#: across the axis, counts as absent below the share LITTLE of their energy. It is not exactly zero, because unequally
+#: loaded planets differ a little.
 AT_REST, LITTLE = 1e-3, 0.02
-#: Kinds of modes: all planets alike and central members turn; central members move across; planets alone; others.
+#: Kinds of modes: central members only turn; central members move across the axis; only planets move; others.
 ROTATIONAL, TRANSLATIONAL, PLANET, MIXED = "rotational", "translational", "planet", "mixed"
-#: Lobes of force waves round the ring are counted to this many times the number of planets.
+#: Maximum number of lobes of force waves round the ring, over the number of planets.
 PASSES = 2
-#: Share of a natural frequency from which its shift by gyroscopic effects is said to matter.
+#: A note gives the speed from which gyroscopic effects shift a natural frequency by this share.
 GYROSCOPIC = 0.02
 
 
@@ -46,9 +48,9 @@ class RigidBody:
     Parameters
     ----------
     mass, inertia
-        [t], about its axis [t·mm²].
+        Mass [t], and moment of inertia about the axis [t·mm²].
     torsion
-        Stiffness against turning [N·mm/rad]: 0 of what turns freely, infinite of what is held.
+        Torsional stiffness of the support [N·mm/rad]: 0 for a body that turns freely, infinite for a body that is held.
     """
 
     mass: float
@@ -57,7 +59,7 @@ class RigidBody:
 
 
 def rigid_bodies(tables: TrainTables, linkage: Linkage) -> dict[str, RigidBody]:
-    """Bodies by their names: gears are steel discs and rings, unless the file gives their masses."""
+    """Bodies by name; gears are steel discs and rings unless the file gives masses and inertias."""
     found = {}
     for name in linkage.bodies:
         discs = []
@@ -86,7 +88,7 @@ def rigid_bodies(tables: TrainTables, linkage: Linkage) -> dict[str, RigidBody]:
 
 
 def train_mechanics(linkage: Linkage, bodies: Mapping[str, RigidBody]) -> Mechanics:
-    """Matrices of the free motions; "bearings" are the bodies, whose rows are their motions x, y and turn."""
+    """Matrices of the free motions. The "bearings" are the bodies; their rows are the motions x, y and rotation."""
     names, more = linkage.bodies, linkage.more
     turning = [name for name in names if bodies[name].torsion < math.inf]
     moved = np.zeros((len(turning) + len(more), len(names), len(AXES)))
@@ -111,7 +113,7 @@ def train_mechanics(linkage: Linkage, bodies: Mapping[str, RigidBody]) -> Mechan
 
 
 def kinds(shape: NDArray, bodies: Mapping[str, RigidBody], carried: tuple[str, ...]) -> tuple[str, ...]:
-    """Kind of each mode by what has its kinetic energy, from the motions of the bodies (body, 3, mode)."""
+    """Kind of each mode, judged by its kinetic energy, from the motions of the bodies (body, 3, mode)."""
     inert = np.array([(each.mass, each.mass, each.inertia) for each in bodies.values()])
     central = [name not in carried for name in bodies]
     x, y, turning = np.einsum("ba,bar->ar", inert[central], shape[central] ** 2)
@@ -128,7 +130,7 @@ class TrainModel(LinearModel):
     Parameters
     ----------
     solved
-        Its contact over the mesh cycle.
+        Contact of the train over the mesh cycle.
     """
 
     solved: SolvedTrain
@@ -140,12 +142,12 @@ class TrainModel(LinearModel):
 
     @property
     def linkage(self) -> Linkage:
-        """Coupling of the meshes."""
+        """Kinematics that couple the meshes."""
         return self.solved.linkage
 
     @cached_property
     def bodies(self) -> dict[str, RigidBody]:
-        """Bodies by their names."""
+        """Bodies by name."""
         assert self.scene.train is not None
         return rigid_bodies(self.scene.train, self.linkage)
 
@@ -156,7 +158,7 @@ class TrainModel(LinearModel):
 
     @cached_property
     def mechanics(self) -> Mechanics:
-        """Matrices of the bodies; what a body rests on carries the mean forces of the meshes."""
+        """Matrices of the bodies; their supports carry the mean forces of the meshes."""
         found = train_mechanics(self.linkage, self.bodies)
         return replace(found, bearing_load=self.linkage.on_bodies(self.force)[:, :2])
 
@@ -173,7 +175,7 @@ class TrainModel(LinearModel):
 
     @cached_property
     def _tangent(self) -> NDArray:
-        """K = (1/k + C)⁻¹ of meshes with the stiffness k, on bodies that yield by C, (position, mesh, mesh) [N/mm]."""
+        """K = (1/k + C)⁻¹ (position, mesh, mesh) [N/mm] with mesh stiffnesses k and the compliance C of the bodies."""
         balance, one = self.solved.balance, np.eye(len(self.names))
         k, statics = balance.stiffness[..., None] * one, balance.statics
         if statics.elastic is None:
@@ -184,12 +186,12 @@ class TrainModel(LinearModel):
 
     @cached_property
     def groups(self) -> tuple[Group, ...]:
-        """All meshes: they have one mesh frequency, and their cycles are over the phase of the first."""
+        """One group of all meshes: they share one mesh frequency, and their cycles run over the phase of the first."""
         count, rate = len(self.names), self.linkage.train.mesh_rate(self.names[0])
         return (Group(meshes=np.arange(count), rate=rate, phase=np.zeros(count)),)
 
     def excitation(self, group: Group, harmonics: int) -> Excitation:
-        """Excitation of the meshes of the group: approach and force of the balanced contact at each phase."""
+        """Excitation by the meshes of the group: approach and force of the balanced contact at each phase."""
         balance, rows = self.solved.balance, order_rows(self.solved.phases, 2 * harmonics)
         approach = balance.motion @ self.linkage.rows.T
         return Excitation(
@@ -199,20 +201,20 @@ class TrainModel(LinearModel):
         )
 
     def at_rest(self, orders: int) -> NDArray:
-        """Approach of each mesh at rest by orders 0 … n of the mesh frequency, (mesh, n + 1) [mm]."""
+        """Orders 0 … n of the quasi-static approach of each mesh, (mesh, n + 1) [mm]."""
         return (order_rows(self.solved.phases, orders) @ self.solved.balance.motion @ self.linkage.rows.T).T
 
-    # -- what is felt around the meshes -------------------------------------------------------------------------------
+    # -- forces around the meshes -------------------------------------------------------------------------------------
     @property
     def directions(self) -> tuple[str, ...]:
         """Directions of the forces on bearings, in the frame of the carrier."""
         return AXES[:2]
 
     def passed_on(self, vibration: Vibration) -> NDArray:
-        """Forces of each body on its support, and of pins on the carrier, (speed, body, 3, order) [N; N·mm].
+        """Forces of each body on its support, and of planets on their pins, (speed, body, 3, order) [N; N·mm].
 
-        Springs pass their stiffness times their deflection, damping left out; rigid supports the forces of the meshes
-        less those that accelerate the body.
+        A spring passes on its stiffness times its deflection, without damping. A rigid support passes on the forces of
+        the meshes minus the forces that accelerate the body.
         """
         linkage, names = self.linkage, list(self.bodies)
         inert = np.array([(each.mass, each.mass, each.inertia) for each in self.bodies.values()])
@@ -227,7 +229,7 @@ class TrainModel(LinearModel):
         for pin in pins:
             x, y = linkage.train.places[names[pin]]
             beside[..., pin, :2] -= moved[..., -1, :2] + moved[..., -1, 2:] * np.array([-y, x])
-        for after in (False, True):  # pins first: the carrier feels what they pass on
+        for after in (False, True):  # planets first, since they load the carrier
             for at, axis, stiffness in springs:
                 if (at not in pins) == after:
                     loads[..., at, axis] = stiffness * beside[..., at, axis]
@@ -239,7 +241,7 @@ class TrainModel(LinearModel):
         return self.passed_on(vibration)[:, :, :2]
 
     def further(self, vibration: Vibration, speeds: NDArray) -> Variables:
-        """Transmission error of the whole, load shares, torques on what is held, waves of force round the ring."""
+        """Transmission error of the train, load shares, torques on the supports, force waves round the ring."""
         torque = 1e-3 * self.passed_on(vibration)[:, :, 2]
         error = np.einsum("b,sbn->sn", self._error, vibration.shaken[:, :, 2])
         many = waves.points(vibration.index.shape[0])
@@ -256,7 +258,7 @@ class TrainModel(LinearModel):
 
     @property
     def _error(self) -> NDArray:
-        """Transmission error of the train, of first base circle, per turn of each body (body,) [mm/rad]."""
+        """Transmission error of the train, at the first base circle, per rotation of each body (body,) [mm/rad]."""
         linkage = self.linkage
         enters, leaves = linkage.ends
         ratio = 1 / linkage.rates[leaves]
@@ -265,7 +267,7 @@ class TrainModel(LinearModel):
         return sense * radius * np.array([turn.get(name, 0.0) for name in linkage.bodies])
 
     def _ring_waves(self, vibration: Vibration, speeds: NDArray) -> Variables:
-        """Forces of the meshes at the ring as waves that run round it, by the number of their lobes (D12)."""
+        """Forces of the meshes at the ring as waves that run round it, by number of lobes (D12)."""
         train, carrier = self.linkage.train, self.linkage.carrier
         if carrier is None:
             return {}
@@ -285,18 +287,18 @@ class TrainModel(LinearModel):
 
     @property
     def lobes(self) -> NDArray:
-        """Numbers of lobes of the waves of force round the ring."""
+        """Numbers of lobes of the force waves round the ring; negative ones run behind the planets."""
         most = PASSES * len(self.linkage.carried)
         return np.arange(-most, most + 1)
 
     @property
     def coords(self) -> dict[str, Any]:
-        """Coordinates beside those of all models."""
+        """Coordinates of ``further`` and ``of_modes``."""
         found: dict[str, Any] = {"component": ("component", list(AXES))}
         return found if self.linkage.carrier is None else found | {"lobes": ("lobes", self.lobes)}
 
     def of_modes(self, which: NDArray) -> Variables:
-        """Kind and shape of modes; bodies turn by arcs on their base circles, the carrier on that of the pins."""
+        """Kind and shape of modes; rotation is an arc on the base circle, or on the circle of pins for the carrier."""
         shape = self.modes.bearing[..., which]
         radius = dict.fromkeys(self.bodies, self.linkage.train.meshes[0].pair.centre_distance)
         for mesh in self.linkage.train.meshes:
@@ -336,12 +338,12 @@ class TrainModel(LinearModel):
 
 
 def train_model(scene: Scene) -> TrainModel:
-    """Model of a ``coupled`` scene, its contact solved.
+    """Solve the contact of a ``coupled`` scene and build its model.
 
     Raises
     ------
     InputError, ConvergenceError
-        As ``simulate``.
+        As ``simulate``, or if a mesh never has contact.
     """
     solved = solve_train(scene)
     idle = [name for name, force in zip(solved.meshes, solved.balance.force.T, strict=True) if not force.any()]

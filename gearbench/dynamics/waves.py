@@ -1,4 +1,4 @@
-"""From complex orders to curves over the period and their numbers."""
+"""Curves over the period from complex orders, and their amplitude, phase, RMS and peak."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ def curve(orders: NDArray, points: int) -> NDArray:
 
 
 def with_mean(orders: NDArray) -> NDArray:
-    """Orders 0 … H (…, H + 1) of a zero-mean fluctuation with the orders 1 … H."""
+    """Orders 0 … H (…, H + 1) of a fluctuation without mean, from its orders 1 … H (…, H)."""
     return np.concatenate([np.zeros_like(orders[..., :1]), orders], axis=-1)
 
 
 def points(orders: int) -> int:
-    """Points of a period on which the peaks of orders up to H are found to about one percent."""
+    """Number of points of a period that resolve peaks of orders up to ``orders`` to about one percent."""
     return 16 * max(orders, 1)
 
 
 def rms(orders: NDArray) -> NDArray:
-    """RMS (…,) of the fluctuation."""
+    """RMS (…,) of the fluctuation with the orders 0 … H (…, H + 1), without its mean."""
     return np.sqrt(2 * (np.abs(orders[..., 1:]) ** 2).sum(axis=-1))
 
 
@@ -39,19 +39,19 @@ def phase(orders: NDArray) -> NDArray:
 
 
 def highest(orders: NDArray, index: NDArray, points: int) -> NDArray:
-    """Largest value (…,) of Σ ŷ_s e^{i s·φ} over all phases φ of frequencies that have no common period.
+    """Largest value (…,) of Σ ŷ_s e^{i s·φ} over all phases φ of frequencies without a common period.
 
-    Frequency by frequency to the highest point, starting at the highest points of each frequency; combinations of two
-    frequencies are small.
+    The phase of each frequency first maximises the orders of this frequency alone. A second pass over the phases then
+    includes the combinations; one pass is enough because combinations are small.
 
     Parameters
     ----------
     orders
-        ŷ_s without the mean (…, order), those of a negative s left out.
+        ŷ_s (…, order) without the mean; of s and −s, one is given.
     index
-        s, multiples of the frequencies (order, frequency).
+        s as multiples of the frequencies (order, frequency).
     points
-        Points of a period.
+        Number of points of a period.
     """
     *shape, frequencies = *orders.shape[:-1], index.shape[1]
     phase = np.zeros((*shape, frequencies))

@@ -1,1 +1,1 @@
-"""Strength of a pair as numbers to compare with limits: contact ratio, sliding, contact pressure, root stress."""
+"""Ratings of a pair to compare with limits: contact ratios, sliding, contact pressure, root stress."""

@@ -1,7 +1,7 @@
 """Nominal tooth-root stress by ISO 6336-3:2019, method B, on the generated fillet.
 
 σ_F0 = F_t / (b m_n) · Y_F Y_S Y_β Y_B Y_DT, with F_t = 2000 T/d at the reference circle. The application, dynamic and
-load distribution factors K are taken as 1: the stress is that of the nominal load, evenly spread over the face.
+load distribution factors K are 1: the result is the stress under the nominal load, evenly distributed over the face.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class RootBending:
     pair
         The gear pair.
     gear
-        0 the driver, 1 the driven gear.
+        0 for the driver, 1 for the driven gear.
     load_at
         "single_contact": method B, load at the outer point of single pair contact of the virtual spur gear (for
         ε_αn ≥ 2 the same formula gives the inner point of triple contact, as in the norm); "tip": method C, load at
@@ -53,11 +53,11 @@ class RootBending:
 
     @cached_property
     def load_radius(self) -> float:
-        """Radius r_en of the circle through the point of load of the virtual gear [mm]."""
+        """Radius r_en of the circle of the virtual gear through the point of load [mm]."""
         tooth, gear = self.tooth, self.tooth.gear
         if self.load_at == "tip":
             return tooth.tip_radius
-        # a gear whose ε_αn is below 1 carries single load up to its tip
+        # below ε_αn = 1 a single tooth carries the load up to its tip
         back = math.pi * gear.normal_module * math.cos(gear.alpha_n) * max(self.virtual_contact_ratio - 1, 0.0)
         roll = math.sqrt(max(tooth.tip_radius**2 - tooth.base_radius**2, 0.0))
         return math.hypot(tooth.base_radius, max(roll - back, 0.0))
@@ -68,7 +68,7 @@ class RootBending:
         return max(h_F, 1e-3 * self.pair.normal_module), alpha_F
 
     def factors_at(self, radius: float) -> tuple[float, float]:
-        """Y_F without f_ε, and Y_S, of a load at ``radius`` [mm] of the virtual gear.
+        """Y_F without f_ε, and Y_S, for a load at ``radius`` [mm] of the virtual gear.
 
         Y_F = 6 (h_F/m_n) cos α_Fn / ((s_Fn/m_n)² cos α_n); Y_S = (1.2 + 0.13 L) q_s^(1/(1.21 + 2.3/L)), L = s_Fn/h_F,
         1 ≤ q_s < 8.
@@ -81,13 +81,13 @@ class RootBending:
 
     @property
     def form_factor(self) -> float:
-        """Y_F of ``factors_at`` times f_ε; without f_ε for the load at the tip."""
+        """Y_F of ``factors_at`` times f_ε; for a load at the tip without f_ε."""
         Y_F = self.factors_at(self.load_radius)[0]
         return Y_F * (self.load_distribution_factor if self.load_at == "single_contact" else 1.0)
 
     @property
     def load_distribution_factor(self) -> float:
-        """f_ε, the share of the load on the tooth with overlap."""
+        """f_ε, which accounts for load sharing with further teeth."""
         eps_b, eps_an = self.pair.meshing.overlap_ratio, self.virtual_contact_ratio
         if eps_b >= 1:
             return eps_an**-0.5
@@ -113,7 +113,7 @@ class RootBending:
         return (1 - min(self.pair.meshing.overlap_ratio, 1.0) * beta / 120) / math.cos(math.radians(beta)) ** 3
 
     def loaded(self, radius: NDArray) -> NDArray:
-        """Y_F Y_S of loads on the flank at transverse radii [mm] of the gear itself, of the same shape."""
+        """Y_F Y_S for loads at transverse radii [mm] on the flank of the actual gear; same shape as ``radius``."""
         tooth = self.tooth
         at, back = np.unique(radius, return_inverse=True)
         virtual = np.maximum(tooth.pitch_radius + at - tooth.gear.pitch_radius, tooth.base_radius)
@@ -130,12 +130,12 @@ class RootBending:
         if member.bore_diameter is None:
             return 1.0
         rim = member.rim_thickness or gear.root_radius - member.bore_diameter / 2
-        # the fit falls below 1 at 1.2 h_t, where the rim is thick enough
+        # the fit falls below 1 from 1.2 h_t on, where the rim is thick enough
         return max(1.0, 1.6 * math.log(2.242 * gear.tooth_height / rim))
 
     @property
     def contact_ratio_factor(self) -> float:
-        """Y_ε = 0.25 + 0.75/ε_αn of the load at the tip; 1 for method B."""
+        """Y_ε = 0.25 + 0.75/ε_αn for a load at the tip; 1 for method B."""
         return 1.0 if self.load_at == "single_contact" else 0.25 + 0.75 / max(self.virtual_contact_ratio, 1.0)
 
     def stress(self, torque: float) -> float:

@@ -1,4 +1,4 @@
-"""Numbers of a pair to compare with limits: contact ratios, sliding, contact pressure, root stress."""
+"""Ratings of a pair to compare with limits: contact ratios, sliding, contact pressure, root stress."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from gearbench.geometry.ring_conditions import radial_room, tip_room
 from gearbench.scene import Scene
 from gearbench.strength.bending import RootBending
 
-#: Numbers from the geometry alone.
+#: Ratings that follow from the geometry alone.
 GEOMETRIC: Mapping[str, Callable[[Pair], float]] = MappingProxyType(
     {
         "total_contact_ratio": lambda pair: pair.meshing.total_contact_ratio,
@@ -30,7 +30,7 @@ GEOMETRIC: Mapping[str, Callable[[Pair], float]] = MappingProxyType(
 
 
 def root_stress(scene: Scene) -> tuple[float, float]:
-    """Nominal root stress of pinion and wheel, ISO 6336-3:2019 method B [MPa]."""
+    """Nominal root stress of pinion and wheel [MPa] by ISO 6336-3:2019, method B."""
     pinion, wheel = (RootBending(pair=scene.pair, gear=index).stress(abs(scene.load.torque)) for index in (0, 1))
     return pinion, wheel
 
@@ -38,9 +38,9 @@ def root_stress(scene: Scene) -> tuple[float, float]:
 def contact_pressure(lines: ContactLines, force: NDArray) -> NDArray:
     """Largest pressure of each segment's Hertzian strip [MPa], (position, pair, segment); zero without contact.
 
-    Line contact of two cylinders with their radii of curvature in the normal plane, p = √(q E*/(πρ)) with the line
-    load q, 1/E* = (1−ν₁²)/E₁ + (1−ν₂²)/E₂ and ρ =
-    ``ContactLines.curvature_radius``; ρ and q are taken at the node of the segment.
+    Two cylinders with the flanks' radii of curvature in the normal plane touch along a line: p = √(q E*/(πρ)) with the
+    line load q, 1/E* = (1−ν₁²)/E₁ + (1−ν₂²)/E₂ and ρ = ``ContactLines.curvature_radius``. ρ and q are taken at the node
+    of the segment.
 
     Parameters
     ----------
@@ -52,6 +52,6 @@ def contact_pressure(lines: ContactLines, force: NDArray) -> NDArray:
     pair = lines.pair
     T = pair.meshing.tangent_length
     length = np.where(lines.length > 0, lines.length, 1.0)
-    # at an interference point ρ = 0: a lower limit
+    # at an interference point ρ is 0: keep it above a lower limit
     rho = np.maximum(lines.curvature_radius, 1e-9 * abs(T) / math.cos(pair.meshing.beta_b))
     return np.sqrt(np.maximum(force, 0.0) / length * pair.contact_modulus / (math.pi * rho))

@@ -1,4 +1,4 @@
-"""The critical section of a tooth root: where the tangent of the generated fillet makes 30° with the tooth centre line.
+"""Critical section of a tooth root, where the tangent of the generated fillet is at 30° to the tooth centre line.
 
 A helical tooth is rated in its normal section, as a tooth of the virtual spur gear with z_n = z/(cos²β_b cos β) teeth
 and the same rack. Source: ISO 6336-3:2019, 6.2.
@@ -26,7 +26,7 @@ class RootSection:
     Parameters
     ----------
     chord
-        s_Fn, thickness of the tooth along the chord of the section.
+        s_Fn, chordal thickness of the tooth at the section.
     height
         Distance of the chord from the centre of the virtual gear.
     radius
@@ -79,7 +79,7 @@ class VirtualTooth:
     def section(self) -> RootSection:
         """Critical section.
 
-        If the whole fillet is steeper than 30° (pressure angles above 30°), it is the end of the fillet.
+        If the whole fillet is steeper than 30° (pressure angles above 30°), the section is at the end of the fillet.
         """
         fillet = self.fillet
         phi = _tangent_parameter(fillet)
@@ -92,7 +92,7 @@ class VirtualTooth:
         """Bending moment arm h_F [mm] and load angle α_Fn [rad] of a normal force at ``radius`` [mm] of this gear.
 
         The force runs along the tangent of the base circle, which meets the tooth centre line at r_bn / cos α_Fn;
-        α_Fn = α_e − γ_e, with γ_e the half angle of tooth thickness at that radius.
+        α_Fn = α_e − γ_e, where γ_e is half the angle of the tooth thickness at ``radius``.
         """
         g = self.gear
         alpha_e = math.acos(min(self.base_radius / radius, 1.0))
@@ -116,10 +116,10 @@ def _corner_height(fillet: Fillet) -> float:
 
 
 def _tangent_parameter(fillet: Fillet) -> float:
-    """Parameter φ at which the tangent of a spur fillet makes 30° with the tooth centre line, or the end of the fillet.
+    """Parameter φ at which the tangent of a spur fillet is at 30° to the tooth centre line, or the end of the fillet.
 
-    When the rack cuts that point the gear has turned so that its tooth centre line stands at the angle
-    π/z − (ξ + G tan φ)/r from the common normal plane, and the tangent at the angle π/2 − φ.
+    When the rack cuts the point φ, the tooth centre line is at the angle π/z − (ξ + G tan φ)/r to the common normal
+    plane, and the tangent of the fillet at the angle π/2 − φ.
     """
     r, G, xi = fillet.pitch_radius, _corner_height(fillet), fillet.rack.corner[0]
     wanted = math.pi / 2 - TANGENT_ANGLE - math.pi / fillet.teeth + xi / r
@@ -131,7 +131,7 @@ def _tangent_parameter(fillet: Fillet) -> float:
     if excess(high) <= 0:
         return high
     phi = min(wanted, high)
-    # Newton's method, kept within a bracket: the function is monotone but for extreme profile shifts
+    # Newton's method within a bracket, since extreme profile shifts make the function non-monotone
     for _ in range(60):
         value = excess(phi)
         low, high = (low, phi) if value > 0 else (phi, high)
