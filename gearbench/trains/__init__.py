@@ -1,1 +1,1 @@
-"""Trains whose meshes are one contact problem: parallel paths, floating gears, yielding pins."""
+"""Trains whose meshes form one contact problem: parallel paths, floating gears, flexible pins."""

@@ -15,14 +15,14 @@ from gearbench.geometry.action import ContactLines
 from gearbench.geometry.train import Train
 from gearbench.scene import Scene
 
-#: Mean over a cell of what is known at its beginning, middle and end: Simpson's rule.
+#: Weights of Simpson's rule: mean over a cell from the values at its beginning, middle and end.
 _MEAN = np.array([1.0, 4.0, 1.0]) / 6
 
 
 def yielding_bodies(
     train: Train, scenes: Mapping[str, Scene], at: Mapping[str, tuple[ContactLines, MeshAt]], *, coast: bool
 ) -> Bodies | None:
-    """Bodies that several meshes load, where the scene has ``gear_body`` with teeth that move each other."""
+    """Gear bodies loaded by several meshes; None if the scene has no ``gear_body`` with coupled teeth."""
     sides: list[Side] = []
     seats: dict[str, list[int]] = {}
     names: list[tuple[str, int]] = []
@@ -46,13 +46,13 @@ def yielding_bodies(
         gear = scene.pair.gears[i]
         blocks = body.between(scene.pair, i, scene.effects_by_name, coast=coast, across=i != j)
         ahead = [train.leading(name, train[name].gears[k], 0.0, coast=coast) for name, k in (names[one], names[other])]
-        # the tooth of pair 0, counted in the sense of rotation, from that at the other mesh
+        # pitches, in the sense of rotation, between the teeth of pair 0 at both meshes
         apart = np.round(ahead[0] + lines.mesh_phase - ahead[1] - others.mesh_phase).astype(int)
         z, half = abs(gear.teeth), abs(gear.teeth) // 2
         groups = []
         for d in np.unique(apart):
             teeth = d + lines.index[:, None] - others.index
-            # seen from a driven gear teeth ahead are behind
+            # a driven gear counts its teeth the other way round
             teeth = teeth if i == 0 else -teeth
             groups.append((np.flatnonzero(apart == d), blocks[half + (teeth + half) % z - half].swapaxes(1, 2)))
         return Link(sides=(one, other), groups=tuple(groups))
@@ -60,20 +60,20 @@ def yielding_bodies(
     shared = [own for own in seats.values() if len(own) > 1]
     if not shared:
         return None
-    # a gear that drives in one mesh and is driven in the other is seen as it drives
+    # a gear that drives in one mesh and is driven in another is treated as driving: that side comes first
     pairs = [sorted(both, key=lambda s: names[s][1]) for own in shared for both in combinations(own, 2)]
     own = tuple(link(s, s) for each in shared for s in each)
     return Bodies(sides=tuple(sides), links=tuple(link(*both) for both in pairs), own=own)
 
 
 def _body(scene: Scene) -> GearBody | None:
-    """The bodies of a mesh, if their teeth move each other."""
+    """The ``gear_body`` effect of a mesh, if it couples the teeth."""
     found = scene.effect("gear_body")
     return found if isinstance(found, GearBody) and found.model == "ring" and found.coupled else None
 
 
 def _side(scene: Scene, lines: ContactLines, contact: MeshAt, index: int) -> Side:
-    """Flank polynomials of a gear over the levers on the lines of its mesh."""
+    """Flank polynomials of a gear, divided by the lever, on the contact lines of its mesh."""
     along = contact.problem.along
     at = lines if along is None else along.smooth_lines
     body = _body(scene)

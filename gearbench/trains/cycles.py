@@ -1,7 +1,7 @@
-"""All mesh cycles of a train until everything repeats itself: pitch errors, waves, run-outs, planets that pass.
+"""All mesh cycles of a train until it repeats: pitch errors, waviness, run-out, planets that pass a sensor.
 
-Every mesh has the gaps of the teeth that meet there in a cycle, and in each cycle the meshes are one contact problem,
-solved as samples with errors of flanks are.
+In every mesh cycle other teeth meet, and each mesh has the gaps of these teeth. The meshes of one cycle form one
+contact problem, which is solved like a random sample with flank errors.
 """
 
 from __future__ import annotations
@@ -29,22 +29,22 @@ from gearbench.trains.revolution import eccentric, turned
 from gearbench.trains.scatter import LEAST, SETTLED, Curves, curves, levels
 from gearbench.trains.solve import SolvedTrain, mesh_scenes, solve_train
 
-#: Change of a force over the greatest at which a mesh cycle is solved.
+#: Change of a mesh force, relative to the largest, at which a mesh cycle counts as converged.
 TOUCHED = 1e-9
-#: Curves that are kept beside those of the meshes.
+#: Number of further curves in memory, in addition to one per mesh.
 OTHERS = 4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TrainCycles:
-    """Answers of a train in all its mesh cycles.
+    """Solution of a train in all its mesh cycles.
 
     Parameters
     ----------
     solved
-        The train as if all teeth of a gear were alike.
+        The train with identical teeth on each gear.
     cycle
-        Forces and motions, (cycle, position, …).
+        Forces and motions in all mesh cycles, (cycle, position, …).
     """
 
     solved: SolvedTrain
@@ -52,10 +52,11 @@ class TrainCycles:
 
     @property
     def passing(self) -> NDArray | None:
-        """Force that planets press on the ring with as they pass a sensor on it, (cycle, position) [N]; None elsewhere.
+        """Force of the passing planets at a sensor on the ring, (cycle, position) [N]; None without a ring.
 
-        That of each of N planets counts by the Hann window (1 + cos Nφ/2)/2 (M3), φ its angle from the sensor, up to
-        |φ| = 2π/N: equal forces of evenly spaced planets make no order. The sensor is at the first planet at first.
+        The force of a planet at the angle φ from the sensor is weighted by the Hann window (1 + cos Nφ/2)/2 (M3) up to
+        |φ| = 2π/N, where N is the number of planets. Equal forces of evenly spaced planets therefore add up to a
+        constant. At time 0 the first planet is at the sensor.
         """
         solved, (cycles, positions, _) = self.solved, self.cycle.force.shape
         train = solved.linkage.train
@@ -73,7 +74,10 @@ class TrainCycles:
 
 
 def gears_apart(scene: Scene) -> dict[str, Gear]:
-    """Gears that begin mesh cycles unlike: with unlike teeth, eccentric, or the ring that planets pass, by name."""
+    """Gears that are different at the start of each mesh cycle, by name.
+
+    They have unequal teeth, are eccentric, or are the ring of a planetary set, whose planets move along it.
+    """
     assert scene.train is not None
     short, found = scene.train.planetary, {}
     apart = set() if short is None else {RING, *short.eccentricities}
@@ -90,12 +94,12 @@ def gears_apart(scene: Scene) -> dict[str, Gear]:
 
 
 def check_train_cycles(scene: Scene) -> int:
-    """Mesh cycles of a train until everything repeats itself.
+    """Number of mesh cycles until a train repeats.
 
     Raises
     ------
     InputError
-        If there are too many, or all of them are alike.
+        If there are too many cycles, if all cycles are equal, or if the scene has several loads.
     """
     assert scene.train is not None
     if scene.loads:
@@ -107,18 +111,22 @@ def check_train_cycles(scene: Scene) -> int:
 
 
 def train_cycles_memory(meshes: int, positions: int, cycles: int, orders: float) -> float:
-    """Memory [bytes] of all mesh cycles of a train, and of their orders up to a mesh order."""
+    """Memory [bytes] for all mesh cycles of a train and their spectra up to the mesh order ``orders``."""
     return (meshes + OTHERS) * cycles_memory(positions, cycles, orders, 0)
 
 
 @single_threaded_blas()
 def train_cycles(scene: Scene, orders: float, threads: int) -> TrainCycles:
-    """All mesh cycles of a ``coupled`` scene, as far as memory allows these and their ``orders``.
+    """Solve all mesh cycles of a ``coupled`` scene.
+
+    ``orders``, the highest mesh order of the spectra, only enters the memory estimate.
 
     Raises
     ------
+    MemoryBudgetError
+        If the cycles and their spectra need more memory than there is.
     InputError, ConvergenceError
-        As ``simulate``, and as ``check_train_cycles``.
+        Like ``simulate`` and ``check_train_cycles``.
     """
     count = check_train_cycles(scene)
     solved = solve_train(scene, alike=True)
@@ -142,7 +150,7 @@ def train_cycles(scene: Scene, orders: float, threads: int) -> TrainCycles:
 def _some_cycles(
     solved: SolvedTrain, forces: Curves, flanks: Flanks, amounts: list[NDArray], cycles: NDArray
 ) -> tuple[NDArray, NDArray]:
-    """q (cycle, position, motion) and F (cycle, position, mesh) of some of the mesh cycles."""
+    """Motions q (cycle, position, motion) and forces F (cycle, position, mesh) in the mesh cycles ``cycles``."""
     statics = solved.statics(eccentric(solved, _times(solved, cycles)))
     q, F = statics.balanced(forces, solved.begun(len(cycles)), SETTLED)
     answer = partial(flanks.answer, [each[cycles] for each in amounts])
@@ -152,6 +160,6 @@ def _some_cycles(
 
 
 def _times(solved: SolvedTrain, cycles: NDArray) -> NDArray:
-    """Mesh periods since the beginning, (cycle, position); flanks that coast are seen in a mirror."""
+    """Time [mesh periods] at each position, (cycle, position); negative on coast flanks, which are seen mirrored."""
     time = cycles[:, None] + solved.phases.phase
     return -time if solved.linkage.coast else time

@@ -1,4 +1,4 @@
-"""The Dataset of a train whose meshes are one contact problem."""
+"""Dataset of a train whose meshes form one contact problem."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from gearbench.trains.solve import SolvedTrain
 
 
 def train_point(solved: SolvedTrain, outputs: Sequence[str]) -> Point:
-    """Result of a ``coupled`` scene: the ``outputs`` of each mesh, and what its meshes have in common.
+    """Result of a ``coupled`` scene: the ``outputs`` of each mesh, and the quantities of the whole train.
 
-    All over the phase of the first mesh.
+    Positions are the phases of the first mesh.
     """
     own = [name for name in outputs if is_of_train(name)]
     others = [name for name in outputs if name not in own]

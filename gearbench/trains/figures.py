@@ -1,4 +1,4 @@
-"""Figures of a train: its gears with their load shares, these over the mesh cycle, what members feel by harmonic."""
+"""Figures of a train: gears with their load shares, curves over the mesh cycle, harmonics of the force on a member."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
 
-#: Points on each flank of a drawn tooth.
+#: Number of points on each flank of a drawn tooth.
 POINTS = 8
 
 
 def outline(train: Train, gear: str, phases: dict[str, float], *, coast: bool) -> NDArray:
-    """Outline of a gear where it stands while the first mesh has the phase 0, (point, 2) [mm]."""
+    """Outline of a gear in its position at phase 0 of the first mesh, (point, 2) [mm]."""
     mesh = next(mesh for mesh in train.meshes if gear in mesh.gears)
     body = mesh.pair.gears[mesh.gears.index(gear)]
     sense = train.turn(mesh.name) * (-1 if coast else 1)
     if gear == mesh.driven and mesh.pair.gears[0].teeth * body.teeth > 0:
         sense = -sense
     z = abs(body.teeth)
-    # its leading flank where that meets the base circle, less half of the tooth there
+    # angle of the leading flank at the base circle, less half the tooth thickness there
     centre = train.leading(mesh.name, gear, phases[mesh.name], coast=coast)
     centre -= body.teeth * float(body.involute_half_angle(body.base_radius)) / (2 * math.pi)
     R = np.linspace(body.root_radius, body.tip_radius, POINTS)
@@ -41,7 +41,7 @@ def outline(train: Train, gear: str, phases: dict[str, float], *, coast: bool) -
 
 
 def load_shares(dataset: xr.Dataset, axes: Axes) -> Axes:
-    """Gears of a train where they stand at mesh phase 0, with the greatest load share of each mesh."""
+    """Draw the gears of a train at mesh phase 0, with the largest load share of each mesh."""
     scene = scene_of(dataset)
     train, coast = scene.geometry, scene.load.coast
     phases = train.phases(coast=coast)
@@ -63,7 +63,7 @@ def load_shares(dataset: xr.Dataset, axes: Axes) -> Axes:
         axes.annotate(f"{share:.2f}", (x, y), xytext=(6, 6), textcoords="offset points", fontsize=8, color=ORANGE)
     axes.set_aspect("equal")
     axes.set_axis_off()
-    axes.invert_yaxis()  # seen along the shafts, y down
+    axes.invert_yaxis()  # viewed along the shafts: y points down
     return axes
 
 
@@ -73,7 +73,7 @@ def _internal(train: Train, gear: str) -> bool:
 
 
 def draw_train(dataset: xr.Dataset, folder: Path) -> list[Path]:
-    """Write the figures of a train: the set with its load shares, and what it does over the mesh cycle."""
+    """Write the figures of a train: gears with their load shares, and curves and harmonics of the mesh cycle."""
     figure, ((axes,),) = new_figure(1, 1, (7.0, 7.0))
     load_shares(dataset, axes)
     factor = float(dataset["mesh_load_factor"])
@@ -84,7 +84,7 @@ def draw_train(dataset: xr.Dataset, folder: Path) -> list[Path]:
     (shares, error), (forces, orders) = rows
     for number, name in enumerate(dataset["mesh"].values.tolist()):
         own = dataset.sel(mesh=name)
-        # meshes that carry the same lie on each other: the later ones are dashed
+        # equal curves cover each other: later ones are dashed
         style = "-" if 2 * number < dataset.sizes["mesh"] else (0, (3, 3))
         plot_two_periods(shares, own, "load_sharing", label=name, color=f"C{number % 10}", lw=1.6, ls=style)
     shares.set(xlabel="phase of the first mesh τ [mesh periods]", ylabel="load share L [–]", xlim=(0, 2))
@@ -111,7 +111,7 @@ def draw_train(dataset: xr.Dataset, folder: Path) -> list[Path]:
     for axis, shift, colour in (("x", -0.2, BLUE), ("y", 0.2, ORANGE)):
         forces.bar(n + shift, amplitude.sel(axis=axis), width=0.4, color=colour, label=axis)
     forces.set(xlabel="mesh order", ylabel=f"force on {first}, F_n [N]")
-    if float(amplitude.max()) < 1e-6 * float(dataset["mesh_load"].max()):  # rounding is left
+    if float(amplitude.max()) < 1e-6 * float(dataset["mesh_load"].max()):  # only rounding errors remain
         forces.clear()
         forces.set_axis_off()
         forces.text(0.5, 0.5, f"forces on {first} cancel at all mesh orders", ha="center", transform=forces.transAxes)

@@ -1,7 +1,7 @@
-"""Random errors of the flanks of a train: each flank has its own, and brings them to every mesh that it is in.
+"""Random errors of the flanks of a train. A flank has the same error in all its meshes.
 
-A planet's flanks at sun and ring are two; sun and ring bring the same errors to all planets. Errors drawn per tooth are
-of the teeth that a mesh has in contact: each mesh its own.
+A planet has two independent flanks, one for the sun and one for the ring. Sun and ring bring the same flank errors to
+all planets. Errors drawn per tooth are independent in each mesh, because other teeth are in contact there.
 """
 
 from __future__ import annotations
@@ -24,24 +24,25 @@ from gearbench.robustness.montecarlo import prepare_batch, require_errors
 from gearbench.scene import Scene
 from gearbench.trains.solve import SolvedTrain
 
-#: Errors that do not lie on one flank; where those of a set are given instead.
+#: Errors that do not belong to one flank. For a planetary set they are given in ``planetary.scatter``.
 ELSEWHERE = ("inclination", "deviation", "run_out", "wobble", "varied", "centre_distance", "tooth_thickness")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Flanks:
-    """Meshes of a train prepared for many gaps of their flanks.
+    """Meshes of a train, prepared for many samples of flank gaps.
 
     Parameters
     ----------
     batches
-        Each mesh without these gaps.
+        Batch solver of each mesh, at zero sample gaps.
     force, cos_b
-        F_bt that the batches are for [N], and cos β_b, (mesh,).
+        Force F_bt for which the batches are prepared [N], and cos β_b, (mesh,).
     share
-        Forces over these at which it is known what a batch misses, (level,).
+        Load levels relative to ``force``, (level,).
     missed
-        Approach that it misses there without the gaps, (mesh, position, level) [mm].
+        Discretisation error of the batch solver: the approach it lacks at each level without sample gaps,
+        (mesh, position, level) [mm].
     """
 
     batches: tuple[Batch, ...]
@@ -54,9 +55,9 @@ class Flanks:
     def of(
         cls, solved: SolvedTrain, share: NDArray, approach: NDArray, prepare: Callable[[Solved, MeshAt], Batch]
     ) -> Flanks:
-        """Flanks from the batches of ``prepare``; equal meshes share one batch.
+        """Prepare the batch of each mesh with ``prepare``; equal meshes share one batch.
 
-        The meshes have the ``approach`` (mesh, position, level) [mm] under ``share`` (level,) of the force of each.
+        ``approach`` (mesh, position, level) [mm] is the accurate approach at the load levels ``share`` (level,).
         """
         found, known = [], {}
         for mesh, contact, own in zip(solved.meshes.values(), solved.contacts, approach, strict=True):
@@ -71,10 +72,10 @@ class Flanks:
         return cls(batches=batches, force=force, cos_b=cos_b, share=share, missed=np.array(missed))
 
     def answer(self, amounts: Sequence[NDArray], force: NDArray) -> tuple[NDArray, NDArray]:
-        """Approach [mm] and ∂F_bt/∂δ [N/mm] of a chunk of samples under F_bt (sample, position, mesh) [N].
+        """Approach [mm] and ∂F_bt/∂δ [N/mm], (sample, position, mesh), under forces F_bt (sample, position, mesh) [N].
 
-        ``amounts`` (sample, mode) of the gaps of each mesh. Smaller forces than the least of ``share`` are answered as
-        that one.
+        ``amounts``: amplitudes of the gap modes of each mesh, (sample, mode). Forces below the lowest level of
+        ``share`` are raised to that level.
         """
         answers, level = [], np.log(self.share)
         for m, batch in enumerate(self.batches):
@@ -88,7 +89,7 @@ class Flanks:
 
 
 def _answer(batch: Batch, amounts: NDArray, load: NDArray) -> tuple[NDArray, NDArray]:
-    """δ_n and its stiffness, (position, sample), of a chunk that need not be full."""
+    """Approach δ_n and stiffness, (position, sample), for a chunk of samples that may be smaller than the full size."""
     count = len(amounts)
     filled = next(chunks(amounts))
     solution = solve_one_chunk(batch, filled, np.pad(load, ((0, 0), (0, len(filled) - count)), mode="edge"))
@@ -102,11 +103,11 @@ class FlankErrors:
     Parameters
     ----------
     errors
-        Random variables by their names.
+        Name → random variable.
     columns, expansions
-        Which of them each mesh has, in the order of its own, and their gaps.
+        For each mesh: the indices of its random variables in ``errors``, and the expansion of their gap.
     flanks
-        The meshes at the mean errors.
+        The meshes, prepared at the mean errors.
     """
 
     errors: Mapping[str, ErrorMode]
@@ -116,12 +117,12 @@ class FlankErrors:
 
     @classmethod
     def of(cls, solved: SolvedTrain, share: NDArray, approach: NDArray) -> FlankErrors:
-        """Errors of a train, see ``Flanks.of``.
+        """Collect the random flank errors of a train; ``share`` and ``approach`` as for ``Flanks.of``.
 
         Raises
         ------
         InputError
-            If errors are asked for that do not lie on a flank.
+            If the scene has no ``effects.manufacturing_errors``.
         """
         drive = {mesh.scene.gear_names[0] for mesh in solved.meshes.values()}
         both = drive & {mesh.scene.gear_names[1] for mesh in solved.meshes.values()}
@@ -143,19 +144,22 @@ class FlankErrors:
         )
 
     def draw(self, unit: NDArray) -> NDArray:
-        """Errors of points of the unit cube, (sample, error) [µm]."""
+        """Errors (sample, error) [µm] for points ``unit`` (sample, error) of the unit cube."""
         laws = [(mode.amplitude, DISTRIBUTIONS[mode.distribution]) for mode in self.errors.values()]
         drawn = [f * law.quantile(unit[:, i]) for i, (f, law) in enumerate(laws)]
         return np.stack(drawn, axis=-1)
 
     def answer(self, errors: NDArray, force: NDArray) -> tuple[NDArray, NDArray]:
-        """Approach and stiffness under the ``errors`` (sample, error), see ``Flanks.answer``."""
+        """Approach and stiffness with ``errors`` (sample, error) under ``force``; shapes as for ``Flanks.answer``."""
         own = zip(self.expansions, self.columns, strict=True)
         return self.flanks.answer([each.amounts(errors[:, list(columns)]) for each, columns in own], force)
 
 
 def _named(scene: Scene, mesh: str, both: set[str]) -> dict[str, ErrorMode]:
-    """Random variables of a mesh, by kind of error and flank; ``both``: gears that drive and are driven."""
+    """Random variables of a mesh, named by kind of error and flank.
+
+    ``both``: gears that drive in one mesh and are driven in another; their names tell the two flanks apart.
+    """
     found = {}
     for mode in require_errors(scene).error_modes(scene.pair):
         side = next(i for i, each in enumerate(GEARS) if f"_{each}" in mode.name)
@@ -168,12 +172,12 @@ def _named(scene: Scene, mesh: str, both: set[str]) -> dict[str, ErrorMode]:
 
 
 def check_flanks(scene: Scene) -> None:
-    """Refuse random errors that are not of flanks.
+    """Refuse random errors that do not belong to a flank.
 
     Raises
     ------
     InputError
-        Naming the first.
+        For the first of these errors.
     """
     given = require_errors(scene)
     errors = given.convention()

@@ -1,4 +1,4 @@
-"""Load sharing of a planetary set over a revolution of its carrier: eccentric members turn, each with its own speed."""
+"""Load sharing of a planetary set with eccentric members over one revolution of the carrier."""
 
 from __future__ import annotations
 
@@ -9,14 +9,15 @@ from gearbench.results.points import Columns
 from gearbench.trains.scatter import SETTLED, curves
 from gearbench.trains.solve import SolvedTrain
 
-#: Positions of the carrier against the ring.
+#: Number of carrier positions over one revolution relative to the ring.
 POINTS = 128
 
 
 def revolution_columns(solved: SolvedTrain) -> tuple[Columns, Columns]:
-    """Coordinates and variables over the revolution; none where no member is eccentric.
+    """Coordinates and variables over the carrier revolution; both empty without ``[planetary.run_out]``.
 
-    The greatest load share of each mesh over the mesh cycle at every position: the cycle is short beside a revolution.
+    At each carrier position the variable is the largest load share of each mesh over one mesh cycle. The eccentric
+    members stand still during this cycle, which is short compared with the revolution.
     """
     assert solved.scene.train is not None
     short = solved.scene.train.planetary
@@ -33,7 +34,7 @@ def revolution_columns(solved: SolvedTrain) -> tuple[Columns, Columns]:
 
 
 def eccentric(solved: SolvedTrain, time: NDArray) -> NDArray:
-    """Approach that run-outs add to each mesh since the ``time`` 0 [mesh periods], (…, mesh) [mm]."""
+    """Approach (…, mesh) [mm] that run-out adds to each mesh between time 0 and ``time`` (…) [mesh periods]."""
     found = np.zeros((*time.shape, len(solved.even)))
     short = None if solved.scene.train is None else solved.scene.train.planetary
     if short is None:
@@ -46,7 +47,7 @@ def eccentric(solved: SolvedTrain, time: NDArray) -> NDArray:
 
 
 def turned(solved: SolvedTrain, body: str, time: NDArray) -> NDArray:
-    """Angle by which a body has turned in the frame of the axes since the ``time`` 0 [mesh periods], (…) [rad]."""
+    """Angle a body has turned since time 0 in the frame of the axes, at ``time`` (…) [mesh periods]; (…) [rad]."""
     train = solved.linkage.train
     rate = solved.linkage.rates.get(body, 0.0) / train.meshes[0].pair.gears[0].teeth
     return 2 * np.pi * train.turn(train.meshes[0].name) * rate * time

@@ -1,9 +1,9 @@
-"""Load sharing and transmission error of a train over random errors of its members and of their flanks.
+"""Load sharing and transmission error of a train with random errors of its members and flanks.
 
-Errors of pins, planets and run-outs move the flanks as wholes: the contact of each mesh stays what it is, force over
-approach and phase, and is tabled once. A sample is then the balance (M2) of a few motions. Errors of flanks change the
-contact: from the forces that the table leads to, the search of ``gearbench.contact.equilibrium`` goes on with the
-contact of all samples side by side.
+Errors of pins and planets, and run-out, displace whole flanks. They leave the contact law of a mesh, force over
+approach and phase, unchanged. This law is tabulated once, and a sample only needs the equilibrium (M2) of a few
+motions. Flank errors change the contact. Starting from the solution with the tables, ``gearbench.contact.equilibrium``
+then solves the contact of all samples together.
 """
 
 from __future__ import annotations
@@ -40,26 +40,26 @@ from gearbench.trains.solve import SolvedTrain, solve_train
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Levels of the tabled force, the least of them over the force of even sharing, and samples that are solved together.
+#: Number of force levels of the table; lowest level relative to the force under even sharing; samples solved together.
 LEVELS, LEAST, CHUNK = 32, 1e-3, 50
-#: Change of a force over the greatest at which samples with errors of flanks are solved.
+#: Change of a mesh force, relative to the largest, at which samples with flank errors count as converged.
 TOUCHED = 1e-5
-#: Imbalance over the load at which a sample is solved.
+#: Residual of the equilibrium, relative to the load, at which a sample counts as converged.
 SETTLED = 1e-9
-#: Responses that get statistics and shares.
+#: Responses for which statistics and sensitivities are computed.
 STUDIED = ("mesh_load_factor", "train_transmission_error_rms")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Curves:
-    """F(δ) of all meshes at all positions, cubic between levels with the slopes of the contact; 0 where flanks part.
+    """Tabulated F(δ) of all meshes at all positions: cubic Hermite between levels, 0 after separation of the flanks.
 
     Parameters
     ----------
     approach, force, slope
         (mesh, position, level) [mm, N, N/mm].
     statics
-        Coupling of the meshes: the compliance that it lends them is not in F(δ).
+        Coupling of the meshes. Compliance that it lends to the meshes is excluded from F(δ).
     """
 
     approach: NDArray
@@ -69,12 +69,12 @@ class Curves:
 
     @cached_property
     def _own(self) -> tuple[NDArray, NDArray]:
-        """Approach and slope without the compliance that is lent."""
+        """Approach and slope without the lent compliance."""
         lent = np.expand_dims(np.transpose(self.statics.lent), -1)
         return self.approach - lent * self.force, self.statics.stiffer(self.slope.T).T
 
     def __call__(self, x: NDArray) -> tuple[NDArray, NDArray]:
-        """Force and stiffness at x (sample, position, mesh)."""
+        """Force [N] and stiffness [N/mm] at the approach x [mm], all (sample, position, mesh)."""
         x = np.moveaxis(x, -1, 0)
         approach, slope = self._own
         level, mesh, position = np.zeros(x.shape, dtype=np.int64), *np.ogrid[: x.shape[0], : x.shape[2]]
@@ -103,12 +103,12 @@ class Curves:
 
 
 def levels(most: float) -> NDArray:
-    """Forces of a table over that of even sharing."""
+    """Force levels of the table, relative to the force under even sharing, up to ``most``; (level,)."""
     return np.geomspace(LEAST, most, LEVELS)
 
 
 def curves(solved: SolvedTrain, most: float) -> Curves:
-    """Tables up to ``most`` times the force of even sharing."""
+    """Tabulate F(δ) of all meshes up to ``most`` times the force under even sharing."""
     shares = levels(most)
     found = []
     for mesh in solved.contacts:
@@ -123,7 +123,7 @@ def curves(solved: SolvedTrain, most: float) -> Curves:
 
 
 def variables(scatter: PlanetaryScatter, planets: tuple[str, ...]) -> dict[str, float]:
-    """Names of the random variables and their amplitudes [µm]; a run-out has its angle beside it [periods]."""
+    """Name of each random variable → its amplitude [µm]; each run-out is followed by its angle [revolutions]."""
     found = {}
     for key in DEVIATIONS:
         if (f := getattr(scatter, key)) is not None:
@@ -136,7 +136,7 @@ def variables(scatter: PlanetaryScatter, planets: tuple[str, ...]) -> dict[str, 
 
 
 def offsets(solved: SolvedTrain, names: dict[str, float], errors: NDArray) -> NDArray:
-    """Approach that errors (sample, variable) add to each mesh, (sample, mesh) [mm]."""
+    """Approach added to each mesh by ``errors`` (sample, variable) of the variables ``names``, (sample, mesh) [mm]."""
     assert solved.scene.train is not None
     short, found = solved.scene.train.planetary, np.zeros((len(errors), len(solved.even)))
     if short is None:
@@ -154,7 +154,7 @@ def offsets(solved: SolvedTrain, names: dict[str, float], errors: NDArray) -> ND
 
 
 def draw(scatter: PlanetaryScatter, names: dict[str, float], unit: NDArray) -> NDArray:
-    """Errors of points of the unit cube, (sample, variable)."""
+    """Errors (sample, variable) for points ``unit`` (sample, variable) of the unit cube."""
     law = DISTRIBUTIONS[scatter.distribution]
     found = np.empty(unit.shape)
     for column, (name, f) in enumerate(names.items()):
@@ -165,18 +165,18 @@ def draw(scatter: PlanetaryScatter, names: dict[str, float], unit: NDArray) -> N
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SampledTrain:
-    """A train ready for samples of its errors.
+    """A train prepared for samples of its errors.
 
     Parameters
     ----------
     solved
-        The train at the errors that the scene has.
+        The train with the errors given in the scene.
     forces
-        Contact of its meshes, tabled.
+        Tabulated contact of its meshes.
     scatter, names
-        Errors of the members, where there are any: the table, and ``variables`` of it.
+        Random errors of the members: the scene's table (None without one), and its ``variables``.
     flanks
-        Errors of the flanks, where there are any.
+        Random errors of the flanks, if there are any.
     """
 
     solved: SolvedTrain
@@ -187,11 +187,11 @@ class SampledTrain:
 
     @property
     def error_names(self) -> tuple[str, ...]:
-        """Names of the errors of a sample."""
+        """Names of the random errors, in the order of the columns of a sample."""
         return (*self.names, *(() if self.flanks is None else self.flanks.errors))
 
     def draw(self, unit: NDArray) -> NDArray:
-        """Errors of points of the unit cube, (sample, error)."""
+        """Errors (sample, error) for points ``unit`` (sample, error) of the unit cube."""
         count = len(self.names)
         parts = [] if self.scatter is None else [draw(self.scatter, self.names, unit[:, :count])]
         parts += [] if self.flanks is None else [self.flanks.draw(unit[:, count:])]
@@ -200,7 +200,10 @@ class SampledTrain:
     def cycles(
         self, errors: NDArray, threads: int = 1, progress: Callable[[int], None] = lambda _: None
     ) -> Iterator[TrainCycle]:
-        """Mesh cycles under ``errors`` (sample, error), some samples at a time; the last ones may be too many."""
+        """Mesh cycles with ``errors`` (sample, error), one chunk of samples at a time.
+
+        The last chunk may be padded with surplus samples. ``progress`` receives the number of samples done.
+        """
         parts = chunks(errors) if self.flanks else (errors[i : i + CHUNK] for i in range(0, len(errors), CHUNK))
         done = 0
         for cycle in on_threads(self._cycle, parts, threads):
@@ -215,7 +218,10 @@ class SampledTrain:
         threads: int = 1,
         progress: Callable[[int], None] = lambda _: None,
     ) -> dict[str, NDArray]:
-        """Responses ``names`` to ``errors`` (sample, error), (sample,) each; and ``load_sharing_greatest``."""
+        """Responses ``names`` (sample,) with ``errors`` (sample, error).
+
+        Also ``load_sharing_greatest`` (sample, mesh), and ``train_transmission_error_amplitude`` (sample, harmonic).
+        """
         found = [
             {name: response(name).reduce(cycle) for name in names}
             | {"load_sharing_greatest": cycle.sharing.max(axis=1)}
@@ -236,14 +242,14 @@ class SampledTrain:
 
 
 def sampled_train(scene: Scene, solved: SolvedTrain | None = None) -> SampledTrain:
-    """A train ready for samples of ``[planetary.scatter]`` and ``[effects.manufacturing_errors]``.
+    """Prepare a train for samples of ``[planetary.scatter]`` and ``[effects.manufacturing_errors]``.
 
-    It is solved here, unless ``solved`` is given.
+    The train is solved first, unless ``solved`` is given.
 
     Raises
     ------
     InputError
-        If the scene has neither, or errors that are not of flanks.
+        If the scene has neither table, has several loads, or has errors that do not belong to a flank.
     """
     short = None if scene.train is None else scene.train.planetary
     scatter, of_flanks = None if short is None else short.keys.scatter, scene.effect("manufacturing_errors") is not None
@@ -275,14 +281,16 @@ def robust_train(
     responses: Sequence[str] = (),
     progress: Callable[[int], None] = lambda _: None,
 ) -> xr.Dataset:
-    """Dataset of a train over samples of its errors; ``responses`` are more than ``USUAL_OF_TRAIN``.
+    """Dataset of a train over random samples of its errors.
+
+    ``responses`` are evaluated in addition to ``USUAL_OF_TRAIN``.
 
     Raises
     ------
     InputError
-        As ``sampled_train``; if a response is none of trains.
+        Like ``sampled_train``; also if a response is not defined for trains.
     ConvergenceError
-        If a sample is not solved.
+        If a sample does not converge.
     """
     import xarray as xr
 
@@ -303,7 +311,7 @@ def robust_train(
 
 
 def _columns(found: dict[str, NDArray], errors: NDArray, sampler: Sampler, studied: Sequence[str]) -> dict[str, tuple]:
-    """Variables of the Dataset: the samples, statistics of those ``studied``, and the share of each error in them."""
+    """Variables of the Dataset: all samples, statistics of the ``studied`` responses, and their sensitivities."""
     columns: dict[str, tuple] = {
         name: (("sample", "harmonic" if name.endswith("amplitude") else "mesh")[: values.ndim], values)
         for name, values in found.items()

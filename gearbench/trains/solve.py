@@ -1,4 +1,4 @@
-"""Trains whose meshes are one contact problem: parallel paths, floating gears, yielding pins (M2 of docs/theory.md)."""
+"""Trains whose meshes form one contact problem: parallel paths, floating gears, flexible pins (M2)."""
 
 from __future__ import annotations
 
@@ -31,7 +31,8 @@ from gearbench.schema import changed
 from gearbench.threads import single_threaded_blas
 from gearbench.trains.bodies import yielding_bodies
 
-#: Load of a mesh over that its contact lines were made for, from which they are made once more, and how often.
+#: Contact lines off the line of action are built for an assumed load. If the load of a mesh exceeds the assumed load by
+#: more than the factor ``HEAVIER``, they are rebuilt, at most ``ROUNDS`` times.
 HEAVIER, ROUNDS = 1.2, 4
 
 
@@ -44,19 +45,19 @@ class SolvedTrain:
     scene
         Gears, meshes, load.
     linkage
-        How the meshes hang together.
+        Kinematic and static coupling of the meshes.
     phases
         Phases of the first mesh.
     meshes
-        Each mesh under the force that it has at each position, by its name.
+        Name of a mesh → its contact under the mesh force at each position.
     contacts
-        Contact of each mesh at its phases.
+        Contact problem of each mesh at its phases.
     own
-        What they hang together by.
+        Equations that couple the meshes, including the compliance of the gear bodies.
     balance
-        Forces and motions.
+        Mesh forces and motions in equilibrium.
     even
-        Force of each mesh where all paths share alike, (mesh,) [N].
+        Force of each mesh if all paths share the load equally, (mesh,) [N].
     """
 
     scene: Scene
@@ -69,18 +70,18 @@ class SolvedTrain:
     even: NDArray
 
     def statics(self, more: NDArray) -> Statics:
-        """Coupling of the meshes, with ``more`` approach of each mesh, (…, mesh) [mm]."""
+        """Coupling of the meshes with ``more`` (…, mesh) [mm] added to the approach of each mesh."""
         return replace(self.own, offset=self.own.offset - self.spread + more)
 
     def begun(self, samples: int) -> NDArray:
-        """Motions that samples begin with, (sample, position, motion)."""
+        """Initial motions for Newton's method on ``samples`` samples, (sample, position, motion)."""
         return np.broadcast_to(self.balance.motion, (samples, *self.balance.motion.shape))
 
     @cached_property
     def spread(self) -> NDArray | float:
-        """Approach that bodies which yield to other meshes add beside C F, (position, mesh) [mm].
+        """Approach due to body compliance between meshes (M4) in excess of its mean C F, (position, mesh) [mm].
 
-        Samples have that of the loads as they are spread here.
+        Samples use this value unchanged: it belongs to the load distribution of this solution.
         """
         own, F = self.own, self.balance.force
         if own.elastic is None:
@@ -94,7 +95,7 @@ class SolvedTrain:
 
     @cached_property
     def cycle(self) -> TrainCycle:
-        """Forces and motions over the mesh cycle."""
+        """Forces, motions and input stiffness over the mesh cycle."""
         return TrainCycle(
             linkage=self.linkage,
             phases=self.phases,
@@ -106,13 +107,13 @@ class SolvedTrain:
 
     @cached_property
     def input_stiffness(self) -> NDArray:
-        """Torque on that shaft over the angle, (position,) [N·mm/rad]."""
+        """Torque on the input shaft per unit of its rotation, (position,) [N·mm/rad]."""
         whole = self.own.matrix(self.balance.stiffness)
         return 1 / np.linalg.pinv(whole, hermitian=True)[:, self.linkage.input, self.linkage.input]
 
     @property
     def stiffness(self) -> NDArray:
-        """Stiffness of the train on the first base circle, (position,) [N/µm]."""
+        """Stiffness of the train on the base circle of the first gear, (position,) [N/µm]."""
         return self.input_stiffness / (MICROMETRES * self.linkage.train.meshes[0].pair.gears[0].base_radius ** 2)
 
     @property
@@ -124,7 +125,7 @@ class SolvedTrain:
 
     @property
     def change(self) -> NDArray:
-        """Change of the transmission error as ends of patches were found for the last time, (position,) [µm]."""
+        """Change of the transmission error when the ends of the contact patches were last refined, (position,) [µm]."""
         by_mesh = zip(self.meshes.values(), self.contacts, strict=True)
         change = [(m.solution.approach - m.solution.coarse_approach) / contact.cos_b for m, contact in by_mesh]
         k, (B, _, _) = self.balance.stiffness, self.own.whole
@@ -137,9 +138,9 @@ class SolvedTrain:
 
     @property
     def ratios(self) -> NDArray:
-        """Angle of each member that the error of the train makes where all other ends are held, (member,) [–].
+        """Rotation error of each member per rotation error of the input, if the other ends are held, (member,) [–].
 
-        Over that of the input; 0 of members between.
+        Members between the ends have 0.
         """
         rates = self.linkage.rates
         found = {name: abs(rates[name]) for name in self.linkage.ends}
@@ -150,12 +151,12 @@ class SolvedTrain:
 
 
 def check_train(scene: Scene) -> Linkage:
-    """Coupling of the meshes of a train; refuse those that cannot be one contact problem.
+    """Coupling of the meshes of a train; refuse trains that cannot be solved as one contact problem.
 
     Raises
     ------
     InputError
-        Naming what does not fit.
+        If mesh frequencies differ, or the tooth numbers or the coupling do not fit.
     """
     train = scene.geometry
     rates = {mesh.name: train.mesh_rate(mesh.name) for mesh in train.meshes}
@@ -178,7 +179,7 @@ def check_train(scene: Scene) -> Linkage:
 
 
 def mesh_scenes(scene: Scene) -> dict[str, Scene]:
-    """Scene of each mesh by its name, with the teeth that its gears have there while the first mesh begins."""
+    """Scene of each mesh by name; its effects begin with the teeth that are in mesh when the first mesh begins."""
     found, begun = {}, scene.geometry.begun(coast=scene.load.coast)
     for name, own in scene.meshes.items():
         flanks = {}
@@ -191,14 +192,14 @@ def mesh_scenes(scene: Scene) -> dict[str, Scene]:
 
 @single_threaded_blas()
 def solve_train(scene: Scene, *, alike: bool = False) -> SolvedTrain:
-    """Contact of all meshes of a ``coupled`` scene, at phases that suit all of them.
+    """Solve the contact of all meshes of a ``coupled`` scene, at phases resolved for all of them.
 
-    ``alike``: as if all teeth of a gear were.
+    ``alike``: ignore differences between the teeth of a gear.
 
     Raises
     ------
     InputError, ConvergenceError
-        As ``simulate``.
+        Like ``simulate``.
     """
     linkage = check_train(scene)
     assert scene.train is not None
@@ -212,7 +213,7 @@ def solve_train(scene: Scene, *, alike: bool = False) -> SolvedTrain:
     at, found = _balanced(train, scenes, phases, statics, alike=alike)
     for _ in range(ROUNDS):
         heavy = found.force.max(axis=0) / [mesh.nominal for _, mesh in at.values()]
-        # off the line of action the load decides how far contact lines reach
+        # off the line of action the contact lines extend with the load
         far = [own.effect("off_line_contact") is not None for own in scenes.values()]
         if not np.any(far & (heavy > HEAVIER)):
             break
@@ -238,7 +239,7 @@ def solve_train(scene: Scene, *, alike: bool = False) -> SolvedTrain:
 def _balanced(
     train: Train, scenes: Mapping[str, Scene], phases: Phases, statics: Statics, *, alike: bool
 ) -> tuple[dict[str, tuple[ContactLines, MeshAt]], Balance]:
-    """Contact of each mesh by its name, and the balance of all of them."""
+    """Contact lines and contact problem of each mesh by name, and the equilibrium of all meshes."""
     known: dict[tuple[Scene, float], tuple[ContactLines, MeshAt]] = {}
     at = {}
     coast = next(iter(scenes.values())).load.coast
@@ -253,7 +254,7 @@ def _balanced(
 
 
 def _plain(scene: Scene) -> Scene:
-    """Everything that the contact of a mesh depends on: planets differ in their names alone."""
+    """The scene without its names: meshes of planets with equal results compare equal."""
     return changed(scene, name="", gear_names=GEARS)
 
 
@@ -262,7 +263,7 @@ def _under(scene: Scene, share: float) -> Scene:
 
 
 def _phases(scenes: Mapping[str, Scene], shift: Mapping[str, float]) -> Phases:
-    """Phases of the first mesh, on panels between the changes of contact of all of them."""
+    """Phases of the first mesh: Gauss points on panels between the contact changes of all meshes."""
     first, *_ = scenes.values()
     resolution = first.resolution
     if resolution.accuracy is not None:
@@ -286,7 +287,7 @@ def _phases(scenes: Mapping[str, Scene], shift: Mapping[str, float]) -> Phases:
 
 
 def _mesh(scene: Scene, phase: NDArray, alike: bool) -> tuple[ContactLines, MeshAt]:
-    """Contact of a mesh by itself at its own phases, which are from 1 on where other teeth than before have come."""
+    """Contact lines and problem of one mesh at its phases; from phase 1 on, the next teeth are in mesh."""
     lines = scene_lines(scene, phase if unlike(scene) else phase % 1.0)
     cos_b = float(np.cos(scene.pair.meshing.beta_b))
     problem = assemble(_still(scene) if alike else scene, lines)
@@ -294,7 +295,7 @@ def _mesh(scene: Scene, phase: NDArray, alike: bool) -> tuple[ContactLines, Mesh
 
 
 def _still(scene: Scene) -> Scene:
-    """The scene as if all teeth of a gear were alike."""
+    """The scene without the effects that differ from tooth to tooth."""
     turning = unlike(scene)
     flanks = {key: tuple(e for e in getattr(scene, key) if e not in turning) for key in ("effects", "coast")}
     return changed(scene, **flanks) if turning else scene
