@@ -1,4 +1,4 @@
-"""The outside of a ring on a sector: its motions as a rigid body, and tractions on lugs, as loads of the sector."""
+"""Outside of a ring in a sector model: rigid motions, and tractions on lugs, as loads on the sector."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from fem_reference.sector import Section, lagrange
 from gearbench.compliance.bases import gauss, legendre_functions
 from gearbench.compliance.lugs import ACROSS, ALONG, EACH, Anchors, Lugs, often
 
-#: Pieces of a lug, and Gauss points on each and along the axis, by which its tractions are integrated.
+#: Integration of the tractions on a lug: number of pieces along its arc, Gauss points per piece, points along the axis.
 _PIECES, _POINTS, _STATIONS = 12, 4, 16
 
 
 @dataclass(frozen=True, kw_only=True)
 class Outside:
-    """Edge of the section at the outside of a ring.
+    """Edge of a section at the outside of a ring.
 
     Parameters
     ----------
     section, axis
-        The section, and the functions along the axis.
+        The section of one tooth, and the functions along the axis.
     """
 
     section: Section
@@ -35,7 +35,7 @@ class Outside:
 
     @cached_property
     def _edges(self) -> list[tuple[int, NDArray, NDArray]]:
-        """Quadrilaterals at the outside; positions s along them, and the arc angles there."""
+        """Quadrilaterals at the outside: (number, positions s along the edge, arc angles there)."""
         found, s = [], np.linspace(0.0, 1.0, 201)
         for number, at in enumerate(self.section.maps):
             R, theta, *_ = at(s, np.zeros_like(s))
@@ -48,12 +48,12 @@ class Outside:
         return self.section.body.gear.sign
 
     def _turn(self, y: NDArray) -> NDArray:
-        """Turn of the frame of the section along the axis, along the arcs [rad]."""
+        """Rotation of the section's frame at the position y along the axis, as an arc angle [rad]."""
         gear = self.section.body.gear
         return self._sign * math.tan(gear.beta) / gear.pitch_radius * y
 
     def _work(self, arc: NDArray, y: NDArray, field: NDArray) -> sp.csr_array:
-        """Work of tractions at points of the outside, ``field`` (point, component, load), on all functions."""
+        """Load vectors (function, load): work of tractions ``field`` (point, component, load) on all functions."""
         section, n = self.section, self.section.grain.degree
         along = np.zeros((len(arc), len(section.positions)))
         for number, s, theta in self._edges:
@@ -71,7 +71,7 @@ class Outside:
 
     @cached_property
     def _motions(self) -> sp.csr_array:
-        """Tractions like the motions of a rigid body: turn, shift along the axis; shift and tilt, cosine and sine."""
+        """Loads shaped like the rigid motions: rotation, axial shift, radial shift (cos, sin), tilt (cos, sin)."""
         eta, w = gauss(_STATIONS)
         b, R = self.axis.breaks[-1], self.section.held_radius
         half = math.pi / abs(self.section.body.gear.teeth)
@@ -88,21 +88,27 @@ class Outside:
         return self._work(arc, y, field)
 
     def rigid(self, loads: int, stiffness: float) -> tuple[list[NDArray], float]:
-        """Combinations of all loads that hold the waves 0 and 1 (the last six are the motions), and their stiffness."""
+        """Combinations of the ``loads`` that hold the rigid motions in the waves 0 and 1, and their stiffness.
+
+        The last six loads are those of the rigid motions.
+        """
         first, second = np.zeros((loads, 2)), np.zeros((loads, 2), complex)
         first[-6:-4] = np.eye(2)
         second[-4:] = np.kron(np.eye(2), [[1.0], [1j * self._sign]])
         return [first, second], stiffness
 
     def functionals(self, lugs: Lugs | None) -> sp.csr_array:
-        """Loads of a sector: tractions on its part of each lug, those of lugs alike once, and the rigid motions."""
+        """Loads on a sector: tractions on its part of each lug, then those of the rigid motions.
+
+        Lugs at the same place relative to the teeth appear once.
+        """
         parts = (
             [] if lugs is None else [work for place in self._places(lugs)[0] for work in self._on_lug(lugs, place)[1]]
         )
         return sp.csr_array(sp.hstack([*parts, self._motions]))
 
     def _places(self, lugs: Lugs) -> tuple[list[float], list[tuple[int, int]]]:
-        """Angles of lugs from the nearest tooth, those that differ, and the place and the tooth of each lug."""
+        """Distinct angles of lugs from the nearest tooth, and for each lug the index of its angle and its tooth."""
         pitch, places, found = 2 * math.pi / abs(self.section.body.gear.teeth), [], []
         for angle in lugs.angles:
             tooth = round(angle / pitch)
@@ -113,7 +119,7 @@ class Outside:
         return places, found
 
     def _on_lug(self, lugs: Lugs, place: float) -> tuple[list[int], list[sp.csr_array]]:
-        """Sectors that a lug at a ``place`` reaches, and the loads of its tractions there."""
+        """Sectors that a lug at the angle ``place`` from tooth 0 reaches, and its load vectors in these sectors."""
         R, b, pitch = (
             abs(self.section.held_radius),
             self.axis.breaks[-1],
@@ -137,7 +143,11 @@ class Outside:
         ]
 
     def anchors(self, waves: NDArray, loads: int, stiffness: float) -> Anchors:
-        """Reduction of the compliance of the teeth by the lugs; ``waves`` is that of flanks, lugs and motions."""
+        """Reduction of the compliance of the teeth by the lugs.
+
+        ``waves`` (m, load, load) is the compliance between the loads of flanks, lugs and rigid motions; the first
+        ``loads`` belong to the flanks. ``stiffness`` is that of the springs against rigid motions.
+        """
         lugs, z, sign = self.section.body.lugs, abs(self.section.body.gear.teeth), self._sign
         assert lugs is not None
         places, found = self._places(lugs)

@@ -1,7 +1,7 @@
-"""Compiled systems of a ring and of a tooth on it, with SciPy's BLAS and LAPACK routines.
+"""Compiled kernels for a ring and for a tooth on it; they call SciPy's BLAS and LAPACK routines.
 
-One harmonic or wave after the other, so that its data stay in the processor's cache; Python's lock is released. Arrays
-have rows first; LAPACK sees them transposed.
+Harmonics and waves are processed one at a time, so that their data stay in the processor's cache. Python's lock is
+released. Arrays are in row-major order, so LAPACK sees them transposed.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ _call = caller()
 
 @part()
 def _factor(A, size, leading, blas):
-    """Replace the lower half of A by L; False if it is not positive definite."""
+    """Replace the lower half of A by its Cholesky factor L; False if A is not positive definite."""
     routines, letters, _, numbers = blas
     numbers[0], numbers[1], numbers[2] = size, leading, 0
     n = np.int64(numbers.ctypes.data)
@@ -52,7 +52,7 @@ def _solve(L, leading, B, rows, columns, blas):
 
 @part()
 def _multiply(A, B, rows, columns, C, blas):
-    """C = AᵀB of A and B (rows, columns)."""
+    """Set C = AᵀB for A and B (rows, columns)."""
     routines, letters, factors, numbers = blas
     numbers[0], numbers[1] = columns, rows
     n = np.int64(numbers.ctypes.data)
@@ -62,7 +62,7 @@ def _multiply(A, B, rows, columns, C, blas):
 
 @part()
 def _square(A, shape, transposed, factor, C, blas):
-    """Replace the lower half of C by C + ``factor`` · AᵀA, or AAᵀ, of A (rows, columns)."""
+    """Add ``factor`` · AᵀA, or AAᵀ if ``transposed``, to the lower half of C; A is (rows, columns)."""
     routines, letters, factors, numbers = blas
     rows, columns = shape
     size = rows if transposed else columns
@@ -74,7 +74,7 @@ def _square(A, shape, transposed, factor, C, blas):
 
 @part(SUMS)
 def _assembled(along, across, K):
-    """K (p, n, p, n) = Σ_i along (p, p, i) · across (i, n, n) of the eight integrals, into all of it."""
+    """Set K (p, n, p, n) = Σ_i along (p, p, i) · across (i, n, n), the sum over the eight integrals."""
     p, n = along.shape[0], across.shape[1]
     for k in range(p):
         for l in range(p):
@@ -92,16 +92,16 @@ def _assembled(along, across, K):
 
 @entry(SUMS)
 def assemble(along, across, K):
-    """K (harmonic, p, n, p, n) of ``along`` (harmonic, p, p, 8) and ``across`` (harmonic, 8, n, n)."""
+    """Set K (harmonic, p, n, p, n) from ``along`` (harmonic, p, p, 8) and ``across`` (harmonic, 8, n, n)."""
     for k in range(len(K)):
         _assembled(along[k], across[k], K[k])
 
 
 @entry(SUMS)
 def condense(along, across, edge, found, routines):
-    """ĉ (harmonic, n, n); only the last function along R, ``edge`` at the rim, moves the rim (R3).
+    """Set ``found`` to ĉ (harmonic, n, n) (R3); return False if a matrix is not positive definite.
 
-    False if a matrix is not positive definite.
+    Only the last function along R moves the rim; its value there is ``edge``.
     """
     p, n = along.shape[1], across.shape[2]
     K, half, numbers = np.empty((p, n, p, n)), np.empty((n, n)), np.empty(3, dtype=np.int32)
@@ -111,7 +111,7 @@ def condense(along, across, edge, found, routines):
         _assembled(along[k], across[k], K)
         if not _factor(at, size, size, blas):
             return False
-        # the last block of L, of the functions that move the rim: L Lᵀ = K_oo − K_oi K_ii⁻¹ K_io
+        # last block of L, for the functions that move the rim: L Lᵀ = K_oo − K_oi K_ii⁻¹ K_io
         half[:] = 0.0
         for i in range(n):
             half[i, i] = edge
@@ -146,17 +146,17 @@ def _lend(P, low, softness):
 
 @entry(FUSED)
 def join(every, taken, tooth, same, other, routines):
-    """Add Φ (S + B⁻¹)⁻¹ Φᵀ of real waves to ``same`` and ``other`` (m, flank, flank): ``gear_body._SprungTooth.join``.
+    """Add Φ (S + B⁻¹)⁻¹ Φᵀ of real waves to ``same`` and ``other`` (m, flank, flank).
 
-    False if a matrix is not positive definite.
+    Compiled form of ``gear_body._SprungTooth.join``; returns False if a matrix is not positive definite.
 
     Parameters
     ----------
     every, taken
-        Numbers of the waves (m, …), and those of them that make up B, (n, n).
+        Entries of all matrices of the waves, (m, …), and the indices of those that make up B, (n, n).
     tooth
-        S_σ⁻¹ (n, n), S_σ⁻¹ Φᵀ (n, flank) of the first and then of the second phase, the number of functions of the
-        first one, Φ S_σ⁻¹ Φᵀ, numbers of the motions on springs, and 1/σ.
+        S_σ⁻¹ (n, n); S_σ⁻¹ Φᵀ (n, flank), first phase before second; number of functions of the first phase;
+        Φ S_σ⁻¹ Φᵀ; indices of the motions on springs; and 1/σ.
     """
     yields, moved, first, alone, low, softness = tooth
     n, flank = moved.shape

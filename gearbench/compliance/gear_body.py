@@ -1,15 +1,15 @@
 """Teeth on their gear body: solid teeth joined to a ring along their roots.
 
-The root of every tooth moves by q (polynomials of s and z for each displacement) and loads the rim of the ring with
-tractions t in the same polynomials φ (orthonormal on the root). With the tooth's stiffness S against motions of
-its root, the displacement Φ of its flank under them, and the compliance B of the ring between the roots (R6 of
-docs/theory.md),
+The root of every tooth moves by q and loads the rim of the ring with tractions t. Both are series of the same
+polynomials φ of s and z, orthonormal on the root, for each displacement component. S is the stiffness of the tooth
+against motions of its root, Φ the displacement of its flank under these motions, and B the compliance of the ring
+between the roots. Then (R6 of docs/theory.md)
 
     q = B t    S q + t = Φᵀ P    ⇒    deflection of the flank due to the body = Φ (S + B⁻¹)⁻¹ Φᵀ P.
 
-The gear is periodic: with waves e^{2πi m d/z} over the teeth d, the ring's harmonics n = m, m ± z,
-m ± 2z, … make up B(m), and each wave is solved separately. Half-turn symmetry makes all these matrices real in the
-phases η = i^{k+j} (times i for u_θ, u_z) of the polynomials P_k(s) g_j(z); with a web out of the middle they are
+The gear is periodic. For waves e^{2πi m d/z} over the teeth d, B(m) is a sum over the ring's harmonics n = m, m ± z,
+m ± 2z, …, and each wave is solved separately. Half-turn symmetry makes all these matrices real in the phases
+η = i^{k+j} (times i for u_θ, u_z) of the polynomials P_k(s) g_j(z). With a web off the middle of the face they are
 Hermitian.
 """
 
@@ -36,14 +36,14 @@ from gearbench.threads import lazy
 if TYPE_CHECKING:
     from gearbench.compliance.webbed_ring import WebbedRing
 
-#: Largest n ψ of the harmonics, ψ the half-angle of a root: the remainder falls like its square.
+#: Largest n ψ of the harmonics, where ψ is the half-angle of a root. The truncation error falls with its square.
 FINEST = 30.0
-#: All waves up to ``LONG`` are computed, and further ones these steps of ln tan(πm/2z) apart, closer where springs
-#: hold the body; degree of the spline between them.
+#: All waves up to ``LONG`` are computed. Further waves are computed at steps ``APART`` of ln tan(πm/2z), or ``CLOSER``
+#: if springs hold the body. Splines of the degree ``DEGREE`` interpolate between them.
 LONG, APART, DEGREE = 5, 0.4, 7
 CLOSER = 0.1
-#: Functions along the radius of a ring on lugs, and the greatest n ln(r_i/r_o) they resolve at its outside; n w of the
-#: shortest harmonics of the tractions on lugs of the half-angle w.
+#: Ring on lugs: number of functions along the radius; largest n ln(r_i/r_o) that they resolve at the outside; largest
+#: n w of the traction harmonics on lugs of the half-angle w.
 FINE, RESOLVED, SHORT = 16, 16.0, 24.0
 
 
@@ -58,17 +58,17 @@ class ToothedRing:
     bore_radius
         Radius [mm] at which the body is held; negative for the outside of an internal gear.
     web
-        Rim, web and hub, seen as on a driving gear; None for a solid body.
+        Rim, web and hub, in the orientation of a driving gear; None for a solid body.
     order
-        Number of functions along the radius of the ring; along the axis as for the tooth.
+        Number of functions along the radius of the ring; along the axis it has as many as the tooth.
     support
-        Stiffness of springs at ``bore_radius``, radial and along the edge [N/mm³], both 0 of a free ring; None where
-        the body is held firmly.
+        Stiffness of springs at ``bore_radius``, radial and tangential [N/mm³]; both 0 for a free ring, None for a
+        rigidly held body.
     lugs
-        Lugs that a ring of the same ``support`` as a free one is held by; all teeth are then different.
+        Lugs that hold an otherwise free ring (``support`` 0, 0). The compliance then differs from tooth to tooth.
     both_flanks
-        Whether the polynomials are those of the right flank of a tooth and, behind them, those of its left one, as it
-        is seen when the gear is turned over.
+        Whether results have the polynomials of the right flank followed by those of the left flank. The left flank is
+        seen with the gear turned over.
     """
 
     tooth: SolidTooth
@@ -81,18 +81,18 @@ class ToothedRing:
 
     @property
     def axis_order(self) -> int:
-        """Number of polynomials in z of the root."""
+        """Number of polynomials in z on the root."""
         return self.tooth.root_axis_order
 
     @lazy
     def tooth_parts(self) -> tuple[NDArray, NDArray]:
-        """S (r, r) and Φ (flank, r) of the tooth, r = (field, k, j): (R5)."""
-        # from the Ritz functions, orthonormal on [0, 1], to those orthonormal on the root
+        """Stiffness S (r, r) and flank displacement Φ (flank, r) of the tooth (R5), with r = (field, k, j)."""
+        # from Ritz functions orthonormal on [0, 1] to functions orthonormal on the root
         scale = math.sqrt(self.root_arc * self.tooth.gear.face_width)
         parts = self.tooth.root_parts(self.axis_order)
         moved = parts.moved / scale
         if self.both_flanks:
-            # a tooth turned over about its middle looks the same: its root moves by η² as much
+            # a tooth turned over about its middle looks the same: the motions of its root change by the factor η²
             moved = np.concatenate([moved, moved * np.real(self._phase**2)])
         return parts.stiffness / scale**2, moved
 
@@ -103,12 +103,12 @@ class ToothedRing:
 
     @property
     def _apart(self) -> float:
-        """Steps between the waves computed; all of them where there are lugs, as far apart as they may be."""
+        """Step between computed waves in ln tan(πm/2z); with lugs it is so small that all waves are computed."""
         return APART if self.support is None else CLOSER if self.lugs is None else 0.01 / abs(self.tooth.gear.teeth)
 
     @property
     def _phase(self) -> NDArray:
-        """η of the functions (field, k, j)."""
+        """Phases η of the functions (field, k, j) of the root."""
         return _phases(self.tooth.order[0], self.axis_order)
 
     @lazy
@@ -140,10 +140,11 @@ class ToothedRing:
 
     @lazy
     def _harmonics(self) -> tuple[NDArray, NDArray]:
-        """B(m) of waves m computed as weights (m, pair of k ≤ l, …) times (…, field·j·field·j) (R4).
+        """Factors of B(m) (R4): weights (m, pair of k ≤ l, …) and computed harmonics (…, field·j·field·j).
 
-        Every harmonic is a weighted sum of computed ones. Harmonic −n is the conjugate of n; in the phases of the
-        functions this leaves their squares, ±1.
+        B(m) is their product. Every harmonic is a weighted sum of computed harmonics. Harmonic −n is the conjugate of
+        harmonic n; expressed in the phases of the functions, its entries only change sign, by the squares ±1 of the
+        phases.
         """
         gear = self.tooth.gear
         across, axis = self.tooth.order[0], self.axis_order
@@ -165,10 +166,10 @@ class ToothedRing:
 
     @lazy
     def _waves(self) -> tuple[NDArray, NDArray]:
-        """Deflection Φ (S + B⁻¹)⁻¹ Φᵀ of the flank of tooth 0 per unit force, of waves m = 0 … z/2, (m, p·q, p·q).
+        """Deflection Φ (S + B⁻¹)⁻¹ Φᵀ of the flank of tooth 0 per unit force, for computed waves, (m, p·q, p·q) each.
 
-        First between motions of the root of equal phase, ±1 or ±i, then between different phases. Only for computed
-        waves; ``wave_weights`` interpolate between them.
+        The first array is the part between root motions of equal phase (both ±1 or both ±i), the second that between
+        different phases. ``wave_weights`` interpolate between the computed waves.
         """
         weights, c = self._harmonics
         sign = np.real(self._phase) + np.imag(self._phase)
@@ -185,13 +186,13 @@ class ToothedRing:
 
     @property
     def _lowest(self) -> NDArray:
-        """Constant and linear functions (field, k, j) of the root, which include all motions without strain."""
+        """Indices of the constant and linear functions (field, k, j) of the root; they include all rigid motions."""
         _, k, j = np.indices((3, self.tooth.order[0], self.axis_order)).reshape(3, -1)
         return np.flatnonzero(k + j <= 1)
 
     @lazy
     def _spring(self) -> float:
-        """Half of the least stiffness of the body against each of these motions, over all waves."""
+        """Stiffness σ: half the smallest stiffness of the body against the motions ``_lowest``, over all waves."""
         weights, c = self._harmonics
         across, axis = self.tooth.order[0], self.axis_order
         k, l = np.triu_indices(across)
@@ -201,14 +202,17 @@ class ToothedRing:
 
     @property
     def _split(self) -> bool:
-        """Whether functions of the root decouple in two classes: symmetric faces and no helix angle."""
+        """Whether the functions of the root decouple into two classes: for symmetric faces without helix angle."""
         return not self.tooth.gear.beta and self._symmetric
 
     def blocks(self, neighbours: int) -> NDArray:
-        """Deflection [mm/N] of the flank of tooth d = −n … n due to the body, loads on tooth 0 (R7): (d, p·q, p·q)."""
+        """Deflection due to the body (R7), (d, p·q, p·q) [mm/N].
+
+        It is that of the flanks of the teeth d = −``neighbours`` … ``neighbours`` under loads on tooth 0.
+        """
         z = abs(self.tooth.gear.teeth)
         m = np.arange(z // 2 + 1)
-        # the real part of φ η M η̄ φᵀ is left: sines between the phases ±1 and ±i, cosines otherwise
+        # only the real part of φ η M η̄ φᵀ remains: sines between the phases ±1 and ±i, cosines otherwise
         twice = np.where((m == 0) | (2 * m == z), 1.0, 2.0) / z
         angle = 2 * math.pi * np.outer(np.arange(neighbours + 1), m) / z
         even, odd = wave_weights(z, self._apart)
@@ -220,7 +224,7 @@ class ToothedRing:
         return np.concatenate([np.swapaxes(found[:0:-1], 1, 2), found])
 
     def flank(self, neighbours: int) -> FlankCompliance:
-        """The compliance for any points of the flanks of a driving tooth and its ``neighbours`` on each side."""
+        """Compliance between any points of the flanks of a driving tooth and its ``neighbours`` on either side."""
         tooth = self.tooth
         blocks = self.blocks(neighbours)
         return FlankCompliance(gear=tooth.gear, order=tooth.flank_order, blocks=blocks, anchors=self.anchors)
@@ -239,9 +243,9 @@ class ToothedRing:
         b = tractions(lugs, ring, n)
         held, at = self._held_motions(ring), b.shape[2]
         b = np.concatenate([b, np.zeros((*b.shape[:2], held[0].shape[1] + 2 * held[1].shape[1]), complex)], axis=2)
-        b[0, :, at : at + 2] = 1j * held[0] / math.sqrt(2 * math.pi)  # both along θ and z
+        b[0, :, at : at + 2] = 1j * held[0] / math.sqrt(2 * math.pi)  # components along θ and z
         b[1, :, at + 2 :] = np.hstack([held[1], 1j * held[1]]) / (2 * math.sqrt(math.pi))
-        # beyond those resolved the edge is a half-space
+        # harmonics that are not resolved see a half-space
         solved = np.minimum(n, len(edges) - 1)
         own = edges[solved, 3 * q :, 3 * q :] * (np.maximum(solved, 1) / np.maximum(n, 1))[:, None, None]
         twice = np.where(n == 0, 1.0, 2.0)[:, None, None]
@@ -259,14 +263,14 @@ class ToothedRing:
         return Anchors(reach=reach, own=C + np.diag(np.concatenate([lugs.yields, rigid])))
 
     def _held_motions(self, ring: Ring) -> list[NDArray]:
-        """Motions of the outside that the springs of a free ring resist, of harmonics 0 and 1."""
+        """Rigid motions of the outside, in the harmonics 0 and 1, that springs hold on a free ring."""
         K, _ = replace(ring, support=None, held=False).stiffness(np.array([0.0, 1.0]))
         return [rigid_motions(free, self.axis_order) for free in K]
 
     def _rooted(self, moved: NDArray) -> NDArray:
-        """Motions of the root of tooth 0 in the waves m = 0 … z/2, (m, root, …), in the phases of its functions.
+        """Motions of the root of tooth 0 for the waves m = 0 … z/2, (m, root, …), in the phases of its functions.
 
-        ``moved``: amplitudes of the rim in the harmonics n = 0, 1, …, (n, field·j, …).
+        ``moved``: amplitudes of the rim for the harmonics n = 0, 1, …, (n, field·j, …).
         """
         gear, across, q = self.tooth.gear, self.tooth.order[0], self.axis_order
         z, psi, last = abs(gear.teeth), abs(gear.root_half_angle), len(moved) - 1
@@ -282,7 +286,7 @@ class ToothedRing:
         return found.reshape(z // 2 + 1, 3 * across * q, -1)
 
     def _joint(self, S: NDArray, moved: NDArray) -> NDArray:
-        """(1 + B S)⁻¹ of motions of the root, (m, root, …): what teeth leave of the ring's motion."""
+        """Motions of the root after the teeth have stiffened the ring: (1 + B S)⁻¹ ``moved``, (m, root, …)."""
         weights, c = self._harmonics
         ((parts, taken),) = _coupled_functions(self.tooth.order[0], self.axis_order, False)
         order = np.concatenate(parts)
@@ -293,11 +297,13 @@ class ToothedRing:
 
 @dataclass(frozen=True, kw_only=True)
 class _SprungTooth:
-    """A tooth on springs σ against ``low`` motions of its root, so that no motion is free; for two phases.
+    """A tooth with springs σ against the motions ``low`` of its root, so that S_σ has an inverse.
 
-    With the springs subtracted from the body, B_σ⁻¹ = B⁻¹ − σ E Eᵀ and S_σ = S + σ E Eᵀ,
+    The springs are subtracted from the body again. With B_σ⁻¹ = B⁻¹ − σ E Eᵀ and S_σ = S + σ E Eᵀ,
 
         (S + B⁻¹)⁻¹ = S_σ⁻¹ − S_σ⁻¹ (S_σ⁻¹ + B_σ)⁻¹ S_σ⁻¹.
+
+    The functions of the root belong to two phases, ±1 and ±i, which S does not couple.
     """
 
     yields: NDArray
@@ -308,7 +314,7 @@ class _SprungTooth:
 
     @classmethod
     def on_springs(cls, S: list[NDArray], phi: list[NDArray], low: NDArray, spring: float) -> _SprungTooth:
-        """S_σ⁻¹ of both phases in one matrix, Φ S_σ⁻¹ and Φ S_σ⁻¹ Φᵀ."""
+        """Compute S_σ⁻¹ of both phases in one matrix, S_σ⁻¹ Φᵀ of each phase, and Φ S_σ⁻¹ Φᵀ summed over the phases."""
         n, sizes = len(S[0]) + len(S[1]), np.array([0, len(S[0])])
         yields, alone, moved = np.zeros((n, n)), np.zeros(2 * (len(phi[0]),)), []
         for part, shapes, start in zip(S, phi, sizes, strict=True):
@@ -322,9 +328,10 @@ class _SprungTooth:
         return cls(yields=yields, moved=moved, alone=(alone + alone.T) / 2, low=low, spring=spring)
 
     def join(self, every: NDArray, taken: NDArray, same: NDArray, other: NDArray) -> None:
-        """Add Φ (S + B⁻¹)⁻¹ Φᵀ of the waves, within the phases and between the two, to two of (m, flank, flank).
+        """Add Φ (S + B⁻¹)⁻¹ Φᵀ of the waves to ``same`` and ``other``, (m, flank, flank).
 
-        ``taken``: which numbers of a wave, ``every`` (m, …), make up its Hermitian B (n, n).
+        ``same`` has the part within the phases, ``other`` the part between them.
+        ``taken`` (n, n) are the indices of the entries of ``every`` (m, …) that make up the Hermitian B of a wave.
         """
         low, n, size = self.low, len(self.moved[0]), len(taken)
         if np.isrealobj(every):
@@ -334,7 +341,7 @@ class _SprungTooth:
             if not join(np.ascontiguousarray(every), taken, tooth, same, other, addresses()):
                 raise np.linalg.LinAlgError("a tooth on its body is not positive definite")
             return
-        # one wave at a time: its data stay in the cache
+        # one wave at a time, so that its data stay in the cache
         B, halves = (np.empty((k, w), every.dtype) for k, w in ((size, size), (2 * size - n, len(self.alone))))
         first, second = halves[:size], halves[size:]
         for k, numbers in enumerate(every):
@@ -355,16 +362,17 @@ class _SprungTooth:
 
 @lru_cache(maxsize=16)
 def _phases(across: int, axis: int) -> NDArray:
-    """η of the functions (field, k, j) of a root."""
+    """Phases η of the functions (field, k, j) of a root, flat."""
     k, j = np.arange(across)[:, None], np.arange(axis)
     return (1j ** (np.array([1, 0, 1])[:, None, None] + k + j)).ravel()
 
 
 @lru_cache(maxsize=16)
 def _coupled_functions(across: int, axis: int, split: bool) -> list[tuple[list[NDArray], NDArray]]:
-    """Coupled functions of the root (field, k, j): one of two classes if they are ``split``, else all.
+    """Classes of coupled functions (field, k, j) of the root: two if they are ``split``, else one.
 
-    For each class the functions of phase ±1 and ±i, and the numbers (pair of k ≤ l, field, j, field, j) of their B.
+    A class holds the indices of its functions of the phases ±1 and ±i, and the indices of the entries of its B in an
+    array (pair of k ≤ l, field, j, field, j).
     """
     pair = np.zeros((across, across), dtype=int)
     k, l = np.triu_indices(across)
@@ -383,7 +391,7 @@ def _coupled_functions(across: int, axis: int, split: bool) -> list[tuple[list[N
 
 
 def waves_computed(teeth: int, apart: float = APART) -> NDArray:
-    """Computed waves m of 0 … z/2."""
+    """Numbers m of the computed waves among 0 … z/2."""
     most = teeth // 2
     if most <= LONG:
         return np.arange(most + 1)
@@ -394,15 +402,15 @@ def waves_computed(teeth: int, apart: float = APART) -> NDArray:
 
 
 def _abscissa(m: NDArray, teeth: int) -> NDArray:
-    """Abscissa of the splines between waves: ln m for long waves."""
+    """Abscissa ln tan(πm/2z) of the splines between waves; it behaves like ln m for long waves."""
     return np.log(np.tan(math.pi * m / (2 * teeth)))
 
 
 @lru_cache(maxsize=64)
 def wave_weights(teeth: int, apart: float = APART) -> tuple[NDArray, NDArray]:
-    """Weights of computed waves in all waves m = 0 … z/2, (m, computed), for even and odd functions about z/2.
+    """Weights (m, computed) of the computed waves in the waves m = 0 … z/2, for functions even and odd about z/2.
 
-    Times sin(πm/z) they are smooth in ln tan(πm/2z).
+    Such a function, multiplied by sin(πm/z), is smooth in ln tan(πm/2z).
     """
     some, most = waves_computed(teeth, apart), teeth // 2
     if len(some) == most + 1:
@@ -422,14 +430,14 @@ def wave_weights(teeth: int, apart: float = APART) -> tuple[NDArray, NDArray]:
 
 @lru_cache(maxsize=16)
 def rim_harmonics(ring: Ring | WebbedRing, n: tuple[float, ...]) -> NDArray:
-    """``ring.harmonics`` of the numbers n, cached, because teeth of other orders use the same ring."""
+    """``ring.harmonics`` of the numbers n, cached because teeth of different orders share a ring."""
     found = ring.harmonics(np.array(n))
     found.flags.writeable = False
     return found
 
 
 def _legendre_transform(count: int, x: NDArray) -> NDArray:
-    """½ ∫ P̂_k(s) e^{−ixs} ds · i^k of Legendre functions orthonormal on [0, 1]: √(2k+1) j_k(x), (…, count)."""
+    """Transform ½ ∫ P̂_k(s) e^{−ixs} ds · i^k = √(2k+1) j_k(x) of the orthonormal Legendre functions, (…, count)."""
     from scipy.special import spherical_jn
 
     k = np.arange(count)

@@ -1,12 +1,12 @@
-"""Lugs that hold the outside of a ring: tractions on them, and what they take from the compliance of its teeth.
+"""Lugs that hold a ring at its outside: their tractions, and the reduction of the compliance of the teeth.
 
-The ring is first held by springs κ against motions as a rigid body alone, so that it looks the same from all teeth.
-Tractions t on the lugs, polynomials of arc and axis, then hold it, and forces on these springs take them away again.
-With the displacement s of all of them under loads on the flanks and under themselves, and their own springs K,
+Without lugs, springs κ hold only the rigid motions of the ring, so that all teeth have the same compliance. The lugs
+are then added as tractions t, which are polynomials along arc and axis. Further components of t remove the springs κ
+again. The displacements s that belong to t follow from the loads P on the flanks, from t, and from the stiffness K:
 
-    s = Rᵀ P + C t,    s = −K⁻¹ t    ⇒    the flanks move by − R (C + K⁻¹)⁻¹ Rᵀ P more (R12 of docs/theory.md),
+    s = Rᵀ P + C t,    s = −K⁻¹ t    ⇒    the flanks move in addition by − R (C + K⁻¹)⁻¹ Rᵀ P (R12 of docs/theory.md).
 
-K = −κ of the springs that are taken away, K⁻¹ = 0 of firm lugs.
+K is the stiffness of the lugs (K⁻¹ = 0 if they are rigid), and −κ for the removed springs.
 """
 
 from __future__ import annotations
@@ -24,24 +24,24 @@ from gearbench.threads import lazy
 if TYPE_CHECKING:
     from gearbench.compliance.ring import Ring
 
-#: Numbers of polynomials of a traction along the arc of a lug and along the axis.
+#: Number of traction polynomials along the arc of a lug and along the axis.
 ALONG, ACROSS = 3, 3
-#: Functionals of a lug: polynomials of the traction along θ, R and the axis.
+#: Number of functionals per lug: all polynomials for tractions along θ, R and the axis.
 EACH = 3 * ALONG * ACROSS
 
 
 @dataclass(frozen=True, kw_only=True)
 class Lugs:
-    """Parts of the outside where a ring is held.
+    """Lugs on the outside of a ring.
 
     Parameters
     ----------
     angles
-        Angles of their middles from tooth 0, along the arcs [rad].
+        Angles of the middles of the lugs from tooth 0 [rad].
     length
-        Length along the circumference [mm].
+        Length of a lug along the circumference [mm].
     springs
-        Stiffness, radial and along the edge [N/mm³]; None where they hold firmly.
+        Stiffness per area, radial and tangential [N/mm³]; None for rigid lugs.
     """
 
     angles: tuple[float, ...]
@@ -50,7 +50,7 @@ class Lugs:
 
     @property
     def yields(self) -> NDArray:
-        """K⁻¹ of the functionals (lug, field, k, j), fields θ, R, z."""
+        """Diagonal of K⁻¹ for the functionals (lug, field, k, j), with the fields θ, R, z; flat."""
         if self.springs is None:
             return np.zeros(len(self.angles) * EACH)
         radial, along = self.springs
@@ -64,9 +64,9 @@ class Anchors:
     Parameters
     ----------
     reach
-        R: displacement of the functionals under flank polynomials of each tooth, (tooth, p·q, functional) [mm/N].
+        R: value of the functionals under unit flank polynomials on each tooth, (tooth, p·q, functional) [mm/N].
     own
-        C + K⁻¹ of the functionals.
+        C + K⁻¹, (functional, functional).
     """
 
     reach: NDArray
@@ -74,7 +74,7 @@ class Anchors:
 
     @lazy
     def grip(self) -> NDArray:
-        """(C + K⁻¹)⁻¹; zero for tractions across the face that a ring of few functions along its axis does not feel."""
+        """(C + K⁻¹)⁻¹; zero for tractions that do no work because the ring has few functions along its axis."""
         size = np.abs(self.own).max(axis=1)
         felt = np.flatnonzero(size > 1e-9 * size.max())
         scale = 1 / np.sqrt(size[felt])
@@ -84,25 +84,25 @@ class Anchors:
         return out
 
     def between(self, i: int, j: int) -> NDArray:
-        """Displacement of tooth i under loads on tooth j that the lugs add, (p·q, p·q) [mm/N]."""
+        """Change, due to the lugs, of the displacement of tooth i under loads on tooth j, (p·q, p·q) [mm/N]."""
         z = len(self.reach)
         return -self.reach[i % z] @ self.grip @ self.reach[j % z].T
 
     def turned(self, teeth: int) -> Anchors:
-        """The same where another tooth is tooth 0."""
+        """The same reduction with the teeth renumbered: tooth ``teeth`` becomes tooth 0."""
         return Anchors(reach=np.roll(self.reach, -teeth, axis=0), own=self.own) if teeth else self
 
 
 def often(z: int) -> NDArray:
-    """Number of waves −z/2 … z/2 that each of m = 0 … z/2 represents, itself and its conjugate, (m,)."""
+    """Multiplicity (m,) of the waves m = 0 … z/2: 2 if m also represents its conjugate −m, else 1."""
     m = np.arange(z // 2 + 1)
     return np.where((m == 0) | (2 * m == z), 1.0, 2.0)
 
 
 def tractions(lugs: Lugs, ring: Ring, n: NDArray) -> NDArray:
-    """Harmonics of the tractions on lugs, of unit norm, in the phases of the ring's, (n, field·j, functional).
+    """Harmonics n of the tractions on lugs, in the phases of the ring's functions, (n, field·j, functional).
 
-    They are one over 2π of the work on the amplitudes at the outside.
+    Tractions have unit norm. Harmonics are the work of the tractions on the amplitudes at the outside, divided by 2π.
     """
     from scipy.special import spherical_jn
 

@@ -1,7 +1,8 @@
-"""Gear body: a ring held at one edge, loaded by tractions on the other, by Fourier series around and Ritz elsewhere.
+"""Gear body as a ring, held at one edge and loaded by tractions on the other.
 
-The ring is rotationally symmetric, so the harmonics e^{inθ} of its displacement are independent, also in coordinates
-θ, z that turn with the screw of a helical gear, where D = ∂_z − iκn replaces ∂_z. With the phases
+The displacement is a Fourier series around the ring and a Ritz series along R and z. The ring is rotationally
+symmetric, so its harmonics e^{inθ} are independent. This also holds in coordinates θ, z that turn with the screw of a
+helical gear, where D = ∂_z − iκn replaces ∂_z. With the phases
 
     u_θ = i U e^{inθ}    u_R = V e^{inθ}    u_z = i W e^{inθ},    D = i d,    functions of z: i^j g_j
 
@@ -9,11 +10,12 @@ all strains of a harmonic are real up to a common phase (R1 of docs/theory.md),
 
     ε_θθ = (V − nU)/R    ε_RR = V′    ε_zz = −dW    γ_θR ~ U′ − (U − nV)/R    γ_θz ~ dU + nW/R    γ_Rz ~ dV + W′
 
-where n counts the waves along the arc towards e_θ, so that n/R stays positive on the rim of an internal gear, whose R
-and c = 1/R are negative and which is held outside: its curvature terms change their signs against those of an external
-one. Each harmonic is a small real system: (integrated Legendre along R, zero at the bore) × (Legendre along z). A
-harmonic reaches about r/n below the rim, so high ones are computed in a layer of that depth (the functions vanish at
-its inner end: still a Rayleigh–Ritz bound). Between computed harmonics n ĉ_n is interpolated.
+where n counts the waves along the arc towards e_θ. An internal gear is held at its outside. Its R and c = 1/R are
+negative, but n/R stays positive on its rim, so that its curvature terms have the opposite sign to those of an external
+gear. Each harmonic is a small real system in products of integrated Legendre polynomials along R, zero at the bore, and
+Legendre polynomials along z. A harmonic decays below the rim with the depth r/n, so high harmonics are computed in a
+layer of seven times this depth. The functions vanish at the inner end of the layer, so that the compliance is still a
+lower (Rayleigh–Ritz) bound. Between computed harmonics n ĉ_n is interpolated.
 """
 
 from __future__ import annotations
@@ -29,37 +31,37 @@ from gearbench.compliance.bases import gauss, height_functions, sampled, spline_
 from gearbench.compliance.lapack import addresses
 from gearbench.geometry.material import lame
 
-#: Depth of the layer that carries harmonic n, in units of r/n: e⁻⁷ of the rim's displacement reaches its inner end.
+#: Depth of the layer for harmonic n, in units of r/n. At its inner end e⁻⁷ of the rim's displacement is left.
 LAYER = 7.0
-#: Grading of the functions along ln R towards the rim: their points lie e^1.5 times denser there than at the bore.
+#: Grading of the functions along ln R: they resolve the rim e^1.5 times finer than the bore.
 GRADING = 1.5
-#: Stiffness [E] that holds motions as a rigid body; what is left of them is 10⁻⁶ of the deformation.
+#: Stiffness [E] of the springs against rigid motions, which are then 10⁻⁶ of the deformation.
 FIRM = 1e6
-#: Approximate ratio of successive computed harmonics; the second is for a ring on springs.
+#: Approximate ratio of successive computed harmonics, for a ring held rigidly and for a ring on springs.
 APART, APART_ON_SPRINGS = 1.45, 1.1
 
 
 @dataclass(frozen=True, kw_only=True)
 class Ring:
-    """Annulus r_i ≤ R ≤ r_o, 0 ≤ z ≤ b, held at r_i.
+    """Annulus r_i ≤ R ≤ r_o, 0 ≤ z ≤ b, usually held at r_i.
 
     Parameters
     ----------
     inner_radius, radius, width
-        r_i, r_o and b [mm]. The radii of an internal gear are negative: r_i is its outside.
+        r_i, r_o and b [mm]. The radii of an internal gear are negative, and r_i is its outer radius.
     screw
-        κ, turn of the coordinates along the axis [rad/mm].
+        κ, rotation of the coordinates per length along the axis [rad/mm].
     E, nu
         Young's modulus [N/mm²] and Poisson's ratio.
     order
         Numbers of functions along R and along z.
     held
-        Whether it is held at r_i. If not, one more (first) function along R is 1 there and 0 at r_o.
+        Whether the ring is held at r_i. If not, an additional first function along R is 1 at r_i and 0 at r_o.
     support
-        Stiffness of springs at r_i, radial and tangential [N/mm³]; None if it is held rigidly. Both 0: it
-        is free but for motions as a rigid body.
+        Stiffness of springs at r_i, radial and tangential [N/mm³]; None if it is held rigidly. If both are 0, the ring
+        is free, and only its rigid motions are held.
     grip
-        Stiffness against these motions [E].
+        Stiffness of the springs against rigid motions [E].
     """
 
     inner_radius: float
@@ -74,9 +76,9 @@ class Ring:
     grip: float = FIRM
 
     def harmonics(self, n: NDArray) -> NDArray:
-        """ĉ_n (harmonic, 3·q, 3·q) [mm²/N·1/mm]: amplitudes (U, V, W) × g_j/√b on the rim per unit traction × r_o⁻¹.
+        """Compliance ĉ_n of the rim (R3), (harmonic, 3·q, 3·q) [mm²/N·1/mm].
 
-        (R3) of docs/theory.md.
+        It gives the amplitudes (U, V, W) × g_j/√b on the rim per unit traction × r_o⁻¹.
         """
         from gearbench.compliance._ring_kernels import condense
 
@@ -94,17 +96,17 @@ class Ring:
         return result
 
     def _on_springs(self, n: NDArray) -> NDArray:
-        """``harmonics`` if r_i moves on its springs; short ones do not reach r_i."""
+        """``harmonics`` of a ring on springs at r_i; those that do not reach r_i are as for a rigidly held ring."""
         result, reaching = replace(self, support=None).harmonics(n), self.reaching(n)
         result[reaching] = self.edges(n[reaching])[:, : result.shape[1], : result.shape[1]]
         return result
 
     def reaching(self, n: NDArray) -> NDArray:
-        """Whether harmonics reach from one edge to the other."""
+        """Whether each harmonic n reaches from one edge to the other, (harmonic,)."""
         return n * abs(math.log(self.inner_radius / self.radius)) < 1.2 * LAYER
 
     def edges(self, n: NDArray) -> NDArray:
-        """``harmonics`` of both edges on springs, (harmonic, 2·3·q, 2·3·q): amplitudes at r_o, then at r_i."""
+        """Compliance of both edges of a ring on springs, (harmonic, 2·3·q, 2·3·q): amplitudes at r_o, then at r_i."""
         K, edge = replace(self, support=None, held=False).stiffness(n)
         size = 3 * self.order[1]
         for harmonic, number in zip(K, n, strict=True):
@@ -117,7 +119,7 @@ class Ring:
         return _transposed(half) @ half
 
     def _springs(self, free: NDArray, n: int) -> NDArray:
-        """Stiffness of the springs at r_i against harmonic n, (3·q, 3·q); ``free`` is that of the ring without them."""
+        """Stiffness of the springs at r_i for harmonic n, (3·q, 3·q); ``free`` is the stiffness of the free ring."""
         assert self.support is not None
         radial, along = self.support
         springs = np.diag(np.repeat([along, radial, along], self.order[1]) * abs(self.inner_radius))
@@ -128,15 +130,19 @@ class Ring:
 
     @property
     def _classes(self) -> list[NDArray]:
-        """Coupled functions (field, z): without screw the two faces are symmetric, and W is odd."""
+        """Index sets of coupled functions (field, z).
+
+        Without screw the faces are symmetric, and there are two decoupled sets, with W of the opposite parity.
+        """
         field, j = np.indices((3, self.order[1])).reshape(2, -1)
         odd = (j + (field == 2)) % 2
         return [np.arange(odd.size)] if self.screw else [np.flatnonzero(odd == k) for k in range(2)]
 
     def stiffness(self, n: NDArray) -> tuple[NDArray, NDArray]:
-        """K (harmonic, p·3·q, p·3·q) and the values of the functions of R at r_o (p,); p + 1 of them if not held.
+        """Stiffness K (harmonic, p·3·q, p·3·q), and the values of the functions of R at r_o, (p,).
 
-        The first function of R moves the inner edge if it is not held, the last one the rim.
+        There are p + 1 functions of R if the inner edge is free: the first then moves the inner edge. The last function
+        moves the rim.
         """
         from gearbench.compliance._ring_kernels import assemble
 
@@ -147,7 +153,7 @@ class Ring:
         return K.reshape(len(n), p * size, p * size), edge
 
     def _across(self, n: NDArray) -> NDArray:
-        """Factors in z of the integrals of ``_along``, (harmonic, 8, 3·q, 3·q)."""
+        """Factors along z that multiply the integrals of ``_along`` in the stiffness, (harmonic, 8, 3·q, 3·q)."""
         lam, mu = lame(self.E, self.nu)
         n = math.copysign(1.0, self.radius) * n
         B, A = self._axial(n)
@@ -173,21 +179,24 @@ class Ring:
         return across.reshape(len(n), 8, 3 * q, 3 * q)
 
     def _along(self, n: NDArray) -> tuple[NDArray, NDArray]:
-        """∫ ff R, ff, ff/R, ff′R, f′fR, ff′, f′f, f′f′R dR over each harmonic's layer (R2), (harmonic, p, p, 8)."""
+        """Integrals over the layer of each harmonic (R2), (harmonic, p, p, 8), and the functions' values at r_o, (p,).
+
+        The integrands are ff R, ff, ff/R, ff′R, f′fR, ff′, f′f and f′f′R.
+        """
         p = self.order[0]
         w, weight = gauss(p + 8)
-        # the first one moves the rim: to the end with it
+        # the first function moves the rim: make it the last
         f, df = (np.roll(each, -1, axis=1) for each in height_functions(p, 1 - w))
         edge = np.roll(height_functions(p, np.array(1.0))[0], -1)
         layer = np.full((len(n), 1), self.radius - self.inner_radius)
         if self.held:
             depth = LAYER / np.maximum(n[:, None], 1e-9)
-            if self.radius < 0:  # outwards a harmonic falls like R^−n, slower than it does inwards
+            if self.radius < 0:  # outwards a harmonic decays like R^−n, more slowly than inwards
                 depth = -np.expm1(np.minimum(1.2 * depth, 50.0))
             layer = np.minimum(layer, self.radius * depth)
         else:
             f, df, edge = np.column_stack([w, f]), np.column_stack([-np.ones_like(w), df]), np.append(0.0, edge)
-        # the solutions are powers of R: polynomials of ln R follow them down to bores of a twentieth of the rim
+        # solutions are powers of R: polynomials of ln R approximate them down to bores of 1/20 of the rim
         span = -np.log1p(-layer / self.radius)
         R = self.radius * np.exp(-span * np.expm1(GRADING * w) / math.expm1(GRADING))
         slope = R * span * GRADING * np.exp(GRADING * w) / math.expm1(GRADING)  # −dR/dw
@@ -196,7 +205,7 @@ class Ring:
             return np.swapaxes(a * factor[..., None], 1, 2) @ b
 
         f = np.broadcast_to(f, (len(n), *f.shape))
-        # R falls as w grows, and so does 1 − w: ∂_R f = f′(1 − w) / slope
+        # R decreases with w, and so does 1 − w: ∂_R f = f′(1 − w) / slope
         df = df / slope[..., None]
         dR = math.copysign(1.0, self.radius) * weight * slope
         M, M1, M2 = (integral(f, f, factor) for factor in (dR * R, dR, dR / R))
@@ -205,7 +214,7 @@ class Ring:
         return np.stack(found, axis=-1), edge
 
     def _axial(self, n: NDArray) -> tuple[NDArray, NDArray]:
-        """⟨φ_j, dφ_l⟩ and ⟨dφ_j, dφ_l⟩ of φ_j = i^j g_j, (harmonic, q, q)."""
+        """Products ⟨φ_j, dφ_l⟩ and ⟨dφ_j, dφ_l⟩ of φ_j = i^j g_j, (harmonic, q, q) each."""
         q = self.order[1]
         first, second = _axial_products(q)
         turn, one = self.screw * n[:, None, None], np.eye(q)
@@ -216,7 +225,7 @@ class Ring:
 
 @lru_cache(maxsize=16)
 def _axial_products(q: int) -> tuple[NDArray, NDArray]:
-    """⟨φ_j, dφ_l⟩ and ⟨dφ_j, dφ_l⟩ without screw, on a width of one, (q, q)."""
+    """Products ⟨φ_j, dφ_l⟩ and ⟨dφ_j, dφ_l⟩ without screw and for unit width, (q, q) each."""
     eta, weight = gauss(q + 1)
     g, dg = width_functions(q, eta)
     j = np.arange(q)
@@ -227,7 +236,7 @@ def _axial_products(q: int) -> tuple[NDArray, NDArray]:
 
 @lru_cache(maxsize=64)
 def harmonic_weights(most: int, apart: float = APART) -> tuple[NDArray, NDArray]:
-    """Computed harmonics, and their weights in all ĉ_n, n = 0 … ``most``: (n, computed)."""
+    """Numbers of the computed harmonics, and their weights (n, computed) in the ĉ_n for n = 0 … ``most``."""
     some, weights = sampled(most, apart), np.eye(most + 1)
     if len(some) <= most:
         n = np.arange(1, most + 1)
@@ -239,9 +248,9 @@ def harmonic_weights(most: int, apart: float = APART) -> tuple[NDArray, NDArray]
 
 
 def rigid_motions(free: NDArray, q: int) -> NDArray:
-    """Motions of the inner edge (3·q, 2) that cost a free ring of this stiffness nothing, orthonormal.
+    """Rigid motions of a free ring with the stiffness ``free``: orthonormal motions of its inner edge (3·q, 2).
 
-    Harmonic 0: a turn and a shift along the axis; harmonic 1: a shift across it and a tilt.
+    In harmonic 0 these are rotation and axial shift, in harmonic 1 radial shift and tilt.
     """
     return np.linalg.qr(np.linalg.eigh(free)[1][: 3 * q, :2])[0]
 

@@ -22,7 +22,7 @@ from gearbench.geometry.pair import Pair
 from gearbench.geometry.quadrature import gauss
 from gearbench.geometry.separation import Separation, Touch
 
-#: Least number of segments of a panel.
+#: Smallest number of segments of a panel.
 FEWEST = 2
 #: Panels shorter than this part of the face width count as rounding.
 SHORTEST = 1e-13
@@ -32,7 +32,7 @@ SHORTEST = 1e-13
 class ContactLines:
     """Segments of the contact lines in the base tangent plane: u along the path of contact, y along the face width.
 
-    Pair k at mesh phase τ touches along u = u_A + (τ + k) p_bt + y tan β_b, as far as u_A ≤ u ≤ u_E, 0 ≤ y ≤ b. All
+    Pair k at mesh phase τ touches along u = u_A + (τ + k) p_bt + y tan β_b, within u_A ≤ u ≤ u_E, 0 ≤ y ≤ b. All
     arrays are (position, pair, segment) unless stated otherwise; a pair without a line has segments of zero length in
     the middle of the rectangle.
 
@@ -81,11 +81,11 @@ class ContactLines:
         return self.pair.meshing.face_width - self.y if self.coast else self.y
 
     def own_y(self, index: int) -> NDArray:
-        """y along the whole face of one gear, from the end of that face [mm]."""
+        """y on the face of gear ``index``, from the end of its face, which may overhang that of its mate [mm]."""
         return self.y + self.pair.overhangs[index][1 if self.coast else 0]
 
     def own_face(self, index: int) -> NDArray:
-        """``face`` along the whole face of one gear [mm]."""
+        """``face`` on the face of gear ``index``, from the end of its face [mm]."""
         return self.face + self.pair.overhangs[index][0]
 
     @property
@@ -128,10 +128,10 @@ class ContactLines:
         return tuple(u for u in self.separation.kinks if self.span[0] < u < self.span[1])
 
     def smooth_lines(self, nodes: int) -> ContactLines:
-        """The same lines with ``nodes`` Gauss points on each line, or on each of its pieces (numbered by ``panel``).
+        """The same lines with ``nodes`` Gauss points per line, shared among its pieces (numbered by ``panel``).
 
-        Off the line of action deflections along an oblique line have a kink where an edge or a relief begins to touch;
-        pieces end there.
+        Off the line of action, deflections along an oblique line have a kink where an edge or a relief begins to touch.
+        Lines are cut into pieces there.
         """
         low, high = self.ends
         meshing, bends = self.pair.meshing, self.bends
@@ -157,7 +157,7 @@ class ContactLines:
             return None
         if self.pair.meshing.overlap_ratio > 0:
             return self.separation(self.u)
-        # without helix angle all segments of a line stand at the same u
+        # without helix angle all segments of a line have the same u
         return self.separation(self.u[..., :1]).broadcast(self.shape[2])
 
     @property
@@ -196,7 +196,7 @@ class ContactLines:
 def pair_indices(pair: Pair, span: tuple[float, float] | None = None) -> NDArray:
     """Numbers k of the tooth pairs that touch at some phase of the mesh cycle, (pair,).
 
-    ``span`` is the range of u [mm] within which they can, by default the path of contact.
+    ``span`` is the range of u [mm] within which pairs can touch, by default the path of contact.
     """
     meshing = pair.meshing
     if span is None:
@@ -225,7 +225,7 @@ def contact_lines(
     Parameters
     ----------
     kinks, face_kinks
-        Positions u on the path of contact and y along the face where the gap has a kink: ends of panels [mm].
+        Positions u on the path of contact and y along the face where the gap has a kink [mm]; panels end there.
     parting
         Whether flanks may part along a line: equal segments on each panel instead of Gauss points.
     coast
@@ -245,7 +245,7 @@ def contact_lines(
     edges = _panel_edges(pair, start, ends, *cuts)
     widest = _widest(pair, ends, *map(tuple, cuts))
     y, width, panel = _on_panels(edges, widest, segments, pair, parting=parting)
-    # lines of zero length apart from rounding
+    # lines of zero length, up to rounding
     absent = (edges[-1] - edges[0] <= SHORTEST * b)[..., None]
     return ContactLines(
         pair=pair,
@@ -265,7 +265,7 @@ def contact_lines(
 def _panel_edges(
     pair: Pair, start: NDArray, ends: tuple[float, float], kinks: Sequence[float], face_kinks: Sequence[float]
 ) -> NDArray:
-    """Ends y of the panels, (edge, …), of lines between the ``ends`` in u that pass y = 0 at ``start`` (…) [mm]."""
+    """Panel ends y, (edge, …) [mm], of lines that cover ``ends`` in u and have u = ``start`` (…) at y = 0."""
     (u_a, u_e), tan_b, b = ends, math.tan(pair.meshing.beta_b), pair.meshing.face_width
     if tan_b > 0:
         low, high = np.clip((u_a - start) / tan_b, 0.0, b), np.clip((u_e - start) / tan_b, 0.0, b)
@@ -279,9 +279,10 @@ def _panel_edges(
 
 @lru_cache(maxsize=64)
 def _widest(pair: Pair, ends: tuple[float, float], kinks: tuple[float, ...], face_kinks: tuple[float, ...]) -> NDArray:
-    """Largest width of each panel while a line passes, (panel,) [mm].
+    """Largest width of each panel over all positions of a line, (panel,) [mm].
 
-    The ends of panels move linearly between the starts at which a line passes a corner of kinks and edges.
+    Panel ends move linearly with the line between the positions at which it passes a corner, where a kink or edge in u
+    meets one in y. The maximum therefore occurs at a corner.
     """
     tan_b, b = math.tan(pair.meshing.beta_b), pair.meshing.face_width
     start = np.subtract.outer([*ends, *kinks], tan_b * np.array([0.0, b, *face_kinks])).ravel()
@@ -291,7 +292,7 @@ def _widest(pair: Pair, ends: tuple[float, float], kinks: tuple[float, ...], fac
 def _on_panels(
     edges: NDArray, widest: NDArray, segments: int, pair: Pair, *, parting: bool
 ) -> tuple[NDArray, NDArray, NDArray]:
-    """Nodes y and widths of the segments [mm], and the panels between ``edges`` they are on, (position, pair, segment).
+    """Nodes y and widths of the segments [mm], and their panels between ``edges``, all (position, pair, segment).
 
     The number of segments depends only on the panels of a line. It is constant between two transitions of the mesh
     cycle, so that sums over the nodes are as smooth as the integrals.
@@ -320,9 +321,9 @@ def _on_panels(
 
 @lru_cache(maxsize=256)
 def _shares(segments: int, widths: tuple[float, ...], *, last: bool = False) -> tuple[int, ...]:
-    """``segments`` shared among panels in proportion to the roots of their ``widths``, each at least ``FEWEST``, or 1.
+    """Number of segments per panel, in proportion to the roots of the ``widths``; at least ``FEWEST`` if they suffice.
 
-    Of equal panels the first ones get the remainder, or the ``last`` ones.
+    A remainder goes to the first of equal panels, or to the ``last``.
     """
     sizes, fewest = np.sqrt(widths), min(FEWEST, segments // len(widths))
     wanted = segments * sizes / sizes.sum()

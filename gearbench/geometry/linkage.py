@@ -1,9 +1,9 @@
-"""Free rigid motions of the gears of a train: how the approach of each mesh follows from them, what acts on them.
+"""Free rigid motions of the gears of a train, the approach of each mesh due to them, and the loads on the bodies.
 
-Every shaft, and the carrier where there is one, may move by u = (x, y) in the transverse plane and turn by θ,
-clockwise as in ``gearbench.geometry.train``. A mesh whose driver pushes the driven gear along the line of action n
-approaches by δ = n·(u_1 − u_2) + t (r_b1 θ_1 + r_b2 θ_2), t the sense in which the driver pushes, r_b2 < 0 of an
-internal gear (M1 of docs/theory.md).
+Every shaft, and the carrier of a planetary set, can move by u = (x, y) in the transverse plane and turn by θ, clockwise
+as in ``gearbench.geometry.train``. The driver of a mesh pushes the driven gear along the line of action n in the sense
+t = ±1. The approach of the mesh is δ = n·(u_1 − u_2) + t (r_b1 θ_1 + r_b2 θ_2), with r_b2 < 0 for an internal gear (M1
+of docs/theory.md).
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 from gearbench.errors import InputError
 from gearbench.geometry.train import Train
 
-#: Motions of a body.
+#: Degrees of freedom of a body.
 AXES = ("x", "y", "turn")
-#: Stiffness over the greatest below which nothing holds a motion.
+#: Smallest eigenvalue of the scaled stiffness, relative to the largest, below which a motion counts as unsupported.
 _HELD = 1e-9
 
 
@@ -32,11 +32,11 @@ class Motion:
     Parameters
     ----------
     name
-        How results call it, e.g. "sun x".
+        Name in results, e.g. "sun x".
     moved
-        (body, "x", "y" or "turn") of all that it moves [mm; rad].
+        Degrees of freedom that move together by q: (body, "x", "y" or "turn") [mm; rad].
     stiffness
-        Of what holds it [N/mm; N·mm/rad]; 0: only the meshes do.
+        Stiffness of its support [N/mm; N·mm/rad]; 0 if only the meshes hold it.
     """
 
     name: str
@@ -46,23 +46,24 @@ class Motion:
 
 @dataclass(frozen=True, kw_only=True)
 class Linkage:
-    """The meshes of a train on its free motions q: approaches δ = B q + g, balance K q + Bᵀ F = f, forces F ≥ 0.
+    """Coupling of the meshes by free motions q: approach δ = B q + g, equilibrium K q + Bᵀ F = f, F ≥ 0 (M2).
 
     Parameters
     ----------
     train
-        Its axes stand still: those of planets in the frame of their carrier.
+        The train, with fixed axes: those of planets are fixed in the frame of their carrier.
     more
-        Free motions beside the turning of the shafts: floating gears, yielding pins.
+        Free motions in addition to the rotations of the shafts: floating gears, flexible pins.
     carrier, carried
-        Name of the body that carries pins, where there is one, and of the shafts on them.
+        Name of the body that carries the pins (None without one), and names of the shafts on the pins.
     coast
-        Whether the torque on the first driver pushes against its sense of rotation.
+        Whether the torque on the first driver acts against its sense of rotation.
 
     Raises
     ------
     InputError
-        Where torque enters or leaves at several shafts, or nothing holds a motion; some only when it is asked for.
+        If torque enters or leaves at several shafts, or a motion is unsupported. Some checks run only when a property
+        is used.
     """
 
     train: Train
@@ -73,13 +74,13 @@ class Linkage:
 
     @cached_property
     def bodies(self) -> tuple[str, ...]:
-        """Names of the shafts, then of the carrier."""
+        """Names of the shafts, followed by the carrier."""
         shafts = tuple(dict.fromkeys(map(self.train.shaft, self.train.gears)))
         return shafts if self.carrier is None else (*shafts, self.carrier)
 
     @cached_property
     def ends(self) -> tuple[str, str]:
-        """Shafts that torque enters and leaves: all gears on the one drive, all on the other are driven."""
+        """Input and output shaft: all gears on the input shaft drive, all on the output shaft are driven."""
         drive: dict[str, set[bool]] = {}
         for mesh in self.train.meshes:
             for gear in mesh.gears:
@@ -93,19 +94,19 @@ class Linkage:
 
     @cached_property
     def rates(self) -> dict[str, float]:
-        """Speed of each shaft over that of the first driver where the axes stand still."""
+        """Shaft → signed speed relative to the first driver, with all axes fixed."""
         still = replace(self.train, meshes=tuple(replace(m, carrier=None) for m in self.train.meshes), held=())
         return {name: float(rate) for name, rate in still.rates.items()}
 
     @cached_property
     def motions(self) -> tuple[Motion, ...]:
-        """All free motions: every shaft turns but the one that torque leaves, which is held there."""
+        """All free motions: rotations of all shafts except the output shaft, which is fixed, then ``more``."""
         turning = [name for name in self.bodies if name not in (self.ends[1], self.carrier)]
         return (*(Motion(name=f"{name} turn", moved=((name, "turn"),)) for name in turning), *self.more)
 
     @cached_property
     def of_bodies(self) -> NDArray:
-        """Approach by the motions of each body, (mesh, body, 3) [mm/mm; mm/rad]."""
+        """Approach of each mesh per unit motion of each body in ``AXES``, (mesh, body, 3) [mm/mm; mm/rad]."""
         rows = np.zeros((len(self.train.meshes), len(self.bodies), len(AXES)))
         for row, mesh in zip(rows, self.train.meshes, strict=True):
             turn = self.train.turn(mesh.name) * (-1 if self.coast else 1)
@@ -119,7 +120,7 @@ class Linkage:
 
     @cached_property
     def moved(self) -> NDArray:
-        """Motions of the bodies by the free ones, (motion, body, 3)."""
+        """Motion of each body per unit of each free motion, (motion, body, 3)."""
         found = np.zeros((len(self.motions), len(self.bodies), len(AXES)))
         for row, motion in zip(found, self.motions, strict=True):
             for body, axis in motion.moved:
@@ -128,12 +129,12 @@ class Linkage:
 
     @cached_property
     def rows(self) -> NDArray:
-        """B (mesh, motion)."""
+        """B: approach of each mesh per unit of each free motion, (mesh, motion)."""
         return np.einsum("mba,qba->mq", self.of_bodies, self.moved)
 
     @cached_property
     def stiffness(self) -> NDArray:
-        """K (motion, motion)."""
+        """K: stiffness of the supports, diagonal, (motion, motion)."""
         return np.diag([motion.stiffness for motion in self.motions])
 
     def force(self, torque: float) -> NDArray:
@@ -146,34 +147,34 @@ class Linkage:
 
     @property
     def input(self) -> int:
-        """Number of the motion that torque enters at: the turning of the first driver."""
+        """Index of the motion on which the input torque acts: the rotation of the first driver."""
         first = self.train.meshes[0]
         if self.train.shaft(first.driver) != self.ends[0]:
             raise InputError("meshes", first.name, f"its driver must be on {self.ends[0]}, where torque enters")
         return [motion.moved for motion in self.motions].index(((self.ends[0], "turn"),))
 
     def even_forces(self, torque: float) -> NDArray:
-        """Force of each mesh [N], (mesh,), where parallel paths share alike: the least squares of all that balance.
+        """Force of each mesh [N], (mesh,), if parallel paths share evenly: the least-norm forces in equilibrium.
 
         Raises
         ------
         InputError
-            If some are not positive.
+            If there is no equilibrium, or a force is not positive.
         """
         turning = np.array([len(motion.moved) == 1 and motion.moved[0][1] == "turn" for motion in self.motions])
         rows, f = self.rows[:, turning], self.force(torque)[turning]
         F = np.linalg.lstsq(rows.T, f, rcond=None)[0]
         if not np.allclose(rows.T @ F, f, atol=1e-9 * np.abs(f).max()) or np.any(1e-9 * F.max() >= F):
             raise InputError("meshes", "torques do not balance", "each mesh's driver must drive its driven gear")
-        return np.round(F / F.max(), 12) * F.max()  # paths that are alike have the same to the last digit
+        return np.round(F / F.max(), 12) * F.max()  # equal paths get exactly equal forces
 
     def check(self) -> None:
-        """Refuse motions that neither meshes nor springs hold.
+        """Refuse motions that neither meshes nor springs support.
 
         Raises
         ------
         InputError
-            Naming the first of them.
+            With the name of the least supported motion.
         """
         B, K = self.rows, self.stiffness
         size = np.sqrt(np.einsum("mq,mq->q", B, B) + np.diag(K) / max(np.diag(K).max(initial=0.0), 1.0))
@@ -185,11 +186,11 @@ class Linkage:
             raise InputError("gears", worst.name, "nothing holds it: neither its meshes nor a stiffness")
 
     def on_bodies(self, force: NDArray) -> NDArray:
-        """Force and torque of meshes with the ``force`` (…, mesh) [N] on each body, (…, body, 3) [N; N·mm]."""
+        """Force and torque on each body due to the mesh forces ``force`` (…, mesh) [N], (…, body, 3) [N; N·mm]."""
         return self.carried_on(-np.einsum("...m,mba->...ba", force, self.of_bodies))
 
     def carried_on(self, loads: NDArray) -> NDArray:
-        """Force and torque on each body (…, body, 3), where pins pass the forces on what they carry to the carrier."""
+        """Add the forces on carried bodies to the carrier, to which the pins transmit them; ``loads`` (…, body, 3)."""
         found = loads.copy()
         for name in self.carried:
             own, (x, y) = found[..., self.bodies.index(name), :], self.train.places[name]
@@ -198,7 +199,7 @@ class Linkage:
         return found
 
     def displaced(self, places: Mapping[str, NDArray]) -> NDArray:
-        """Approach of each mesh where bodies stand beside their places by (x, y) [mm], (mesh,)."""
+        """Approach of each mesh, (mesh,) [mm], if bodies are displaced by ``places``: body → (x, y) [mm]."""
         found = np.zeros(len(self.train.meshes))
         for name, place in places.items():
             found += self.of_bodies[:, self.bodies.index(name), :2] @ place

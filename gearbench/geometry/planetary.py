@@ -1,4 +1,4 @@
-"""``[planetary]`` of a file: the short form of a train of sun, planets and ring."""
+"""Table ``[planetary]`` of a file: the short form of a train of sun, planets and ring."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ from gearbench.geometry.train import Train
 from gearbench.schema import STRICT, as_table, read
 
 SUN, RING, CARRIER = "sun", "ring", "carrier"
-#: Tables of the gears below ``[planetary]``.
+#: Names of the gear tables below ``[planetary]``.
 MEMBERS = (SUN, "planet", RING)
-#: Deviations of the planets.
+#: Keys that give one deviation per planet.
 DEVIATIONS = ("pin_tangential", "pin_radial", "planet_thickness")
-#: Planets that are given this near to a place where teeth fit stand there [of the steps between such places].
+#: A planet given closer than this to an angle at which its teeth fit is moved there [steps between these angles].
 _NEAR = 2e-3
 
-#: Deviation of one planet [µm].
+#: Deviation of a member [µm].
 Deviation = Annotated[float, Field(ge=-1000.0, le=1000.0)]
 Amplitude = Annotated[float, Field(gt=0.0, le=1000.0)]
-#: N/µm.
+#: Stiffness [N/µm].
 Stiffness = Annotated[float, Field(gt=0.0, le=1e6)]
 
 
@@ -158,7 +158,7 @@ class Planetary:
         return tuple(f"planet {n + 1}" for n in range(self.number))
 
     def motions(self) -> tuple[Motion, ...]:
-        """Free motions beside turning."""
+        """Free translations of members, in addition to the rotations of the shafts."""
         held: list[tuple[str, tuple[str, ...], float]] = []
         for name in (SUN, RING, CARRIER):
             support = getattr(self, f"{name}_support")
@@ -173,20 +173,20 @@ class Planetary:
         )
 
     def each(self, name: str) -> tuple[float, ...]:
-        """Deviations of the planets, 0 where none are given [µm]."""
+        """Deviation ``name`` of each planet [µm]; 0 if not given."""
         return getattr(self, name) or (0.0,) * self.number
 
 
 @dataclass(frozen=True, kw_only=True)
 class PlanetarySet:
-    """A set whose tooth numbers are known.
+    """A planetary set with known tooth numbers.
 
     Parameters
     ----------
     keys
-        The table.
+        The table ``[planetary]``.
     steps
-        Places of a planet around the axis at which teeth fit: z_s + |z_r|.
+        Number of angles around the axis at which the teeth of a planet fit: z_s + |z_r|.
     """
 
     keys: Planetary
@@ -201,7 +201,7 @@ class PlanetarySet:
 
     @property
     def angles(self) -> tuple[float, ...]:
-        """Angles of the planets [rad]: where teeth fit, whole steps of 360°/(z_s + |z_r|), or as they are given."""
+        """Angles of the planets [rad]: by default multiples of 360°/(z_s + |z_r|), where teeth fit; else as given."""
         if self.keys.positions is None:
             even = (Fraction(n * self.steps, self.keys.planets) for n in range(self.keys.planets))
             return tuple(2 * math.pi * math.ceil(each - Fraction(1, 2)) / self.steps for each in even)
@@ -210,32 +210,32 @@ class PlanetarySet:
 
     @property
     def fitting(self) -> str:
-        """Words for the places where teeth fit."""
+        """Text for messages: the angles at which teeth fit."""
         return f"they fit at steps of 360°/(z_s + |z_r|) = {360 / self.steps:.6g}° from the first planet"
 
     @property
     def axes(self) -> dict[str, tuple[float, float]]:
-        """Gear → place of its axis in the frame of the carrier [mm]."""
+        """Gear → (x, y) of its axis in the frame of the carrier [mm]."""
         a = self.centre_distance
         own = {name: (a * math.cos(x), a * math.sin(x)) for name, x in zip(self.keys.names, self.angles, strict=True)}
         return {SUN: (0.0, 0.0), RING: (0.0, 0.0)} | own
 
     @property
     def spacing_error(self) -> float:
-        """Greatest angle between a planet and its place where all are evenly spaced from the first on [°]."""
+        """Largest deviation of a planet from even spacing, counted from the first planet [°]."""
         at = np.sort(np.mod(np.subtract(self.angles, self.angles[0]), 2 * math.pi))
         return float(np.degrees(np.abs(at - 2 * math.pi * np.arange(len(at)) / len(at)).max()))
 
     def adding(self, sun_teeth: int, waves: int) -> float:
-        """Part of the first mesh harmonic of all planets that adds up as torsion (0 ``waves``) or radial force (1).
+        """Share of the first mesh harmonic that adds up over the planets, as torsion (``waves`` 0) or radial force (1).
 
-        1 where the forces of all planets add up, 0 where they cancel.
+        It is 1 if the forces of all planets add up, and 0 if they cancel.
         """
         orders = [sun_teeth + waves, sun_teeth - waves]
         return float(np.abs(np.exp(1j * np.outer(orders, self.angles)).mean(axis=1)).max())
 
     def room(self, tip_radius: float) -> float:
-        """Least distance between the tips of neighbouring planets of this tip radius [mm]; negative: they collide."""
+        """Smallest clearance between the tips of neighbouring planets [mm]; negative if they collide."""
         at = np.sort(np.mod(self.angles, 2 * math.pi))
         apart = np.diff(at, append=at[0] + 2 * math.pi).min() if self.keys.number > 1 else math.pi
         return 2 * self.centre_distance * math.sin(min(apart, math.pi) / 2) - 2 * tip_radius
@@ -246,7 +246,7 @@ class PlanetarySet:
         Raises
         ------
         InputError
-            Saying by how much.
+            With the overlap, if planets collide.
         """
         if (room := self.room(tip_radius)) <= 0:
             key = "planets" if self.keys.positions is None else "positions"
@@ -258,9 +258,10 @@ class PlanetarySet:
         return Linkage(train=train, more=self.keys.motions(), carrier=CARRIER, carried=self.keys.names, coast=coast)
 
     def modes(self, linkage: Linkage) -> dict[str, NDArray]:
-        """Approach of each mesh by 1 µm of each deviation, (mesh,) [mm].
+        """Name of a deviation → approach of each mesh due to 1 µm of it, (mesh,) [mm].
 
-        Those of planets by the names of key and planet, those of bodies beside their axes by "sun x" and so on.
+        Deviations of planets are named by key and planet ("pin_radial planet 1"), displacements of bodies from their
+        axes "sun x" and so on.
         """
         sense = linkage.train.turn(linkage.train.meshes[0].name)
         found = {}
@@ -269,7 +270,7 @@ class PlanetarySet:
             ahead = sense * np.array([-out[1], out[0]])
             found[f"pin_tangential {name}"] = 1e-3 * linkage.displaced({name: ahead})
             found[f"pin_radial {name}"] = 1e-3 * linkage.displaced({name: out})
-            # half of it on either flank, along the line of action
+            # half of the thickness belongs to either flank; the approach counts along the line of action
             own = ((name in mesh.gears, mesh.pair.gears[0]) for mesh in linkage.train.meshes)
             half = [on * math.cos(gear.alpha_t) / math.cos(gear.beta) / 2 for on, gear in own]
             found[f"planet_thickness {name}"] = 1e-3 * np.array(half)
@@ -281,14 +282,14 @@ class PlanetarySet:
 
     @property
     def eccentricities(self) -> dict[str, float]:
-        """Eccentricity of each member that has one [µm]."""
+        """Eccentricity of each eccentric member [µm]."""
         own = self.keys.run_out or PlanetaryRunOut()
         planets = zip(self.keys.names, own.planet or (0.0,) * self.keys.number, strict=True)
         every = {SUN: own.sun, RING: own.ring, CARRIER: own.carrier} | dict(planets)
         return {name: amount / 2 for name, amount in every.items() if amount}
 
     def offset(self, linkage: Linkage) -> NDArray:
-        """Approach that deviations of the planets, and run-outs, add at the beginning to each mesh, (mesh,) [mm]."""
+        """Approach at time 0 due to deviations of the planets and run-out, (mesh,) [mm]."""
         modes, found = self.modes(linkage), np.zeros(len(linkage.train.meshes))
         for key in DEVIATIONS:
             for name, amount in zip(self.keys.names, self.keys.each(key), strict=True):
@@ -299,12 +300,12 @@ class PlanetarySet:
 
 
 def expanded(given: Any) -> tuple[PlanetarySet, dict[str, Any]]:
-    """The set of a table ``[planetary]``, and the tables "gears" and "meshes" that it stands for.
+    """Read a table ``[planetary]``: the set, and the equivalent tables "gears" and "meshes".
 
     Raises
     ------
     InputError
-        Naming the key.
+        If a key is missing or wrong; the error names the key.
     """
     whole = dict(as_table("planetary", given))
     own = {}

@@ -1,4 +1,4 @@
-"""``[planetary.dynamics]``: masses and torsional supports of the members of a set, for its response over speed."""
+"""Table ``[planetary.dynamics]``: masses and torsional supports of the members, for the response over speed."""
 
 from __future__ import annotations
 

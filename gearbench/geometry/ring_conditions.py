@@ -1,7 +1,7 @@
-"""Conditions of a ring and what turns in it, a pinion or a cutter: fouling of tips off the path, radial assembly.
+"""Interference between a ring and a pinion or cutter: tip fouling off the path of contact, radial assembly.
 
 All angles and lengths here are positive and transverse. Source: Buckingham, Analytical Mechanics of Gears, ch. 10; the
-closed forms of the KHK Gear Technical Reference, §4.4, say the same (G19, G20 of docs/theory.md).
+closed forms of the KHK Gear Technical Reference, §4.4, agree (G19, G20 of docs/theory.md).
 """
 
 from __future__ import annotations
@@ -19,18 +19,19 @@ if TYPE_CHECKING:
 def fouling_room(
     mate: tuple[ArrayLike, ArrayLike], ratio: float, distance: float, tip_radius: float, half_space: float
 ) -> float:
-    """Room [mm] along the ring's tip circle between its tips and a mate that turns in it (G19); negative: they foul.
+    """Clearance [mm] on the ring's tip circle between its tips and a mate rolling in it (G19); negative if they foul.
 
     Parameters
     ----------
     mate
-        Points of its tips: radius [mm] and angle from the middle of the tooth [rad].
+        Points of the mate's tips: radius [mm] and angle from the middle of the tooth [rad].
     ratio
         z_1/z_2.
     distance, tip_radius
         a and r_a2 [mm].
     half_space
-        Half a space of the ring on its tip circle [rad]; the mate's tooth is centred in it on the line of centres.
+        Half-angle of a tooth space of the ring on its tip circle [rad]. On the line of centres the mate's tooth is in
+        the middle of the space.
     """
     R, angle = (np.asarray(x, dtype=float) for x in mate)
     cosine = (tip_radius**2 - distance**2 - R**2) / (2 * distance * R)
@@ -43,7 +44,7 @@ def fouling_room(
 
 
 def tip_room(pair: Pair) -> float:
-    """Room [mm] between the tips of an internal pair off its path of contact, one flank touching (G19)."""
+    """Clearance [mm] between the tips of an internal pair off the path of contact, with one flank in contact (G19)."""
     ring, own = sorted(pair.gears, key=lambda gear: gear.teeth)
     half_space = math.pi / -ring.teeth + float(ring.involute_half_angle(ring.tip_radius))
     corner = [own.tip_radius], [float(own.involute_half_angle(own.tip_radius))]
@@ -54,10 +55,10 @@ def tip_room(pair: Pair) -> float:
 
 
 def radial_room(pair: Pair, starts: tuple[float, ...] = (0.0, 0.5)) -> float:
-    """Room [mm] along the ring's tip circle when the pinion is pushed in radially, in the best position (G20).
+    """Clearance [mm] along the ring's tip circle during radial assembly of the pinion, in the best position (G20).
 
-    Negative: its tips would cut into those of the ring (trimming); the pair is assembled along its axis. ``starts`` are
-    the positions tried [pitches]: a tooth, or a space of the pinion on the line of centres.
+    If it is negative, the tips would interfere (trimming), and the pair must be assembled axially. ``starts`` are the
+    positions tried [pitches]: 0 has a tooth of the pinion on the line of centres, 0.5 a tooth space.
     """
     ring, own = sorted(pair.gears, key=lambda gear: gear.teeth)
     r_1, r_2, a = own.tip_radius, -ring.tip_radius, abs(pair.meshing.centre_distance)

@@ -1,7 +1,7 @@
-"""Kinematic separation of two flanks in the transverse plane: their distance, and the point of first contact.
+"""Kinematic separation of two flanks in the transverse plane, and their point of first contact.
 
-Points keep their y when a gear turns, so flanks of helical gears approach each other section by section, each a pair of
-profiles at its nominal coordinate u.
+Points keep their y when a gear turns. Flanks of helical gears therefore approach each other section by section: every
+section is a pair of profiles at a nominal coordinate u.
 """
 
 from __future__ import annotations
@@ -18,27 +18,27 @@ from gearbench.geometry.pair import Pair
 from gearbench.geometry.profile import Modification, Profile, profile
 from gearbench.geometry.touching import Plane, TouchingCurve
 
-#: Nodes on a base pitch; cubic Hermite polynomials between them are accurate to 1e-10 mm.
+#: Number of nodes per base pitch; cubic Hermite polynomials between them are accurate to 1e-10 mm.
 NODES = 400
-#: Radius of curvature [T1T2] below which nodes are closer, error of cubics from which they are [mm], and how many times
-#: as close at most.
+#: Nodes are refined where the radius of curvature is below ``SHARP`` [T1T2], or the error of the cubics exceeds
+#: ``ERROR`` [mm]; by at most the factor ``FINER``.
 SHARP, ERROR, FINER = 0.1, 5e-10, 16
 #: Tolerance at the ends of intervals [mm].
 _ROUNDING = 1e-11
-#: Length [base pitches] before and after the path of contact up to which separations are known.
+#: Separations are computed up to this length before and after the path of contact [base pitches].
 REACH = 0.45
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Touch:
-    """First contact of the flanks, read from the table of their separation.
+    """Point of first contact of the flanks, interpolated in the table of their separation.
 
     Parameters
     ----------
     columns
         Columns of the table, see ``Separation``.
     row, t
-        Intervals of the table and positions on them, 0 … 1; outside 0 … 1 the flanks cannot touch.
+        Interval of the table, and relative position in it, 0 … 1. If t is outside 0 … 1, the flanks cannot touch.
     """
 
     columns: NDArray
@@ -46,7 +46,7 @@ class Touch:
     t: NDArray
 
     def broadcast(self, segments: int) -> Touch:
-        """The values for all ``segments`` of a line, from arrays with one value per line."""
+        """Expand arrays with one value per line to all ``segments`` of the line."""
         row, t = (np.broadcast_to(x, (*x.shape[:-1], segments)) for x in (self.row, self.t))
         return Touch(columns=self.columns, row=row, t=t)
 
@@ -54,7 +54,7 @@ class Touch:
     def gap(self) -> NDArray:
         """Separation along the transverse line of action [mm]; infinite if the flanks cannot touch."""
         t, (width, y, a, b, c) = self.t, self.columns[1:6, self.row]
-        # holes: no point of one flank reaches the other
+        # in a hole of the table no point of one flank reaches the other
         beyond = np.maximum(t - 1, -t) * width
         return np.where(beyond <= _ROUNDING, y + t * (a + t * (b + t * c)), np.inf)
 
@@ -75,23 +75,23 @@ class Touch:
 
     @cached_property
     def tilt(self) -> NDArray:
-        """Angle between the flank at the edge that touches and its mate's [rad]; zero where two smooth flanks touch."""
+        """Angle between the flank at a touching edge and the mate's flank [rad]; 0 if two smooth flanks touch."""
         return self._linear(slice(6, 7))[0]
 
     @cached_property
     def edge(self) -> NDArray:
-        """Gear whose corner touches, 0 or 1; −1 where two smooth flanks do."""
+        """Gear whose corner touches, 0 or 1; −1 if two smooth flanks touch."""
         return self.columns[20, self.row].astype(int)
 
     def _linear(self, number: slice) -> NDArray:
-        """Linear interpolation on an interval; constant in a hole."""
+        """Interpolate the rows ``number`` linearly in their interval; constant in a hole."""
         low, rise = self.columns[6:13][number], self.columns[13:20][number]
         return low[:, self.row] + np.clip(self.t, 0.0, 1.0) * rise[:, self.row]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Separation:
-    """Separation of a pair of profiles as a function of the nominal coordinate u, in tables between its kinks.
+    """Separation of a pair of profiles as a function of the nominal coordinate u, tabulated between its kinks.
 
     Parameters
     ----------
@@ -118,7 +118,7 @@ class Separation:
         found: list[TouchingCurve | None] = []
         for piece in first.pieces:
             for other in second.pieces:
-                # a rounding of either gear is the given curve
+                # a rounding must be the first curve, see ``piece_on_piece``
                 k, own, mate = (1, other, piece) if other.is_rounding else (0, piece, other)
                 # between involutes the separation is zero and everything else is linear
                 straight = own.is_involute and mate.is_involute
@@ -147,10 +147,10 @@ class Separation:
         return tuple(curve for curve in found if curve is not None)
 
     def _resolved(self, touch: Callable[[NDArray], TouchingCurve | None], nodes: NDArray) -> TouchingCurve | None:
-        """Curve through ``nodes``, up to ``FINER`` times as many near base circles, where curvature is high.
+        """Curve through ``nodes``, refined by up to ``FINER`` near base circles, where the curvature is high.
 
-        There roll lengths, which are interpolated linearly, go like the root of u: their error like 1/R³ and the square
-        of the distance h of nodes. That of cubics is about h⁴/R³.
+        There roll lengths vary like the root of u. Their linear interpolation has an error of the order h²/R³, where h
+        is the distance of nodes and R the radius of curvature. The error of the cubics is about h⁴/R³.
         """
         curve = touch(nodes)
         if curve is None:
@@ -173,7 +173,7 @@ class Separation:
 
     @cached_property
     def _pieces(self) -> list[tuple[float, float, TouchingCurve]]:
-        """Intervals of u in which one curve is the lowest."""
+        """Intervals of u in which one curve is the lowest, as (start, end, curve)."""
         curves = self.curves
         ends = np.unique([x for c in curves for x in (c.u[0], c.u[-1]) if self.low <= x <= self.high])
         # between the end of one curve and the beginning of another a corner may touch
@@ -181,7 +181,7 @@ class Separation:
         grid = np.unique([*uniform, *ends, *((ends[:-1] + ends[1:]) / 2)])
         values = np.stack([hermite(c, grid) for c in curves])
         least = values.min(axis=0)
-        # of equal curves, smooth contact precedes an edge, and a continuing curve one that ends
+        # if curves are equal, smooth contact takes precedence over an edge
         order = np.array([c.edge >= 0 for c in curves])[:, None] * 1.0
         near = values <= least + 1e-13 * self.plane.size
         winner = np.argmin(np.where(near, order, np.inf), axis=0)
@@ -204,7 +204,7 @@ class Separation:
         first, second = self.curves[a], self.curves[b]
         room = 1e-13 * self.plane.size
         begin, end = second.u[:1], first.u[-1:]
-        # one begins or ends on the other: they only touch there
+        # one curve begins or ends on the other: they meet without crossing
         if begin[0] > low and hermite(second, begin)[0] <= hermite(first, begin)[0] + room:
             return float(begin[0])
         if end[0] < high and hermite(first, end)[0] <= hermite(second, end)[0] + room:
@@ -225,7 +225,7 @@ class Separation:
 
     @cached_property
     def kinks(self) -> tuple[float, ...]:
-        """u [mm] where the touching point moves to another part of a flank, within the reach of load.
+        """u [mm] where the touching point moves to another part of a flank, within the range that load can reach.
 
         The gap has no kink there, but its curvature jumps. Neighbours around a short corner contact count as one.
         """
@@ -240,15 +240,16 @@ class Separation:
 
     @cached_property
     def changes(self) -> tuple[float, ...]:
-        """All kinks: u at which a corner begins or ceases to touch [mm]."""
+        """All u [mm] where the touching point moves to another part of a flank, without merging neighbours."""
         room = 0.25 / REACH * (self.path[0] - self.low)
         return tuple(start for start, *_ in self._pieces[1:] if self.path[0] - room < start < self.path[1] + room)
 
     @cached_property
     def _table(self) -> NDArray:
-        """A row for each interval: u, width, four coefficients of the separation, seven values, seven steps.
+        """Table with a row for each interval, (interval, 21).
 
-        Intervals end at the ends of each part.
+        Columns: u, width, four coefficients of the separation, seven values (rolls, levers, radii, tilt), their seven
+        increments, and the edge. No interval extends across the end of a piece.
         """
         rows, edges = [], []
         for start, end, c in self._pieces:
@@ -260,18 +261,18 @@ class Separation:
             rows.append(np.stack([u[:-1], width, *cubic, *values[:, :-1], *np.diff(values)], axis=-1))
             edges.append(np.full(len(width), c.edge))
         table = np.concatenate(rows)
-        # intervals of zero length apart from rounding have no slopes
+        # intervals of zero length, up to rounding, have no slopes
         table[~np.isfinite(table[:, 3:6]).all(axis=1), 3:6] = 0.0
         return np.column_stack([table, np.concatenate(edges)])
 
     @cached_property
     def _columns(self) -> NDArray:
-        """The table column by column, as it is read."""
+        """Transpose of the table: contiguous columns for fast reading."""
         return np.ascontiguousarray(self._table.T)
 
     @property
     def ends(self) -> NDArray:
-        """u at which intervals of the table begin, and at which the last one ends, ascending [mm]."""
+        """Ends u of the intervals of the table, ascending [mm]."""
         start, width = self._columns[:2]
         return np.unique(np.append(start, start[-1] + width[-1]))
 
@@ -281,7 +282,7 @@ class Separation:
         return min(float(self._table[:, 2].min()), 0.0)
 
     def __call__(self, u: NDArray) -> Touch:
-        """First contact at the nominal coordinates u, and the separation before it."""
+        """Point of first contact and separation at the nominal coordinates u [mm]."""
         start, width = self._columns[:2]
         u = np.asarray(u, dtype=float)
         row = np.clip(np.searchsorted(start, u, side="right") - 1, 0, len(start) - 1)
@@ -289,14 +290,14 @@ class Separation:
         return Touch(columns=self._columns, row=row, t=(u - start[row]) / np.where(own > 0, own, self.step))
 
     def reach(self, gap: float) -> tuple[float, float]:
-        """u before and after which flanks stay farther apart than ``gap`` [mm]."""
+        """Range of u [mm] outside which the flanks stay farther apart than ``gap`` [mm]."""
         near = np.flatnonzero(self._table[:, 2] <= max(gap, float(self._table[:, 2].min())))
         last = self._table[near[-1]]
         return float(self._table[max(near[0] - 1, 0), 0]), float(last[0] + last[1])
 
 
 def _coefficients(width: NDArray, y0: NDArray, y1: NDArray, d0: NDArray, d1: NDArray) -> tuple[NDArray, ...]:
-    """Hermite's cubic polynomial of t = 0 … 1 from values and derivatives at both ends of intervals."""
+    """Coefficients of the cubic Hermite polynomial in t = 0 … 1, from values y and derivatives d at both ends."""
     rise = y1 - y0
     return y0, width * d0, 3 * rise - width * (2 * d0 + d1), width * (d0 + d1) - 2 * rise
 

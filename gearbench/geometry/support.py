@@ -1,4 +1,4 @@
-"""Support of the outside of an internal gear."""
+"""Support of an internal gear at its outer surface."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class Support:
             raise InputError("lugs", list(self.lugs), "two lugs at the same angle")
 
     def per_area(self, face_width: float) -> tuple[float, float] | None:
-        """Both stiffnesses over the face width [N/mm³]; None where lugs hold firmly."""
+        """Radial and tangential stiffness per area [N/mm³]; None for rigid lugs."""
         if self.radial is None or self.tangential is None:
             return None
         return self.radial / face_width, self.tangential / face_width

@@ -1,4 +1,7 @@
-"""Tooth thickness as on a drawing: span, dimension over balls or pins, deviations. Source: ISO 21771, DIN 3960."""
+"""Tooth thickness as given on drawings: span, dimension over balls or pins, deviations.
+
+Source: ISO 21771, DIN 3960.
+"""
 
 from __future__ import annotations
 
@@ -62,7 +65,7 @@ class Thickness:
 
     @property
     def is_measured(self) -> bool:
-        """Whether a size is given, from which the profile shift follows."""
+        """Whether a measured size is given; the profile shift then follows from it."""
         return self.span is not None or self._over is not None
 
     @property
@@ -71,7 +74,10 @@ class Thickness:
         return (self.upper + self.lower) / 2
 
     def ends(self, section: TransverseSection) -> tuple[float, float]:
-        """Deviations [µm] of the thickest and the thinnest tooth; a larger size between balls means a thinner tooth."""
+        """Deviations [µm] of the thickest and the thinnest tooth.
+
+        Between balls in an internal gear a larger size means a thinner tooth.
+        """
         turned = section.teeth < 0 and self._over is not None
         return (self.lower, self.upper) if turned else (self.upper, self.lower)
 
@@ -80,14 +86,14 @@ class Thickness:
         return self.over_balls if self.over_pins is None else self.over_pins
 
     def shift(self, section: TransverseSection, nominal: float, deviation: float = 0.0) -> float:
-        """Profile shift [normal modules] of the tooth with a ``deviation`` [µm] (G13, G14, G15).
+        """Profile shift [normal modules] of a tooth whose size has the ``deviation`` [µm] (G13, G14, G15).
 
-        ``nominal``: x of a tooth without deviation, where no size is given.
+        ``nominal``: x without deviation, used if no measured size is given.
 
         Raises
         ------
         InputError
-            If no tooth has such a size.
+            If no tooth can have this size.
         """
         m, alpha, change = section.normal_module, section.alpha_n, _MICROMETRE * deviation
         if self.span is not None and self.span_teeth is not None:
@@ -129,12 +135,14 @@ def span(section: TransverseSection, shift: float, teeth: int) -> float:
 
 
 def over_balls(section: TransverseSection, shift: float, diameter: float, *, pins: bool = False) -> float:
-    """Dimension M_dK over two balls, or M_dR over two pins, of ``diameter`` D_M [mm] (G14); negative between them.
+    """Dimension M_dK over two balls, or M_dR over two pins, of ``diameter`` D_M [mm] (G14).
+
+    It is negative for internal gears (measured between the balls).
 
     Raises
     ------
     InputError
-        If they are too thin to touch both flanks of a space.
+        If the balls are too thin to touch both flanks of a tooth space.
     """
     z, m, alpha = section.teeth, section.normal_module, section.alpha_n
     value = (
@@ -147,7 +155,7 @@ def over_balls(section: TransverseSection, shift: float, diameter: float, *, pin
 
 
 def _chord(section: TransverseSection, *, pins: bool) -> float:
-    """Distance of two opposite balls over the diameter of their circle; pins of helical gears are inclined."""
+    """Distance of two opposite balls divided by the diameter of their circle; 1 for pins of helical gears."""
     if section.teeth % 2 == 0 or (pins and section.helix_angle):
         return 1.0
     return math.cos(math.pi / (2 * section.teeth))

@@ -1,13 +1,13 @@
 """Touching curves of two flanks in the transverse plane: all ways in which they can just touch.
 
-Each gear counts its rotation as a length v along the line of action: v_1 = u_1 from T1, v_2 = T1T2 − u_2 from T2, so
-that its point of roll length ℓ lies on the line of action at v = ℓ. Each gear sees its mate on the right, so both are
-treated alike. Where the flanks just touch (T3 of docs/theory.md),
+The rotation of a gear counts as a length v along the line of action: v_1 = u_1 from T1, v_2 = T1T2 − u_2 from T2. The
+point of roll length ℓ then lies on the line of action at v = ℓ. Seen from either gear the mate is on the right, so both
+gears are treated alike. If the flanks just touch (T3 of docs/theory.md),
 
     separation g = v_1 + v_2 − T1T2,      nominal coordinate u = (v_1 + T1T2 − v_2)/2,
 
-g being the relative rotation, shared equally by both gears, from where unmodified flanks would touch at u. The
-derivative along such a curve follows from the lever arms w r_b of the common normal:
+where g is the relative rotation, shared equally by both gears, from the position where unmodified flanks would touch
+at u. The derivative along a touching curve follows from the lever arms w r_b of the common normal:
 dg/du = 2 (w_2 − w_1)/(w_1 + w_2) (T4).
 """
 
@@ -21,9 +21,9 @@ from numpy.typing import NDArray
 
 from gearbench.geometry.profile import Piece, Profile
 
-#: Safe steps of Newton's method: the unknown point moves less than the radius of curvature of the other flank.
+#: Largest number of Newton steps. Steps are safe: shorter than the radius of curvature of the other flank.
 _STEPS = 40
-#: Part of a rounding that can touch, and nodes on it.
+#: Fraction of a rounding that can touch, and number of nodes on it.
 _USED, _ARC_NODES = 0.3, 400
 
 
@@ -46,7 +46,7 @@ class TouchingCurve:
     node
         Independent variable: roll length or rotation of the leading gear, (node,) [mm].
     edge
-        0 or 1 where a corner of the pinion's or the wheel's profile touches, −1 where two smooth flanks do.
+        0 or 1 if a corner of the pinion's or the wheel's profile touches, −1 if two smooth flanks touch.
     """
 
     u: NDArray
@@ -82,11 +82,11 @@ class Plane:
 
     @property
     def _wheel_centre(self) -> tuple[float, float]:
-        """O2 seen from O1: x along the line of action."""
+        """Position of O2 relative to O1 [mm]; x along the line of action."""
         return self.tangent_length, self.profiles[0].base_radius + self.profiles[1].base_radius
 
     def corner_on_piece(self, k: int, roll: float, own: Piece, mate: Piece, v: NDArray) -> TouchingCurve | None:
-        """A corner of gear k at the roll length ``roll`` on a piece of its mate's profile, at the rotations v of k."""
+        """Contact of a corner of gear k, at roll length ``roll``, with a piece of the mate, at the rotations v of k."""
         r_b, r_m = own.base_radius, mate.base_radius
         (x, y), sign = self._wheel_centre, math.copysign(1.0, r_m)
         corner = np.array(roll)
@@ -94,7 +94,7 @@ class Plane:
         eps_own, rho, *_ = own.normal(corner)
         phi = (roll - v) / r_b
         cos, sin = np.cos(phi), np.sin(phi)
-        # from the centre of the corner's gear, then from that of its mate
+        # corner relative to the centre of its gear, then to the centre of the mate
         own_x, own_y = length * cos - r_b * sin, length * sin + r_b * cos
         w_x, w_y = own_x - x, own_y - y
         squared = w_x**2 + w_y**2 - r_m**2
@@ -102,7 +102,7 @@ class Plane:
         if not reached.any():
             return None
         tangent = sign * np.sqrt(np.where(reached, squared, 1.0))
-        # a deviation moves the mate's point by little: of most pieces it is seen at once that they are elsewhere
+        # deviations move the mate's point only a little: most pieces are excluded at once
         least, most = tangent[reached].min(), tangent[reached].max()
         far = 1e-2 * self.size + 4 * float(np.abs(mate.deviation(np.array([mate.low, mate.high]))[0]).max())
         if least > mate.high + far or most < mate.low - far:
@@ -122,7 +122,7 @@ class Plane:
         return self._curve(k, v, both, keep, tilt=tilt, edge=k)
 
     def meeting(self, k: int, roll: float, own: Piece, other: float, mate: Piece) -> list[float]:
-        """Rotations v of gear k at which its point of the roll length ``roll`` meets the mate's of ``other``."""
+        """Rotations v of gear k at which its point at roll length ``roll`` meets the mate's point at ``other``."""
         x, y = self._wheel_centre
         length, far = (r - float(p.deviation(np.array(r))[0]) for r, p in ((roll, own), (other, mate)))
         radius, distance = math.hypot(length, own.base_radius), math.hypot(x, y)
@@ -134,11 +134,11 @@ class Plane:
         return [roll - own.base_radius * math.remainder(angle, 2 * math.pi) for angle in angles]
 
     def common_nodes(self, own: Piece, mate: Piece, step: float) -> NDArray:
-        """Roll lengths of ``own`` at which two smooth pieces may touch, ends included, ``step`` apart at most."""
+        """Roll lengths of ``own`` at which two smooth pieces may touch, at most ``step`` apart, including the ends."""
         roll = np.linspace(own.low, own.high, max(5, math.ceil((own.high - own.low) / step) + 1))
         if own.is_rounding:  # the normal of a rounding turns fast
             roll = np.linspace(own.low, own.low + _USED * (own.high - own.low), _ARC_NODES)
-        # the mate's point moves nearly in proportion: few nodes locate it on the piece
+        # the mate's point moves almost linearly: a few nodes locate it on the piece
         few = roll if own.is_rounding else roll[np.unique(np.append(np.arange(0, len(roll), 16), len(roll) - 1))]
         partner = self._partner(own, mate, few)
         low, high = np.minimum(partner[:-1], partner[1:]), np.maximum(partner[:-1], partner[1:])
@@ -159,13 +159,13 @@ class Plane:
         return np.unique(np.concatenate(found))
 
     def _partner(self, own: Piece, mate: Piece, roll: NDArray) -> NDArray:
-        """Roll length at which a piece ``mate`` has a common normal with ``own`` at ``roll``, where both just touch."""
+        """Roll length of the point of ``mate`` that touches ``own`` at ``roll``, i.e. shares its normal."""
         x, y = self._wheel_centre
         other = self.tangent_length - roll
         if own.is_involute and mate.is_involute:
             return other
         _, _, c1, d1, _, _ = own.normal(roll)
-        # along the common normal the centres must be as far apart as is left by their distance across it
+        # Pythagoras: the distance of the centres along the common normal follows from that across it
         for _ in range(_STEPS):
             _, _, c2, d2, dc2, dd2 = mate.normal(other)
             across = d1 + d2
@@ -178,10 +178,10 @@ class Plane:
         return other
 
     def piece_on_piece(self, k: int, own: Piece, mate: Piece, roll: NDArray) -> TouchingCurve | None:
-        """Smooth piece ``own`` of gear k touching one of its mate's at its roll lengths ``roll``.
+        """Contact of the smooth piece ``own`` of gear k, at its roll lengths ``roll``, with the piece ``mate``.
 
-        A rounding must be ``own``: its normal turns fast, so the mate's point follows safely from its point, not vice
-        versa.
+        A rounding must be ``own``. Its normal turns fast, so the mate's point follows safely from a point of the
+        rounding, but not vice versa.
         """
         T = self.tangent_length
         if own.is_involute and mate.is_involute:
@@ -212,13 +212,16 @@ class Plane:
         tilt: NDArray | None = None,
         edge: int = -1,
     ) -> TouchingCurve | None:
-        """Curve from rotations, roll lengths, levers and radii of gear k and its mate; its longest rising part only."""
+        """Curve from rotations, roll lengths, levers and radii of gear k and its mate, ``both`` (4, 2, node).
+
+        Only its longest part with ascending u is kept.
+        """
         v, rolls, levers, radii = both if k == 0 else both[:, ::-1]
         u = (v[0] + self.tangent_length - v[1]) / 2
         gap = v[0] + v[1] - self.tangent_length
         slope = 2 * (levers[1] - levers[0]) / (levers[0] + levers[1])
         angle = np.zeros_like(u) if tilt is None else tilt
-        if k == 1:  # the gear's rotation counts against u
+        if k == 1:  # u decreases with the rotation of the wheel
             u, gap, slope, angle, keep, node = (x[::-1] for x in (u, gap, slope, angle, keep, node))
             rolls, levers, radii = rolls[:, ::-1], levers[:, ::-1], radii[:, ::-1]
         # where u decreases, the separation is a maximum, not a minimum

@@ -1,7 +1,7 @@
-"""Gears and meshes that turn together: speeds, axes, torques and mesh phases of a train. A pair is a train of one mesh.
+"""Trains of gears: speeds, axes, torques and mesh phases. A pair is a train of one mesh.
 
-Directions in the transverse plane are seen along increasing positions on the shafts, x to the right, y down: an angle
-counts clockwise from x.
+The transverse plane is viewed in the direction of increasing positions on the shafts, with x to the right and y down.
+Angles count clockwise from x.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from gearbench.errors import InputError
 from gearbench.geometry.names import PAIR
 from gearbench.geometry.pair import Pair
 
-#: Axes may stand this part of the centre distance farther from each other, or nearer.
+#: Tolerance of the distance between given axes, relative to the centre distance.
 _AXES = 1e-4
-#: Teeth of a gear may stand this far beside the gaps of one of its mates [pitches].
+#: Tolerance for the fit of the teeth of a gear in the tooth spaces of its mates [pitches].
 _TEETH = 1e-3
 
 
@@ -32,17 +32,17 @@ class Mesh:
     Parameters
     ----------
     name
-        How results and messages call it.
+        Name in results and messages.
     driver, driven
-        Names of its gears.
+        Names of the gears.
     pair
-        The two of them: the driver is its pinion.
+        The two gears as a pair, with the driver as pinion.
     direction
-        From the axis of the driver to that of the driven gear, where the axes are not given [°].
+        Direction from the axis of the driver to that of the driven gear, if the axes are not given [°].
     phase
-        Mesh phase when that of the first mesh is zero [mesh periods], where it does not follow from the teeth.
+        Mesh phase at phase 0 of the first mesh [mesh periods]; None if it follows from the teeth.
     carrier
-        Name of the shaft that carries one of the axes around the other; absent where both rest.
+        Shaft that carries one axis around the other; None if both axes are fixed.
     """
 
     name: str = PAIR
@@ -55,22 +55,22 @@ class Mesh:
 
     @property
     def gears(self) -> tuple[str, str]:
-        """Names of its gears, the driver first."""
+        """Names of both gears, the driver first."""
         return self.driver, self.driven
 
     def lead(self, gear: str, towards: float, *, coast: bool = False) -> float:
-        """Angle of the leading flank of one of its gears at mesh phase 0 [pitches], modulo 1 (D8).
+        """Angle of the leading flank of a gear at mesh phase 0 [pitches], modulo 1 (D8).
 
-        The flank of pair 0 where it meets the base circle, at the end y = 0 of the gear's own face; counted in the
-        gear's sense of rotation. ``towards`` is the direction from the driver's axis to the pitch point [rad], counted
-        in the driver's sense of rotation. ``coast``: the coast flanks touch, which are seen in a mirror.
+        The angle is that of the point where the leading flank of pair 0 meets the base circle, at the end y = 0 of the
+        face of this gear. It counts in the gear's sense of rotation. ``towards`` is the direction from the driver's
+        axis to the pitch point [rad], in the driver's sense of rotation. ``coast``: the coast flanks touch (mirrored).
         """
         meshing, own = self.pair.meshing, self.gears.index(gear)
         body = meshing.gears[own]
-        foot = towards - meshing.alpha_wt  # where the line of action touches the driver's base circle
+        foot = towards - meshing.alpha_wt  # direction in which the line of action touches the driver's base circle
         if own == 1 and meshing.gears[0].teeth * body.teeth > 0:
-            foot = math.pi - foot  # on the other side, and counted the other way round
-        # the contact point of y = 0, counted along the path of contact; teeth of a helix are farther at other y
+            foot = math.pi - foot  # opposite side, opposite sense of rotation
+        # contact point at y = 0, along the path of contact; on a helical gear it depends on y
         u = meshing.path_start - self.pair.overhangs[own][int(coast)] * math.tan(meshing.beta_b)
         lead = abs(body.teeth) * foot / (2 * math.pi)
         if own == 0:
@@ -87,20 +87,20 @@ class Train:
     Parameters
     ----------
     meshes
-        All of them; the driver of the first turns with the speed 1, or where it is held its carrier with −1.
+        All meshes. The driver of the first has the speed 1; if it is held, its carrier has the speed −1.
     shafts
-        Gear → its shaft; gears that are not named have one of their own, of the same name.
+        Gear → its shaft. A gear that is not listed has a separate shaft of the same name.
     axes
-        Shaft → (x, y) of its axis [mm]; the others follow from the directions of the meshes.
+        Shaft → (x, y) of its axis [mm]; missing axes follow from the directions of the meshes.
     clockwise
-        Sense in which the driver of the first mesh turns.
+        Whether the driver of the first mesh turns clockwise.
     held
-        Shafts that stand still.
+        Fixed shafts.
 
     Raises
     ------
     InputError
-        Where names, speeds, axes or torques do not fit each other; some only when they are asked for.
+        If names, speeds, axes or torques contradict each other. Some checks run only when a property is used.
     """
 
     meshes: tuple[Mesh, ...]
@@ -135,15 +135,15 @@ class Train:
     # -- speeds -------------------------------------------------------------------------------------------------------
     @cached_property
     def rates(self) -> dict[str, Fraction]:
-        """Speed of each shaft over that of the first driver, with its sense.
+        """Shaft → signed speed relative to the first driver.
 
-        One linear system: z_1 (n_1 − n_c) + z_2 (n_2 − n_c) = 0 at each mesh, c its carrier (Willis); the tooth number
-        of an internal gear is negative.
+        The speeds solve one linear system, z_1 (n_1 − n_c) + z_2 (n_2 − n_c) = 0 for each mesh with the carrier c
+        (Willis). Tooth numbers of internal gears are negative.
         """
         shafts = list(dict.fromkeys(self.shaft(gear) for gear in self.gears))
         shafts += [c for c in dict.fromkeys(m.carrier for m in self.meshes) if c is not None and c not in shafts]
         first, carrier = self.shaft(self.meshes[0].driver), self.meshes[0].carrier
-        # a driver that is held turns as fast against its carrier
+        # relative to its carrier, a held driver turns with the same speed
         rows = [self._row(shafts, {first: 1} if first not in self.held or carrier is None else {carrier: -1}, 1)]
         rows += [self._row(shafts, {name: 1}, 0) for name in self.held]
         for mesh in self.meshes:
@@ -164,21 +164,21 @@ class Train:
         return [*(Fraction(factors.get(name, 0)) for name in shafts), Fraction(right)]
 
     def mesh_rate(self, name: str) -> float:
-        """Mesh frequency over the frequency of rotation of the first driver."""
+        """Mesh frequency divided by the rotation frequency of the first driver."""
         mesh = self[name]
         return abs(float(self._own_rate(mesh) * mesh.pair.gears[0].teeth))
 
     def own_rate(self, name: str) -> float:
-        """Speed of the driver of a mesh as its carrier sees it, without its sense."""
+        """Absolute speed of the driver of a mesh relative to the carrier of the mesh."""
         return abs(float(self._own_rate(self[name])))
 
     def _own_rate(self, mesh: Mesh) -> Fraction:
-        """Speed of the driver of a mesh as its carrier sees it."""
+        """Signed speed of the driver of a mesh relative to the carrier of the mesh."""
         carrier = 0 if mesh.carrier is None else self.rates[mesh.carrier]
         return self.rates[self.shaft(mesh.driver)] - carrier
 
     def turn(self, name: str) -> int:
-        """Sense of rotation of the driver of a mesh: +1 where it turns clockwise, −1 otherwise."""
+        """Sense of rotation of the driver of a mesh: +1 if it turns clockwise, −1 otherwise."""
         return 1 if (self._own_rate(self[name]) > 0) == self.clockwise else -1
 
     # -- axes ---------------------------------------------------------------------------------------------------------
@@ -197,7 +197,7 @@ class Train:
         return found
 
     def _walk(self, first: str) -> Iterator[tuple[Mesh, str, str]]:
-        """Meshes in the order in which the shafts are reached, each with the shaft known and the other."""
+        """Meshes in the order in which they connect shafts: (mesh, shaft already reached, new shaft)."""
         known, left = {first}, list(self.meshes)
         while left:
             mesh = next((mesh for mesh in left if known & set(map(self.shaft, mesh.gears))), None)
@@ -217,10 +217,10 @@ class Train:
     # -- phases and flanks --------------------------------------------------------------------------------------------
     @cached_property
     def coast(self) -> dict[str, bool]:
-        """Mesh → whether its gears touch with their coast flanks, where the first mesh has the drive flanks.
+        """Mesh → whether its coast flanks touch, if the drive flanks of the first mesh do.
 
-        A gear that is driven in one mesh and drives in the other has its tooth pushed from behind and in front: an
-        idler carries on both flanks. A gear drives, or is driven, with the same flank everywhere.
+        A gear that drives in several meshes, or is driven in several, uses the same flank in all of them. An idler is
+        driven in one mesh and drives in the other: its two flanks carry load.
         """
         found: dict[str, bool] = {}
         for mesh, gear, other in self._shared():
@@ -231,12 +231,12 @@ class Train:
     def hands(self, given: Mapping[str, str]) -> dict[str, str]:
         """Mesh → hand of its driver's helix, "right" or "left".
 
-        As ``given``, or where a gear is shared with an earlier mesh that of its teeth: mates are of opposite hands, of
-        the same one where one of them is internal.
+        A gear shared with an earlier mesh determines the hand; otherwise it is as ``given``. Mating gears have opposite
+        hands, or the same hand if one of them is internal.
         """
 
         def across(mesh: Mesh, gear: str, hand: str) -> str:
-            """Hand of the driver from that of ``gear``, or the other way round."""
+            """Hand of the driver from the hand of ``gear``, or vice versa."""
             alike = gear == mesh.driver or mesh.pair.is_internal
             return hand if alike else {"right": "left", "left": "right"}[hand]
 
@@ -249,10 +249,10 @@ class Train:
         return found
 
     def phases(self, *, coast: bool = False) -> dict[str, float]:
-        """Mesh → its mesh phase when that of the first is zero [mesh periods] (D8).
+        """Mesh → its mesh phase at phase 0 of the first mesh [mesh periods] (D8).
 
-        As given; else from the teeth of a gear that two meshes share; 0 where they share none. ``coast``: under a
-        torque that loads the other flanks.
+        A phase that is not given follows from the teeth of a gear shared with an earlier mesh; without a shared gear it
+        is 0. ``coast``: the torque loads the other flanks.
         """
         found: dict[str, float] = {}
         for mesh, gear, other in self._shared():
@@ -260,17 +260,17 @@ class Train:
                 found[mesh.name] = mesh.phase or 0.0
             else:
                 leads = [each.lead(gear, self._towards(each, coast), coast=coast) for each in (other, mesh)]
-                # rounding, by which planets in phase would differ, left out
+                # rounded, so that planets in phase have equal phases
                 found[mesh.name] = round(found[other.name] + leads[0] - leads[1], 12) % 1.0
         return found
 
     def check_assembly(self, *, coast: bool = False) -> None:
-        """Refuse gears whose teeth do not fit into all their meshes at once; phases that are given are not looked at.
+        """Refuse gears whose teeth do not fit into all their meshes at once. Meshes with a given phase are not checked.
 
         Raises
         ------
         InputError
-            Naming the gear, and by how much its teeth would have to stand beside themselves.
+            With the gear and the misfit of its teeth in pitches.
         """
         phases, known = self.phases(coast=coast), {}
         for mesh in self.meshes:
@@ -282,17 +282,17 @@ class Train:
                     raise InputError("gears", gear, allowed)
 
     def begun(self, *, coast: bool = False) -> dict[str, tuple[int, int]]:
-        """Mesh → how many teeth later its driver and driven gear begin than in their first mesh, while that begins."""
+        """Mesh → by how many teeth its driver and driven gear begin later than in the first mesh of each gear."""
         phases, known, found = self.phases(coast=coast), {}, {}
         for mesh in self.meshes:
             lead = [self.leading(mesh.name, gear, phases[mesh.name], coast=coast) for gear in mesh.gears]
             first = [known.setdefault(gear, own) for gear, own in zip(mesh.gears, lead, strict=True)]
-            sense = -1 if coast else 1  # seen in a mirror later teeth are ahead
+            sense = -1 if coast else 1  # in the mirror image later teeth are ahead
             found[mesh.name] = tuple(sense * round(one - own) for one, own in zip(first, lead, strict=True))
         return found
 
     def leading(self, name: str, gear: str, phase: float, *, coast: bool = False) -> float:
-        """Angle of the leading flank of a gear at a phase of one of its meshes, see ``Mesh.lead`` [pitches]."""
+        """Angle of the leading flank of a gear at the ``phase`` of the mesh ``name`` [pitches], see ``Mesh.lead``."""
         mesh = self[name]
         return phase + mesh.lead(gear, self._towards(mesh, coast), coast=coast)
 
@@ -301,7 +301,7 @@ class Train:
         return self.turn(mesh.name) * (-1 if coast else 1) * math.atan2(y, x)
 
     def _shared(self) -> Iterator[tuple[Mesh, str, Mesh | None]]:
-        """Meshes with a gear each, and an earlier mesh that shares it; None where no gear is shared with one."""
+        """All meshes as (mesh, gear, earlier mesh with the same gear); the latter is None if no gear is shared."""
         done: list[Mesh] = []
         left = list(self.meshes)
         while left:
@@ -315,7 +315,10 @@ class Train:
 
     # -- torques ------------------------------------------------------------------------------------------------------
     def _balance(self, free: Sequence[str] | None) -> NDArray:
-        """Torques of the meshes on their drivers that cancel at shafts no torque enters or leaves, (shaft, mesh)."""
+        """Matrix (shaft, mesh) that maps the driver torques of the meshes to the net torque on each shaft.
+
+        It has a row for each shaft at which no torque enters or leaves; ``free`` as in ``torques``.
+        """
         rows = []
         for shaft in dict.fromkeys(map(self.shaft, self.gears)):
             touching = [mesh for mesh in self.meshes if shaft in map(self.shaft, mesh.gears)]
@@ -331,25 +334,26 @@ class Train:
 
     @cached_property
     def parallel(self) -> bool:
-        """Whether the balance of the shafts leaves open how much torque each mesh has."""
+        """Whether there are parallel paths: the torque balance of the shafts does not determine the mesh torques."""
         _ = self.rates
         return bool(np.linalg.matrix_rank(self._balance(None)[:, 1:]) < len(self.meshes) - 1)
 
     def torques(
         self, free: Sequence[str] | None = None, preferred: Mapping[str, float] | None = None
     ) -> dict[str, float]:
-        """Mesh → torque on its driver over that on the first, from the balance of the shafts.
+        """Mesh → torque on its driver relative to the first driver, from the torque balance of the shafts.
 
         Parameters
         ----------
         free
-            Shafts that torque enters or leaves, beside those with one mesh; by default where all gears drive, or all
-            are driven.
+            Shafts where torque enters or leaves, in addition to those with one mesh. By default these are the shafts
+            whose gears all drive or are all driven.
         preferred
-            Torques where the balance leaves a choice: they are as near to them as can be. Absent: it may leave none.
+            Torques to which the result is as close as possible if the balance leaves a choice. By default such a choice
+            is an error.
         """
         first, *others = names = [mesh.name for mesh in self.meshes]
-        _ = self.rates  # all shafts turn, and each with one speed
+        _ = self.rates  # raises unless every shaft has exactly one speed
         rows = self._balance(free)
         if not others:
             return {first: 1.0}
@@ -365,12 +369,14 @@ class Train:
 
 
 def _solved(rows: list[list[Fraction]]) -> list[Fraction | None]:
-    """Unknowns of linear equations, right sides last, by Gauss and Jordan; None where nothing determines one.
+    """Solve linear equations by Gauss–Jordan elimination; the last column is the right side.
+
+    Undetermined unknowns are None.
 
     Raises
     ------
     InputError
-        If they contradict each other.
+        If the equations contradict each other.
     """
     count = len(rows[0]) - 1
     pivots: dict[int, list[Fraction]] = {}

@@ -1,4 +1,4 @@
-"""``[gears.NAME]`` and ``[[meshes]]`` of a file, and the tables of each mesh as if its two gears were a pair."""
+"""Tables ``[gears.NAME]`` and ``[[meshes]]`` of a file, and their conversion to one gear pair per mesh."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from gearbench.geometry.thickness import Deviation
 from gearbench.geometry.train import Mesh, Train
 from gearbench.schema import STRICT, as_table, given, read
 
-#: Keys that both gears of a mesh have alike: of the pair, where there are no names.
+#: Keys that must be equal for both gears of a mesh; in ``[pair]`` they belong to the pair.
 SHARED = ("normal_module", "pressure_angle", "helix_angle")
-#: Keys of a mesh that are those of a pair.
+#: Keys of ``[[meshes]]`` that ``[pair]`` has too.
 OF_PAIR = ("centre_distance", "centre_distance_upper", "centre_distance_lower", "backlash")
 
 
@@ -86,24 +86,24 @@ class TrainMesh:
 
     @property
     def label(self) -> str:
-        """Its name, or one from those of its gears."""
+        """Name of the mesh; by default "DRIVER to DRIVEN"."""
         return self.name or f"{self.driver} to {self.driven}"
 
 
 @dataclass(frozen=True, kw_only=True)
 class TrainTables:
-    """The gears and meshes of a scene as they were given.
+    """The gears and meshes of a scene as given in its file.
 
     Parameters
     ----------
     tables
-        "gears", "meshes", "effects", "coast" and "system" as in a file.
+        Tables "gears", "meshes", "effects", "coast" and "system" of the file.
     gears, meshes
-        The first two as objects; effects of the flanks are left out.
+        The first two tables as objects, without the effects of the flanks.
     planetary
-        The set that they are of, where the file has the short form.
+        The planetary set, if the file has the short form ``[planetary]``.
     first
-        Pair, effects, effects of the coast flanks and system of the scene, once they are known.
+        Pair, effects, coast effects and system of the scene; None until they are known.
     """
 
     tables: Mapping[str, Any] = field(hash=False)
@@ -114,13 +114,13 @@ class TrainTables:
 
     @property
     def written(self) -> dict[str, Any]:
-        """The tables as in a file."""
+        """The tables to write to a file; the short form ``[planetary]`` replaces gears and meshes."""
         short = () if self.planetary is None else ("gears", "meshes")
         return {key: table for key, table in self.tables.items() if key not in short}
 
     @classmethod
     def of(cls, tables: Mapping[str, Any], effects: Collection[str]) -> TrainTables:
-        """Read the tables of a file, with the names of all ``effects``; raises ``InputError`` that names the key."""
+        """Read the tables of a file; ``effects`` are the names of all effects. Raises ``InputError`` with the key."""
         short = None
         if "planetary" in tables:
             for key in ("gears", "meshes", "system"):
@@ -156,15 +156,16 @@ class TrainTables:
         return cls(tables=own, gears=gears, meshes=meshes, planetary=short)
 
     def pairs(self) -> dict[str, Pair]:
-        """The gears of each mesh by its name. Profile shifts follow from the meshes in their order, where not given.
+        """Name of each mesh → its two gears as a pair.
 
-        A gear that meshes again keeps the shift that its first mesh asks for.
+        Profile shifts that are not given follow from the meshes in their order. A gear keeps the shift from its first
+        mesh.
         """
         shifts: dict[str, float] = {}
         found: dict[str, Pair] = {}
         for number, mesh in enumerate(self.meshes):
             names = (mesh.driver, mesh.driven)
-            if self.planetary is not None and number % self.planetary.keys.number:  # planets are alike
+            if self.planetary is not None and number % self.planetary.keys.number:  # all planets are equal
                 found[mesh.label] = found[self.meshes[number - 1].label]
                 continue
             both = [self.gears[name] for name in names]
@@ -189,7 +190,7 @@ class TrainTables:
         return found
 
     def flanks(self, number: int, *, coast: bool) -> dict[str, Any]:
-        """The effects of a mesh by their names: those of both gears, and those of each on its flank, drive or coast."""
+        """Effects of a mesh by name: common effects, and those of either gear on its drive or ``coast`` flank."""
         sides = ("effects", "coast") if coast else ("effects",)
         found = {name: dict(each) for side in sides for name, each in self.tables.get(side, {}).items()}
         known = {each.name for each in fields(TrainGear)}
@@ -208,7 +209,7 @@ class TrainTables:
         return found
 
     def train(self, pairs: Mapping[str, Pair]) -> Train:
-        """The train of the ``pairs`` of the meshes, by their names."""
+        """Train built from ``pairs``, the gear pair of each mesh by name."""
         keys = ("driver", "driven", "direction", "phase")
         own = ((m.label, {key: getattr(m, key) for key in keys}) for m in self.meshes)
         if self.planetary is not None:
@@ -218,20 +219,20 @@ class TrainTables:
         return Train(meshes=meshes, shafts=self._shafts, axes=self._axes)
 
     def coupled(self, train: Train) -> bool:
-        """Whether its meshes are one contact problem: it is a planetary set, or paths are parallel."""
+        """Whether the meshes form one contact problem: in a planetary set, or with parallel paths."""
         return self.planetary is not None or ("system" not in self.tables and train.parallel)
 
     def linkage(self, train: Train, *, coast: bool = False) -> Linkage:
-        """Coupling of the meshes."""
+        """Coupling of the meshes by rigid motions."""
         short = self.planetary
         return Linkage(train=train, coast=coast) if short is None else short.linkage(train, coast=coast)
 
     def offset(self, linkage: Linkage) -> NDArray:
-        """Approach that errors of the bodies add to each mesh, (mesh,) [mm]."""
+        """Approach added to each mesh by position and thickness errors of the bodies, (mesh,) [mm]."""
         return np.zeros(len(self.meshes)) if self.planetary is None else self.planetary.offset(linkage)
 
     def shares(self, train: Train) -> dict[str, float]:
-        """Mesh → torque on its driver over that on the first; where paths are parallel as if they shared alike."""
+        """Mesh → torque on its driver relative to the first driver; parallel paths are assumed to share evenly."""
         if not self.coupled(train):
             return train.torques()
         force = self.linkage(train).even_forces(1.0)
@@ -239,7 +240,7 @@ class TrainTables:
 
     @property
     def _shafts(self) -> dict[str, str]:
-        """Gear → its shaft, of those that share one or sit on shafts of the system."""
+        """Gear → its shaft, for gears that share a shaft or sit on a shaft of the system."""
         found = {name: gear.shaft for name, gear in self.gears.items() if gear.shaft}
         for number, shaft in enumerate(self.tables.get("system", {}).get("shafts", ())):
             for seat in shaft.get("gears", ()):
@@ -254,9 +255,9 @@ class TrainTables:
         return {shaft.get("name", ""): tuple(shaft["axis"]) for shaft in shafts if "axis" in shaft}
 
     def system(self, train: Train, table: Mapping[str, Any]) -> dict[str, Any]:
-        """The table ``system`` with a seat for each mesh of a gear, whose name it gives, and the further meshes.
+        """The table ``system`` in the form for pairs: one seat per gear and mesh, and a list of the further meshes.
 
-        Axes that it leaves out follow from the directions of the meshes.
+        Missing axes follow from the directions of the meshes.
         """
         if "meshes" in table:
             raise InputError("system.meshes", "given", "conflicts with the meshes of the scene: give one of the two")
@@ -278,7 +279,7 @@ class TrainTables:
         return {**table, "shafts": shafts, "meshes": further}
 
     def coast(self, train: Train) -> dict[str, bool]:
-        """Whether each mesh touches with the coast flanks; raises ``InputError`` where that is not the one given."""
+        """Mesh → whether its coast flanks touch; raises ``InputError`` if ``flank`` of a mesh contradicts this."""
         found = train.coast
         first = self.meshes[0].flank == "coast"
         for number, mesh in enumerate(self.meshes):
@@ -289,7 +290,7 @@ class TrainTables:
         return found
 
     def named(self, error: InputError, number: int) -> InputError:
-        """An error in the tables of a mesh as a pair, by the keys of the file."""
+        """Translate the key of an error in the pair of mesh ``number`` to the key in the file."""
         mesh = self.meshes[number]
         head, _, rest = error.key.partition(".")
         names = dict(zip(GEARS, (mesh.driver, mesh.driven), strict=True))
@@ -309,7 +310,7 @@ class TrainTables:
 
 
 def in_set(error: InputError) -> InputError:
-    """An error in the gears and meshes that ``[planetary]`` stands for, by the keys of that table."""
+    """Translate the key of an error in the gears or meshes of a set to the key in ``[planetary]``."""
     head, _, rest = error.key.partition(".")
     name, _, below = rest.partition(".")
     name = "planet" if name.startswith("planet ") else name
@@ -322,5 +323,5 @@ def in_set(error: InputError) -> InputError:
     return InputError(f"planetary.{key}", error.value, error.allowed, error.file)
 
 
-#: Tables that say what a train is, in place of the table "pair".
+#: Tables that define a train, in place of the table "pair".
 PARTS = ("gears", "meshes", "planetary", "effects", "coast", "system")
