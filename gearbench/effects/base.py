@@ -1,7 +1,7 @@
-"""The two kinds of effects: compliance and gap. Contributions of the same kind add up.
+"""Base classes of the two kinds of effects, compliance and gap. Contributions of the same kind add up.
 
-Contributions are arrays (position, pair, segment) on the segments of the contact lines; lengths in
-mm, forces in N, normal to the flank. Positive gap = material missing.
+Contributions are arrays (position, pair, segment) on the segments of the contact lines. Lengths are in mm and forces
+in N, normal to the flank. A positive gap means missing material.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ class LowRank:
     factor
         Ψ, (position, pair, segment, rank) [√(mm/N)].
     coupled
-        False: the tooth pairs deflect independently. True: all pairs share the columns, so that a force on one tooth
-        deflects the others too.
+        False: the tooth pairs deflect independently. True: a force on one tooth deflects the others too, because all
+        pairs share the columns of Ψ.
     """
 
     factor: NDArray
@@ -49,9 +49,9 @@ class Dense:
     Parameters
     ----------
     matrix
-        (position, pair·segment, pair·segment); rows of absent lines are ignored.
+        H (position, pair·segment, pair·segment); rows of tooth pairs without contact line are ignored.
     positive
-        Whether the matrix is known to be positive semidefinite; otherwise its negative part is removed.
+        Whether the matrix is known to be positive semidefinite. If not, its negative eigenvalues are removed.
     """
 
     matrix: NDArray
@@ -65,9 +65,9 @@ class Flanks:
     Parameters
     ----------
     both
-        The compliance of each flank.
+        Compliance of each flank.
     coupled
-        Whether teeth of a gear move each other.
+        Whether a force on one tooth of a gear deflects its other teeth.
     """
 
     both: tuple[FlankCompliance, FlankCompliance]
@@ -84,12 +84,12 @@ class Flanks:
 
 @dataclass(frozen=True, kw_only=True)
 class LineLaw:
-    """Local compression of a segment under its line load q = P/ℓ [N/mm]: g = q (a − h ln q) [mm].
+    """Local compression g = q (a − h ln q) [mm] of a segment of length ℓ under its line load q = P/ℓ [N/mm].
 
     Parameters
     ----------
     a, h
-        Coefficients, (position, pair, segment) [mm²/N]; h = 0 is a linear law.
+        Coefficients (position, pair, segment) [mm²/N]; with h = 0 the law is linear.
     """
 
     a: NDArray
@@ -98,30 +98,36 @@ class LineLaw:
 
 @dataclass(frozen=True)
 class Effect(ABC):
-    """One physical effect, named as its table in the scene."""
+    """One physical effect, with the keys of its table in the scene."""
 
     #: Name of the table below ``[effects]``.
     name: ClassVar[str]
-    #: One line for ``gearbench plan`` and the documentation: the term it adds.
+    #: One line for ``gearbench plan`` and the documentation: the term that the effect adds.
     summary: ClassVar[str]
-    #: Where the model comes from.
+    #: Source of the model.
     source: ClassVar[str]
     #: One line for the documentation: when to use it.
     use: ClassVar[str] = ""
-    #: Example of its table, for the documentation.
+    #: Example of the table, for the documentation.
     example: ClassVar[dict[str, Any]] = {}
-    #: Effects that it requires, with the reason.
+    #: Names of effects that this one requires, with the reason.
     requires: ClassVar[dict[str, str]] = {}
-    #: Effects that exclude it, with the reason.
+    #: Names of effects that this one excludes, with the reason.
     conflicts: ClassVar[dict[str, str]] = {}
 
     def check(self, pair: Pair, beside: Effects) -> None:  # noqa: B027
-        """Refuse, with an ``InputError`` keyed from this effect's table, keys that fit neither pair nor scene."""
+        """Check that the keys fit the pair and the other effects of the scene.
+
+        Raises
+        ------
+        InputError
+            If a key does not; it is named as within the table of the effect.
+        """
 
     def kept(self) -> dict[str, xr.DataArray]:
-        """Contents of the effect's files, as variables to store in a Dataset; none by default.
+        """Contents of the effect's files as variables to store in a Dataset; none by default.
 
-        Their names begin with that of the effect and "_".
+        The names of the variables begin with the name of the effect and "_".
         """
         return {}
 
@@ -132,18 +138,28 @@ class Effect(ABC):
         Raises
         ------
         InputError
-            If a variable is not what ``kept`` gives.
+            If a variable does not have the form that ``kept`` gives it.
         """
 
 
-#: The effects of a scene by their names. Never changed.
+#: Effects of a scene by name; never changed.
 Effects: TypeAlias = Mapping[str, Effect]
 
 
 def refuse_foreign_keys(effect: Effect, owners: Mapping[str, tuple[str, ...]]) -> None:
-    """Refuse keys that belong to models other than ``effect.model``, unless they have their default.
+    """Refuse keys of models other than ``effect.model``, unless they have their default value.
 
-    ``owners``: the models that a key belongs to. Raises ``InputError``.
+    Parameters
+    ----------
+    effect
+        Effect with the field ``model``.
+    owners
+        Models to which a key belongs.
+
+    Raises
+    ------
+    InputError
+        Naming the key.
     """
     values = {field.name: (getattr(effect, field.name), field.default) for field in fields(effect)}
     for key, models in owners.items():
@@ -159,12 +175,12 @@ class ComplianceEffect(Effect):
 
     @abstractmethod
     def compliance(self, lines: ContactLines, beside: Effects) -> LowRank | Dense | LineLaw:
-        """Compliance of the segments of ``lines``; ``beside`` are the effects of the scene, this one among them."""
+        """Compliance of the segments of ``lines``; ``beside`` are all effects of the scene, including this one."""
 
     def flank_compliances(self, lines: ContactLines, beside: Effects) -> Flanks | None:
-        """Compliances of both flanks, if the effect has them; None by default.
+        """Compliances of both flanks for any contact lines, if the effect has them; None by default.
 
-        They are summed before they are evaluated on contact lines.
+        Compliances of several effects are summed before they are evaluated on contact lines.
         """
         return None
 
@@ -175,14 +191,14 @@ class ToothCompliance(ComplianceEffect):
 
     @abstractmethod
     def tooth_factor(self, pair: Pair, index: int, height: NDArray, y: NDArray, beside: Effects) -> NDArray:
-        """Ψ (…, rank) [√(mm/N)] of a single tooth of one gear.
+        """Ψ (…, rank) [√(mm/N)] of a single tooth of gear ``index``.
 
-        A unit normal force at point b of its flank deflects point a by Ψ(a)·Ψ(b); ``height`` above the root circle,
-        R − r_f, and ``y`` along the face width [mm].
+        A unit normal force at point b of the flank deflects point a by Ψ(a)·Ψ(b). Points are given by the ``height``
+        R − r_f above the root circle and the position ``y`` along the face width [mm].
         """
 
     def both_teeth(self, lines: ContactLines, beside: Effects) -> LowRank:
-        """Factors of the teeth of pinion and wheel side by side, (position, pair, segment, rank)."""
+        """Factors of the teeth of pinion and wheel, concatenated along the rank, (position, pair, segment, rank)."""
         heights = [radius - gear.root_radius for gear, radius in zip(lines.pair.gears, lines.radii, strict=True)]
         parts = [self.tooth_factor(lines.pair, index, heights[index], lines.own_y(index), beside) for index in (0, 1)]
         return LowRank(factor=np.concatenate(parts, axis=-1))
@@ -195,9 +211,9 @@ class Turning:
     Parameters
     ----------
     modes
-        (position, pair, segment, mode) [mm].
+        Gaps (position, pair, segment, mode) [mm].
     amounts
-        (cycle, mode) [–].
+        Multiples of the modes in each mesh cycle (cycle, mode) [–].
     """
 
     modes: NDArray
@@ -208,7 +224,7 @@ class Turning:
 class GapEffect(Effect):
     """An effect that adds gap."""
 
-    #: Whether it describes the shape of a flank, so that drive and coast flanks may differ.
+    #: Whether the effect describes the shape of a flank, so that drive and coast flanks may differ.
     of_flank: ClassVar[bool] = True
 
     @abstractmethod
@@ -216,7 +232,7 @@ class GapEffect(Effect):
         """Initial gap e normal to the flank, (position, pair, segment) [mm]."""
 
     def modifications(self, pair: Pair) -> tuple[Modification, ...]:
-        """The gap as modifications of the profiles, if it is the same all over the face; none by default."""
+        """The gap as profile modifications, if it does not vary over the face; none by default."""
         return ()
 
     def kinks(self, pair: Pair) -> tuple[float, ...]:
@@ -228,12 +244,12 @@ class GapEffect(Effect):
         return ()
 
     def turning(self, lines: ContactLines, cycles: NDArray) -> Turning | None:
-        """The gap in the mesh cycles ``cycles`` (cycle,), if it changes from cycle to cycle; None by default."""
+        """The gap in the mesh cycles number ``cycles`` (cycle,), if it changes from cycle to cycle; None by default."""
         return None
 
     def later(self, pair: Pair, cycles: tuple[int, int]) -> GapEffect:
-        """The effect where pinion and wheel begin so many of their teeth later; by default all teeth are alike.
+        """The effect if teeth of pinion and wheel are counted from ``cycles`` teeth later; unchanged by default.
 
-        ``turning`` of it has the same modes.
+        The result has the same modes in ``turning``.
         """
         return self

@@ -1,10 +1,11 @@
-"""Deviations of a flank on a grid, as a measuring machine gives them: read from CSV or netCDF, interpolated.
+"""Grid of measured flank deviations, read from CSV or netCDF and interpolated.
 
-CSV: the first row names the coordinate of the first column, ``radius``, ``diameter`` or ``roll_length`` (√(R² − r_b²)),
-in mm, and holds the positions y [mm] across the face. Every further row holds one such coordinate and the deviations
-[µm]. Separated by commas, semicolons (then a decimal comma is understood) or tabs; # begins a line of remarks.
-NetCDF: one variable with the dimensions radius, diameter or roll_length, and face_position, with these coordinates in
-mm; its attribute ``units`` is µm or mm.
+CSV: the first cell of the first row names the coordinate of the first column: ``radius``, ``diameter`` or
+``roll_length`` (√(R² − r_b²)), in mm. The rest of the first row holds the positions y [mm] across the face. Every
+further row holds one coordinate and its deviations [µm]. Cells are separated by commas, tabs or semicolons; with tabs
+or semicolons the decimal mark may be a comma. A line that begins with # is a remark.
+NetCDF: one variable with two dimensions, one of radius, diameter and roll_length, and face_position. Both coordinates
+are in mm; the attribute ``units`` of the variable is µm or mm.
 """
 
 from __future__ import annotations
@@ -32,16 +33,16 @@ _MICROMETRES = {"µm": 1.0, "μm": 1.0, "um": 1.0, "micrometer": 1.0, "micrometr
 
 @dataclass(frozen=True, kw_only=True)
 class FlankGrid:
-    """Deviations on a grid of a flank, bilinear in between, constant beyond its edges.
+    """Deviations on a grid of a flank: bilinear within the grid, constant beyond its edges.
 
     Parameters
     ----------
     along
         Kind of ``coordinate``: one of ``ALONG``.
     coordinate, face
-        Increasing, (n,) and (m,) [mm].
+        Increasing positions along the profile (n,) and across the face (m,) [mm].
     deviation
-        (n, m) [µm].
+        Deviations (n, m) [µm].
     """
 
     along: str
@@ -60,7 +61,7 @@ class FlankGrid:
         return (1 - s) * below + s * above
 
     def coordinate_of(self, gear: Gear, radius: NDArray) -> NDArray:
-        """The grid's coordinate of radius R [mm]."""
+        """Coordinate of the grid at the radius R [mm]."""
         radius = np.abs(radius)
         if self.along == "roll_length":
             return np.abs(gear.roll_length(radius))
@@ -73,7 +74,7 @@ class FlankGrid:
         return gear.sign * (self.coordinate if self.along == "radius" else self.coordinate / 2)
 
     def to_array(self, name: str) -> xr.DataArray:
-        """The grid [µm] as a variable of a Dataset, with dimensions named after ``name`` [mm]."""
+        """The grid as a variable ``name`` of a Dataset [µm], with dimensions that begin with ``name`` [mm]."""
         import xarray as xr
 
         dims = tuple(f"{name}_{axis}" for axis in (self.along, FACE))
@@ -85,7 +86,7 @@ class FlankGrid:
 
 
 def grid_of(array: xr.DataArray) -> FlankGrid:
-    """The grid from a variable made by ``FlankGrid.to_array``.
+    """Grid from a variable made by ``FlankGrid.to_array``.
 
     Raises
     ------
@@ -98,7 +99,7 @@ def grid_of(array: xr.DataArray) -> FlankGrid:
 
 
 def _position(grid: NDArray, x: NDArray) -> tuple[NDArray, NDArray]:
-    """Interval and position in it, 0…1, clipped at the ends of the grid."""
+    """Number of the interval that contains x, and the position in it from 0 to 1, clipped to the grid."""
     if len(grid) == 1:
         return np.zeros(x.shape, dtype=np.intp), np.zeros(x.shape)
     i = np.clip(np.searchsorted(grid, x, side="right") - 1, 0, len(grid) - 2)
@@ -111,13 +112,13 @@ def read_grid(key: str, name: str, data: bytes) -> FlankGrid:
     Raises
     ------
     InputError
-        Keyed ``key``, naming file and row (CSV) or variable (netCDF).
+        With the key ``key``; it names the file and the row (CSV) or variable (netCDF).
     """
     return _checked(key, name, _from_netcdf(key, name, data) if is_netcdf(data) else _from_csv(key, name, data))
 
 
 def _checked(key: str, name: str, grid: FlankGrid) -> FlankGrid:
-    """The grid, after checking that coordinates increase and deviations are plausible."""
+    """Check that coordinates increase and deviations are plausible, and return the grid."""
     for axis, values in ((grid.along, grid.coordinate), (FACE, grid.face)):
         if not (values.size and np.isfinite(values).all() and np.all(np.diff(values) > 0)):
             raise InputError(key, f"{name}, {axis}", "must be strictly increasing")

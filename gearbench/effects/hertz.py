@@ -19,13 +19,13 @@ from gearbench.geometry.pair import Pair
 from gearbench.geometry.separation import NODES, Separation
 from gearbench.schema import STRICT
 
-#: Polynomials of R in the compliance of solid teeth, unless a scene asks for a low order.
+#: Number of polynomials of R in the compliance of solid teeth, unless a scene asks for a low order.
 FLANK_POLYNOMIALS = 5
-#: Length of intervals over the half-width of the contact strip; parabolas on them are accurate to 1e-4 c.
+#: Length of the intervals of the table over the half-width of the contact strip; parabolas are then accurate to 1e-4 c.
 _STEP = 0.25
-#: Least and largest number of intervals on a base pitch.
+#: Minimum and maximum number of intervals on a base pitch.
 _FEWEST, _MOST = NODES / 4, 2 * NODES
-#: Points within an interval at which the law is evaluated; at its ends the law may jump.
+#: Points of an interval at which the law is evaluated, just inside its ends, where the law may jump.
 _AT = np.array([1e-9, 0.5, 1 - 1e-9])
 
 
@@ -33,12 +33,13 @@ _AT = np.array([1e-9, 0.5, 1 - 1e-9])
 class Hertz(ComplianceEffect):
     """Contact compliance, as a law of the line load q.
 
-    "yang_sun": linear, g = 4(1−ν²)/(πE) · q (C2 of docs/theory.md).
+    "yang_sun" is linear: g = 4(1−ν²)/(πE) · q (C2 of docs/theory.md).
 
-    "weber_banaschek": load dependent, g = 4(1−ν²)/(πE) · q · [ln(2√(t₁t₂)/a_H) − ν/(2(1−ν))], a_H² = 8qρ(1−ν²)/(πE)
-    (C3), with the relative radius of curvature ρ and the depths t_i of the centre lines of the teeth below the flanks.
+    "weber_banaschek" depends on the load: g = 4(1−ν²)/(πE) · q · [ln(2√(t₁t₂)/a_H) − ν/(2(1−ν))] with
+    a_H² = 8qρ(1−ν²)/(πE) (C3), the relative radius of curvature ρ, and the depths t_i of the tooth centre lines below
+    the flanks.
 
-    For two materials, each contributes half.
+    If the gears have different materials, each material contributes half.
 
     Parameters
     ----------
@@ -56,7 +57,7 @@ class Hertz(ComplianceEffect):
 
     def compliance(self, lines: ContactLines, beside: Effects) -> LineLaw:
         """Law of each segment, (position, pair, segment)."""
-        # without helix angle all segments of a line stand at the same u
+        # without helix angle all segments of a line have the same u
         even = lines.pair.meshing.overlap_ratio == 0
         first = {name: getattr(lines, name)[..., : 1 if even else None] for name in ("u", "y", "length")}
         if lines.separation is None or self.law == "yang_sun":
@@ -66,13 +67,13 @@ class Hertz(ComplianceEffect):
         return LineLaw(a=np.broadcast_to(law.a, lines.shape), h=np.broadcast_to(law.h, lines.shape))
 
     def law_on(self, lines: ContactLines) -> LineLaw:
-        """``compliance``, computed for each segment without a table."""
+        """``compliance`` computed directly for each segment, without a table."""
         materials = lines.pair.materials
         each = [2 / (math.pi * material.plane_strain_modulus) for material in materials]
         c = sum(each)
         if self.law == "yang_sun":
             return LineLaw(a=np.full(lines.shape, c), h=np.zeros(lines.shape))
-        # at an interference point ρ = 0 and the logarithm is infinite: a lower limit
+        # at an interference point ρ is 0 and the logarithm infinite: keep ρ above a lower limit
         rho = np.maximum(lines.curvature_radius, 1e-9 * abs(lines.pair.meshing.tangent_length))
         a = np.zeros(lines.shape)
         for c_i, material, gear, radius in zip(each, materials, lines.pair.gears, lines.radii, strict=True):
@@ -98,16 +99,17 @@ def _edge(lines: ContactLines, index: int, rho: NDArray) -> tuple[NDArray, NDArr
     assert touch is not None
     c = [1 / (math.pi * material.plane_strain_modulus) for material in lines.pair.materials]
     roll = touch.rolls[index]
-    # corners where a relief begins are all but flat; gaps in the normal plane are cos β_b times the transverse ones
+    # Only tips count: a corner at the start of a relief is almost flat. cos β_b converts the tilt to the normal plane.
     tilt = np.where((touch.edge == index) & (edge_distance(gear, roll) < 1e-6 * abs(gear.tip_radius)), touch.tilt, 0.0)
     tilt = tilt * math.cos(gear.beta_b)
     return edge_softening(gear, c[index], sum(c) / 2, FLANK_POLYNOMIALS, roll, tilt, rho, lines.typical_load)
 
 
 def _kinks(lines: ContactLines, index: int, rho: NDArray, c: float) -> Iterator[tuple[NDArray, NDArray, NDArray]]:
-    """Segments whose contact strip reaches a kink of a profile, and the additions to a and h there (E5).
+    """Segments whose contact strip reaches a kink of a profile, and their additions to a and h (E5).
 
-    c = Σ 2(1−ν²)/(πE). Exact at two loads: half the mean load of a line, and the whole load on a single pair.
+    The additions are exact at two loads: at ``lines.typical_load``, half the mean load of a line, and at the whole load
+    on a single tooth pair. c = Σ 2(1−ν²)/(πE).
     """
     from gearbench.compliance.kink import kink_softening
 
@@ -116,7 +118,7 @@ def _kinks(lines: ContactLines, index: int, rho: NDArray, c: float) -> Iterator[
     assert separation is not None
     profile, mean, roll = separation.plane.profiles[index], c / 4, touch.rolls[index]
     more = 2 * max(meshing.transverse_contact_ratio, 1.0)
-    # the same length in both planes: the profile is square to the line of contact
+    # this length is the same in the normal plane, since the profile is perpendicular to the contact line
     half_width = np.sqrt(8 * mean * rho * lines.typical_load)
     for at, rise in profile.kinks:
         along = (roll**2 - at**2) / (2 * profile.base_radius)
@@ -133,14 +135,14 @@ def _kinks(lines: ContactLines, index: int, rho: NDArray, c: float) -> Iterator[
 
 @dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
 class LawTable:
-    """Contact law as parabolas of u, between the u at which contact moves to another part of a flank.
+    """Contact law as piecewise parabolas of u; some intervals end where contact moves to another part of a flank.
 
     Parameters
     ----------
     start, width
-        Of the intervals, (interval,) [mm].
+        Start and width of the intervals (interval,) [mm].
     coefficients
-        Of a and of h in powers of t = 0 … 1, (2, 3, interval) [mm²/N].
+        Coefficients of a and h in powers of t = 0 … 1 (2, 3, interval) [mm²/N].
     """
 
     start: NDArray

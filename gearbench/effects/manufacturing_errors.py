@@ -44,19 +44,19 @@ class ErrorKind:
     Parameters
     ----------
     distribution
-        Distribution over the amplitude f; see ``gearbench.effects.distributions``.
+        Distribution in units of the amplitude f; see ``gearbench.effects.distributions``.
     amplitude
         f [µm]; by default the tolerance of the ISO class.
     tolerance
-        Tolerance of the class that is the amplitude; by default the one of the same name.
+        Tolerance of the class to use as amplitude; by default the tolerance with the name of the error.
     gear
-        Gears that have the error, independent of each other. Ignored for the axes.
+        Gears that have the error, drawn independently. Ignored for the axes.
     drawn
-        "gear": the same on all teeth. "tooth": independent for every tooth. Ignored for the axes.
+        "gear": the error is the same on all teeth. "tooth": it is independent for every tooth. Ignored for the axes.
     sign
-        −1: excess material instead of missing material (a hollow instead of a barrel).
+        −1 for excess material instead of missing material (a hollow instead of a barrel).
     cost
-        Relative cost of making this tolerance one class finer; ``robust`` says which to tighten first.
+        Relative cost of a tolerance one class finer; ``robust`` uses it to say which tolerance to tighten first.
     """
 
     distribution: Distribution = "uniform"
@@ -73,9 +73,24 @@ IsoClass = Annotated[int, Field(ge=0, le=12)]
 
 @plain_dataclass(frozen=True)
 class ErrorMode:
-    """One random variable of the pair.
+    """One random error of the pair.
 
-    Name, amplitude [µm], distribution, sign, shape of 1 µm, tooth (None: all) and relative cost of a finer tolerance.
+    Parameters
+    ----------
+    name
+        Name of the error.
+    amplitude
+        Amplitude f [µm].
+    distribution
+        Distribution in units of f.
+    sign
+        −1 for excess material.
+    shape
+        Function that gives the gap of 1 µm on contact lines [mm].
+    tooth
+        Number of the tooth pair that has the error; None for all.
+    cost
+        Relative cost of a tolerance one class finer.
     """
 
     name: str
@@ -95,7 +110,7 @@ class ErrorMode:
 _SHAPES = ("profile_slope", "profile_form", "helix_slope", "helix_form", "inclination", "deviation")
 _CLASSES = ("iso_class", "pinion_iso_class", "wheel_iso_class")
 _OF_AXES = ("inclination", "deviation")
-#: Course of the wave over the face for run-out and wobble.
+#: Shape over the face of the wave of run-out and of wobble.
 _REVOLVING: MappingProxyType[str, Any] = MappingProxyType({"run_out": "even", "wobble": "tilting"})
 #: Number of equally probable centre distances at which samples are solved.
 DISTANCES = 16
@@ -106,22 +121,22 @@ _OTHERS = (*_REVOLVING, "varied", "centre_distance", "tooth_thickness")
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class ManufacturingErrors(GapEffect):
-    """Random errors of profile, helix and axes, drawn if their table is there.
+    """Random errors of profile, helix and axes. A kind of error is drawn if its table is given.
 
-    ``robust`` draws them; ``simulate`` takes every error at its mean. Errors of different gears and kinds are
-    independent. In planetary sets and parallel paths only profile and helix errors are drawn, once for each flank: sun
-    and ring bring the same errors to all planets, and a planet has one flank at the sun and another at the ring.
-    "pinion" there means the driver of each mesh.
+    ``robust`` draws the errors; ``simulate`` takes every error at its mean. Errors of different gears and kinds are
+    independent. In planetary sets and parallel paths only profile and helix errors are drawn, once for each flank: the
+    sun, or the ring, has the same errors at all planets, and a planet has different errors at sun and ring. "pinion"
+    then means the driver of each mesh.
 
     Parameters
     ----------
     preset
-        A published convention, instead of all other keys.
+        Published convention; replaces all other keys.
     iso_class, edition, rounded
-        Class and edition of ISO 1328-1 for amplitudes that are not given. Parallelism of the axes follows ISO/TR
-        10064-3.
+        Class and edition of ISO 1328-1, and whether tolerances are rounded, for amplitudes that are not given.
+        Parallelism of the axes follows ISO/TR 10064-3.
     pinion_iso_class, wheel_iso_class
-        Class of one gear, instead of ``iso_class``.
+        Class of one gear; replaces ``iso_class``.
     along
         Coordinate of profile errors: "roll" length or "radius".
     profile_range
@@ -131,13 +146,13 @@ class ManufacturingErrors(GapEffect):
     inclination, deviation
         f_Σδ, f_Σβ of the axes.
     run_out, wobble
-        F_r of each gear at a random phase: a wave of order 1 (F7), even or tilting over the face.
+        F_r of each gear at a random phase: a wave of order 1 (F7). Run-out is even over the face, wobble tilts.
     varied
-        Other numbers of the scene that vary, one table for each.
+        Numbers of other gap effects that vary, one table each.
     centre_distance
-        Samples are solved on pairs of 16 equally probable centre distances.
+        Variation of the centre distance. Every sample is solved at one of 16 equally probable centre distances.
     tooth_thickness
-        Tooth thickness of each gear, for the backlash of each sample.
+        Variation of the tooth thickness of both gears, which gives the backlash of every sample.
     """
 
     preset: Literal["garambois2017"] | None = None
@@ -202,12 +217,12 @@ class ManufacturingErrors(GapEffect):
                 raise error.within(f"varied.{i}") from None
 
     def convention(self) -> ManufacturingErrors:
-        """The errors themselves, or those of the preset."""
+        """These errors, or the errors of the preset."""
         return PRESETS[self.preset] if self.preset is not None else self
 
     @lru_cache(maxsize=64)  # noqa: B019 - a few small objects, asked for at every gap of a scene
     def error_modes(self, pair: Pair) -> tuple[ErrorMode, ...]:
-        """The random variables of the pair, in a fixed order."""
+        """Errors of profile, helix and axes, in a fixed order."""
         this = self.convention()
         modes = []
         for name in _SHAPES:
@@ -228,7 +243,7 @@ class ManufacturingErrors(GapEffect):
         return tuple(modes)
 
     def class_amplitude(self, tolerance: str, pair: Pair, index: int) -> float:
-        """Amplitude [µm] of the ISO class."""
+        """Tolerance [µm] of the ISO class of gear ``index``."""
         if tolerance not in _OF_AXES:
             return getattr(self._flank(pair, index), tolerance)
         largest = max(self._flank(pair, i).helix_total for i in (0, 1))
@@ -251,7 +266,7 @@ class ManufacturingErrors(GapEffect):
         return tuple(found)
 
     def _of_sizes(self, pair: Pair) -> tuple[RandomVariable, ...]:
-        """Centre distance and tooth thickness."""
+        """Random variables of centre distance and tooth thickness."""
         found = []
         if self.centre_distance is not None:
             ends = (pair.centre_distance_lower, pair.centre_distance_upper)
@@ -269,11 +284,11 @@ class ManufacturingErrors(GapEffect):
         return (*self.error_modes(pair), *revolving, *varied, *self._of_sizes(pair))
 
     def mean(self, pair: Pair) -> NDArray:
-        """Mean of each error, (error,) [µm]; 0 for numbers of other effects and for sizes."""
+        """Mean of each random variable, (error,) [µm]; 0 for numbers of other effects and for sizes."""
         return np.array([v.amplitude * DISTRIBUTIONS[v.distribution].mean for v in self.variables(pair)])
 
     def draw(self, unit: NDArray, pair: Pair) -> NDArray:
-        """Errors [µm, or the unit of the key], (sample, error), from numbers in (0, 1) of the same shape."""
+        """Errors (sample, error) [µm, or the unit of the key] from uniform numbers in (0, 1) of the same shape."""
         columns = []
         for i, v in enumerate(self.variables(pair)):
             drawn = unit[:, i]
@@ -283,7 +298,7 @@ class ManufacturingErrors(GapEffect):
         return np.stack(columns, axis=-1)
 
     def expansion(self, lines: ContactLines, beside: Effects) -> Expansion:
-        """Gaps of samples on ``lines``; ``beside`` are the effects of the loaded flank."""
+        """Expansion of the gaps of samples on ``lines``; ``beside`` are the effects of the loaded flank."""
         classic, parts = len(self.error_modes(lines.pair)), []
         if classic:
             parts.append(ErrorModes(columns=slice(0, classic), modes=self.modes(lines), amounts=lambda values: values))
@@ -310,9 +325,9 @@ class ManufacturingErrors(GapEffect):
         return total
 
     def _shape(self, name: str, pair: Pair, index: int) -> Callable[[ContactLines], NDArray]:
-        """Gap of 1 µm of an error: of the axes, a slope or a barrel.
+        """Function for the gap of 1 µm of an error: opening of the axes, or a slope or barrel on a flank.
 
-        A constant added to a shape changes only the mean transmission error.
+        A constant in the gap would change only the mean transmission error, so its choice does not matter.
         """
         if name in _OF_AXES:
             return partial(opening, **({"inclination": 0.0, "deviation": 0.0} | {name: 1.0}))
@@ -325,7 +340,7 @@ def _amounts(key: VariedKey, modes: int, values: NDArray) -> NDArray:
     return key.amounts(values[:, 0], modes)
 
 
-#: Conventions by name. "garambois2017" comes from ``studies/s01_table2``.
+#: Conventions by name; ``studies/s01_table2`` derives "garambois2017".
 PRESETS: MappingProxyType[str, ManufacturingErrors] = MappingProxyType(
     {
         "garambois2017": ManufacturingErrors(

@@ -1,4 +1,4 @@
-"""Shafts and bearings of ``[system]`` in the contact: flanks move with the sections of their shafts."""
+"""Effects of the shafts and bearings of ``[system]`` on the contact: flanks move with the sections of their shafts."""
 
 from __future__ import annotations
 
@@ -19,16 +19,17 @@ from gearbench.system.mechanics import shafts_at_rest
 from gearbench.system.shaft_model import ShaftModel
 from gearbench.system.static import Settled, twist
 
-#: Stiffness of a foundation per face width over the modulus of elasticity, above that of meshes and of Hertz' contact.
+#: Stiffness of the foundation per face width over the modulus of elasticity: first above the stiffness of meshes, then
+#: above the stiffness of Hertzian contact.
 FOUNDATIONS = (0.3, 5.0)
 #: Eigenvalues of a seat's compliance below this fraction of the largest are dropped.
 _RANK = 1e-14
 
 
-# compared by identity: sums of compliances are cached by their effects
+# compared by identity, because sums of compliances are cached with their effects as keys
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SeatedGear:
-    """A gear of the scene's pair on its shaft in equilibrium, with the rows of its flank's deflection."""
+    """A gear of the scene's pair on its shaft in static equilibrium, with the rows that give its flank's deflection."""
 
     box: Gearbox
     gear: int
@@ -46,11 +47,11 @@ class SeatedGear:
 
     @property
     def nodes(self) -> NDArray:
-        """Nodes of the shaft under its face."""
+        """Numbers of the nodes of the shaft under the face."""
         return self.box.face_nodes(PAIR, self.gear, self.model)
 
     def rows(self, lines: ContactLines) -> NDArray:
-        """Motions of all nodes → deflection normal to the flank, (position, pair, segment, size)."""
+        """Matrix from motions of all nodes to deflection normal to the flank (position, pair, segment, size)."""
         frame = self.box.frames[PAIR]
         wrench = math.cos(frame.pair.meshing.beta_b) * frame.wrench(self.gear, lines.u)
         return self.model.rows(frame.position(self.gear, lines.y), wrench)
@@ -62,24 +63,31 @@ class SeatedGear:
 
     @property
     def spin(self) -> NDArray:
-        """Compliance of the spin of the nodes under the face."""
+        """Torsional compliance between the nodes under the face (node, node)."""
         return twist(self.model, self.nodes, self.box.torque_from(PAIR, self.gear))
 
     def motion(self, of: NDArray) -> NDArray:
-        """The shaft's part (size,) of the motion or load of all bodies in equilibrium together."""
+        """Part (size,) of this shaft in a motion or load of all bodies that are in equilibrium together."""
         return of[self.settled.structure.motions(self.number)]
 
     def load(self, own: NDArray) -> NDArray:
-        """Load ``own`` (size,) on the shaft, as a load on all bodies in equilibrium together."""
+        """Load on all bodies that are in equilibrium together, from the load ``own`` (size,) on this shaft."""
         load = np.zeros_like(self.settled.load)
         load[self.settled.structure.motions(self.number)] = own
         return load
 
 
 def factor(gears: Sequence[SeatedGear], each: Sequence[NDArray]) -> NDArray:
-    """Ψ (…, rank) [√(mm/N)] of seats in equilibrium together, from rows (…, size) of the motions of ``each`` (W9).
+    """Ψ (…, rank) [√(mm/N)] of the seats of gears whose shafts are in equilibrium together (W9).
 
     It includes bending and axial motion with bearings and bodies, and twist over the face.
+
+    Parameters
+    ----------
+    gears
+        Gears whose shafts are in equilibrium together.
+    each
+        Rows (…, size) of every gear, from motions of its shaft to deflection.
     """
     settled = gears[0].settled
     here = np.concatenate([gear.here + settled.structure.starts[gear.number] for gear in gears])
@@ -87,7 +95,7 @@ def factor(gears: Sequence[SeatedGear], each: Sequence[NDArray]) -> NDArray:
     for gear in gears:
         spin = np.arange(len(gear.nodes)) * 6 + 5 + 6 * len(scale)
         G[np.ix_(spin, spin)] += gear.spin
-        # mm and rad side by side: radians over the half face width
+        # rotations [rad] are scaled by half the face width to compare with motions [mm]
         width = gear.box.pairs[PAIR].meshing.face_width
         scale += [np.array([1, 1, 1, *([2 / width] * 3)])] * len(gear.nodes)
     whole = np.concatenate(scale)
@@ -98,7 +106,7 @@ def factor(gears: Sequence[SeatedGear], each: Sequence[NDArray]) -> NDArray:
 
 
 def _grouped(gears: tuple[SeatedGear, SeatedGear]) -> list[tuple[SeatedGear, ...]]:
-    """Seats, grouped by shafts and bodies in equilibrium together."""
+    """Seats grouped by equilibrium: one group if both shafts are coupled, otherwise two."""
     pinion, wheel = gears
     return [gears] if pinion.settled is wheel.settled else [(pinion,), (wheel,)]
 
@@ -106,16 +114,16 @@ def _grouped(gears: tuple[SeatedGear, SeatedGear]) -> list[tuple[SeatedGear, ...
 def mesh_spread(gears: tuple[SeatedGear, SeatedGear], stiffness: NDArray) -> tuple[NDArray, NDArray]:
     """Loads at the points of the face (row, point) per resultant, and the compliance C (row, row) of the shafts (W13).
 
-    Of all loads with these resultants they deform the shafts least on a foundation in place of the teeth. Where that is
-    stiffer than these, shafts and teeth yield to any force by more than C: it is that of a mesh, or else of Hertz'
-    contact alone.
+    A foundation stands in place of the teeth. Among all loads with the same resultants, the chosen ones store the least
+    strain energy in shafts and foundation. The foundation must be stiffer than the teeth, so that shafts and teeth
+    together are more compliant than C. If the stiffness of a mesh is not enough, that of Hertzian contact is taken.
 
     Parameters
     ----------
     gears
         Pinion and wheel on their shafts.
     stiffness
-        S of the resultants (position, row, row) [N/mm], shafts included.
+        S of the resultants (position, row, row) [N/mm], including the shafts.
     """
     box = gears[0].box
     pair, (η, weight) = box.pairs[PAIR], FACE_POINTS
@@ -136,7 +144,7 @@ def mesh_spread(gears: tuple[SeatedGear, SeatedGear], stiffness: NDArray) -> tup
 
 
 def _motion_at_rest(gears: tuple[SeatedGear, SeatedGear], own: tuple[NDArray, NDArray]) -> tuple[NDArray, NDArray]:
-    """Motion (size,) of both shafts without the loads ``own`` (size,) of the flanks (W10)."""
+    """Motions (size,) of both shafts in equilibrium, minus the motions due to the flank loads ``own`` (size,) (W10)."""
     motions = []
     for gear in gears:
         loads = [other.load(load) for other, load in zip(gears, own, strict=True) if other.settled is gear.settled]
@@ -161,14 +169,16 @@ class Shafts(ComplianceEffect):
     source: ClassVar[str] = "Timoshenko beams, ISO/TS 16281"
 
     def compliance(self, lines: ContactLines, beside: Effects) -> LowRank:
-        """Factor of both shafts side by side, shared by all pairs, (position, pair, segment, rank)."""
+        """Factor of both shafts, shared by all tooth pairs, (position, pair, segment, rank)."""
         parts = [factor(gears, [gear.rows(lines) for gear in gears]) for gears in _grouped(self.gears)]
         return LowRank(factor=np.concatenate(parts, axis=-1), coupled=True)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ShaftMotion(GapEffect):
-    """Displacements of the shafts that do not depend on the flanks: other loads, clearance and nonlinear bearings.
+    """Displacements of the shafts that do not depend on the flank forces.
+
+    They come from other loads, clearance and nonlinear bearings.
 
     Parameters
     ----------
@@ -211,7 +221,8 @@ def system_effects(box: Gearbox, own: tuple[NDArray, NDArray] | None = None) -> 
     box
         The gearbox.
     own
-        Load of the flanks on the nodes of both shafts (size,), for nonlinear bearings; by default an even load.
+        Load of the flanks on the nodes of both shafts (size,), about which nonlinear bearings are linearised; by
+        default a load that is even over the face.
 
     Returns
     -------

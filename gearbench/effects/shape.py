@@ -1,7 +1,7 @@
-"""Shapes of missing material on the flank of a gear: functions of the position along its profile and over its face.
+"""Shapes of missing material on a flank, as functions of the position along the profile and over the face.
 
-A shape is an amount [µm] times one or two factors of one coordinate: the radius or the roll length √(R² − r_b²)
-along the profile, or y over the face of its gear [mm]. Positive: material missing. Effects name the parameters.
+A shape is an amount [µm] times one or two factors. A factor is a function of one coordinate [mm]: the radius or the
+roll length √(R² − r_b²) along the profile, or y over the face of the gear. Positive amounts are missing material.
 """
 
 from __future__ import annotations
@@ -24,40 +24,40 @@ from gearbench.geometry.names import GEARS
 from gearbench.geometry.pair import Pair
 from gearbench.geometry.profile import Modification
 
-#: Coordinate along the profile: the roll length, as profiles are measured, or the radius.
+#: Coordinate along the profile: the roll length, which measuring machines use, or the radius.
 Along = Literal["roll", "radius"]
 #: Extent of the profile: the active profile, the involute from form circle to tip, or the tooth from the root.
 Range = Literal["active", "involute", "tooth"]
 Form = Literal["linear", "parabolic", "circular"]
 Gears = Literal["both", "pinion", "wheel"]
-#: Amount of missing material [µm]; negative: excess.
+#: Amount of missing material [µm]; negative for excess material.
 Amount = Annotated[float, Field(ge=-1000.0, le=1000.0)]
 #: A length on a flank [mm].
 Extent = Annotated[float, Field(ge=0.0, le=1000.0)]
 
 MICROMETRE = 1e-3  # mm
-#: Curves with more points than this get no panel of the mesh cycle for each point.
+#: Curves with more points than this do not end panels of the mesh cycle at their points.
 MOST_KINKS = 12
 
 
 @dataclass(frozen=True, kw_only=True)
 class Ramp:
-    """A power of t = (x − start)/length, or an arc that leaves the flank without kink.
+    """A power of t = (x − start)/length, or a circular arc that leaves the flank without kink.
 
     Parameters
     ----------
     along
         The coordinate x: "radius", "roll" or "face".
     start, length
-        Position with t = 0, and distance to t = 1 [mm], negative towards smaller x.
+        Position with t = 0, and distance from there to t = 1 [mm], negative towards smaller x.
     power
-        1, 2, …
+        Exponent 1, 2, …
     bend
-        κ = length/radius of an arc (1 − √(1 − κ²t²))/(1 − √(1 − κ²)) instead of t²; 0 for the parabola.
+        κ = length/radius of an arc (1 − √(1 − κ²t²))/(1 − √(1 − κ²)) in place of t²; 0 for the parabola.
     one_sided
         Whether the value is 0 for t < 0.
     kinked
-        Whether panels of the mesh cycle or of contact lines must end at the start of a one-sided ramp.
+        Whether panels of the mesh cycle and of contact lines must end at the start of a one-sided ramp.
     """
 
     along: Literal["radius", "roll", "face"]
@@ -87,14 +87,14 @@ class Ramp:
 
 @dataclass(frozen=True, kw_only=True)
 class Points:
-    """Straight lines between points at increasing positions, constant beyond the first and the last.
+    """Straight lines between points at increasing positions, constant before the first and after the last point.
 
     Parameters
     ----------
     along
         The coordinate of the positions: "roll" or "face".
     at, values
-        Positions [mm], and values there.
+        Positions [mm] and values of the points.
     """
 
     along: Literal["roll", "face"]
@@ -107,7 +107,7 @@ class Points:
 
     @property
     def kinks(self) -> tuple[float, ...]:
-        """The positions of the points, unless they are too many to integrate between."""
+        """Positions of the points; none if there are more than ``MOST_KINKS``."""
         return self.at if len(self.at) <= MOST_KINKS else ()
 
 
@@ -118,11 +118,11 @@ class Shape:
     Parameters
     ----------
     gear
-        Gear, 0 or 1; None: both gears together over the common face.
+        Gear 0 or 1; None for a shape over the common face of both gears.
     amount
-        [µm].
+        Amount of missing material [µm].
     factors
-        Functions of one coordinate each.
+        Functions of one coordinate.
     """
 
     gear: int | None
@@ -137,7 +137,7 @@ class Shape:
         return total
 
     def modification(self, pair: Pair) -> Modification | None:
-        """The shape as a modification of the profile; None if it varies over the face."""
+        """The shape as a profile modification; None if it varies over the face or consists of points."""
         (factor, *more) = self.factors
         if self.gear is None or more or isinstance(factor, Points) or factor.along == "face":
             return None
@@ -172,7 +172,7 @@ class ShapeEffect(GapEffect):
         return sum((shape.gap(lines) for shape in self.shapes(lines.pair)), np.zeros(lines.shape))
 
     def modifications(self, pair: Pair) -> tuple[Modification, ...]:
-        """Modifications of the profiles, if no shape varies over the face."""
+        """Profile modifications, if every shape is one; otherwise none."""
         found = [shape.modification(pair) for shape in self.shapes(pair)]
         return () if None in found else tuple(m for m in found if m is not None)
 
@@ -199,23 +199,23 @@ class ShapeEffect(GapEffect):
 
 @dataclass(frozen=True)
 class AmountOfGears(ShapeEffect):
-    """A shape of one amount for each gear."""
+    """A shape with an amount for each gear."""
 
     pinion: Amount = 0.0
     wheel: Amount = 0.0
 
     @abstractmethod
     def factors(self, pair: Pair, index: int) -> tuple[Ramp, ...]:
-        """The shape on one of the gears."""
+        """Factors of the shape on gear ``index``."""
 
     def shapes(self, pair: Pair) -> list[Shape]:
-        """The shape of each gear that has an amount."""
+        """Shapes of the gears whose amount is not zero."""
         amounts = each_gear(self).items()
         return [Shape(gear=index, amount=x, factors=self.factors(pair, index)) for index, x in amounts if x]
 
 
 def each_gear(effect: object) -> dict[int, Any]:
-    """Values given for the pinion (0) and the wheel (1)."""
+    """Values of the keys ``pinion`` (0) and ``wheel`` (1) that are given."""
     own = ((index, getattr(effect, name)) for index, name in enumerate(GEARS))
     return {index: value for index, value in own if value is not None}
 
@@ -226,7 +226,7 @@ def roll(gear: Gear, radius: float) -> float:
 
 
 def slope(pair: Pair, index: int, along: Along = "roll", span: Range = "active") -> Ramp:
-    """Ramp from 0 at the root side of a profile to 1 at its tip side."""
+    """Ramp from 0 at the root end of the profile's extent ``span`` to 1 at its tip end."""
     gear = pair.gears[index]
     ends = {
         "active": pair.meshing.active_radii[index],
@@ -243,13 +243,13 @@ def face_slope(pair: Pair, index: int | None) -> Ramp:
 
 
 def barrel(ramp: Ramp) -> Ramp:
-    """Parabola (2t − 1)² over the extent of a ramp t: 1 at both ends, 0 in the middle."""
+    """Parabola (2t − 1)² over the length of a ramp t = 0 … 1: 1 at both ends, 0 in the middle."""
     half = ramp.length / 2
     return Ramp(along=ramp.along, start=ramp.start + half, length=half, power=2)
 
 
 def relief(along: Literal["radius", "roll", "face"], edge: float, start: float, amount: float, form: Form) -> Ramp:
-    """Relief that is full at ``edge`` and zero at ``start`` [mm]; the ``amount`` [µm] bends an arc (G11)."""
+    """Relief that is full at ``edge`` and zero at ``start`` [mm]; ``amount`` [µm] sets the radius of an arc (G11)."""
     length, C = edge - start, abs(amount) * MICROMETRE
     bend = 2 * C * abs(length) / (length**2 + C**2) if form == "circular" else 0.0
     power = 1 if form == "linear" else 2
@@ -257,7 +257,10 @@ def relief(along: Literal["radius", "roll", "face"], edge: float, start: float, 
 
 
 def opening(lines: ContactLines, inclination: float, deviation: float) -> NDArray:
-    """Gap [mm] of axes that diverge over the common face [µm], in their common plane and across it."""
+    """Gap [mm] of axes that diverge over the common face width.
+
+    ``inclination`` is the divergence in the common plane of the axes, ``deviation`` the one across it [µm].
+    """
     alpha = lines.pair.meshing.alpha_wt
     # for the coast flanks the sign of the deviation changes
     across = -deviation if lines.coast else deviation
@@ -271,9 +274,9 @@ def opening(lines: ContactLines, inclination: float, deviation: float) -> NDArra
 def one_or_each(
     effect: object, required: Sequence[str], more: Sequence[str] = (), names: Sequence[str] = GEARS
 ) -> None:
-    """Refuse common keys beside the tables ``names`` of the parts, and the absence of both.
+    """Check that an effect has either keys for all parts or the tables ``names`` of single parts, but not both.
 
-    Without a table the ``required`` keys must be given and ``more`` keys may be.
+    Without a table, all ``required`` keys must be given and the keys ``more`` may be given.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Teeth and gear bodies, cached for each gear: they do not depend on micro-geometry, errors or the mate."""
+"""Compliances of teeth and gear bodies, cached by gear, since they depend neither on errors nor on the mate."""
 
 from __future__ import annotations
 
@@ -34,27 +34,27 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Tooth(ToothCompliance):
-    """The effect of the teeth; the effect of the gear body depends on it."""
+    """Base class of the effect of the teeth, on which the effect of the gear body depends."""
 
     @property
     @abstractmethod
     def meshed(self) -> bool:
-        """Whether teeth and bodies are finite elements."""
+        """Whether teeth and bodies are meshed with finite elements."""
 
     @property
     @abstractmethod
     def solid_order(self) -> tuple[int, int, int] | None:
-        """Order of the solid teeth joined to a ring; None for the default."""
+        """Order of the solid teeth on a ring; None for the default."""
 
 
 def tooth_among(effects: Effects) -> Tooth | None:
-    """The teeth among the effects of a scene."""
+    """The effect of the teeth among the effects of a scene; None without one."""
     return next((effect for effect in effects.values() if isinstance(effect, Tooth)), None)
 
 
 @lru_cache(maxsize=256)
 def plate_tooth(gear: Gear, material: Material, order: tuple[int, int] | None, fillet: bool) -> PlateTooth:
-    """Plate of a gear's tooth."""
+    """Plate that models the tooth of a gear."""
     from gearbench.compliance.plate import PlateTooth
 
     # the involute starts at the base circle like (R − r_b)^{3/2}; a fillet leaves the root circle like √(R − r_f)
@@ -71,18 +71,18 @@ def plate_tooth(gear: Gear, material: Material, order: tuple[int, int] | None, f
     )
 
 
-#: Helix angle [°] above which solid teeth need more functions across: in ``studies/s11_gears_in_use`` peak-to-peak
-#: values of steeper gears were up to 7 % off without.
+#: Helix angle [°] above which solid teeth need more functions. Without them, peak-to-peak values of steeper gears in
+#: ``studies/s11_gears_in_use`` are up to 7 % off.
 STEEP = 27.0
-#: Share of the tooth height above which a fillet counts as high (few teeth, nearly undercut).
+#: A fillet counts as high above this share of the tooth height (few teeth, nearly undercut).
 HIGH_FILLET = 0.27
 
 
 def solid_order(gear: Gear) -> tuple[int, int, int]:
     """Default order of a solid tooth.
 
-    The number across the face follows the wavelengths that deflect the flank; along the height there are two families
-    that meet at the form circle.
+    The number of functions across the face follows from the wavelengths that deflect the flank. Along the height two
+    families of functions meet at the form circle.
     """
     from gearbench.compliance.local import waves_across
     from gearbench.compliance.section import JOINTED
@@ -95,7 +95,7 @@ def solid_order(gear: Gear) -> tuple[int, int, int]:
 
 @lru_cache(maxsize=256)
 def solid_tooth(gear: Gear, material: Material, order: tuple[int, int, int] | None, rooted: bool = False) -> SolidTooth:
-    """Solid tooth of a gear, seen as a driving gear; ``rooted`` if it is joined to a ring."""
+    """Solid tooth of a gear, modelled as a driving gear; ``rooted`` if the tooth stands on a ring."""
     from gearbench.compliance.solid_tooth import SolidTooth
 
     return SolidTooth(gear=gear, E=material.E, nu=material.nu, order=order or solid_order(gear), rooted=rooted)
@@ -103,13 +103,16 @@ def solid_tooth(gear: Gear, material: Material, order: tuple[int, int, int] | No
 
 @lru_cache(maxsize=256)
 def solid_flank(pair: Pair, index: int, order: tuple[int, int, int] | None, rooted: bool) -> FlankCompliance:
-    """Compliance of the solid teeth of pinion (k = 0) or wheel (k = 1)."""
+    """Compliance of the solid teeth of pinion (``index`` 0) or wheel (1)."""
     flank = solid_tooth(pair.gears[index], pair.materials[index], order, rooted).flank
     return replace(flank, driven=index == 1)
 
 
 def toothed_ring(pair: Pair, index: int, order: tuple[int, int, int] | None, coast: bool = False) -> ToothedRing:
-    """Body of pinion (k = 0) or wheel (k = 1) with solid teeth, as ring or rim, web and hub, seen as a driving gear."""
+    """Body of pinion (``index`` 0) or wheel (1) with solid teeth, modelled as a driving gear.
+
+    The body is a ring, or a rim with web and hub.
+    """
     held = require_bores(pair)[index] / 2, *own_support(pair, index, coast)
     return _toothed_ring(pair.gears[index], pair.materials[index], order, held, own_web(pair, index, coast))
 
@@ -132,14 +135,14 @@ def _toothed_ring(
 def ring_flank(
     pair: Pair, index: int, order: tuple[int, int, int] | None, neighbours: int, coast: bool = False
 ) -> FlankCompliance:
-    """Compliance that the body of pinion (k = 0) or wheel (k = 1) adds, see ``ToothedRing.flank``.
+    """Compliance that the body of pinion (``index`` 0) or wheel (1) adds, see ``ToothedRing.flank``.
 
     Raises
     ------
     InputError
         If the body is so much more compliant than its teeth that rounding dominates.
     """
-    # symmetric bodies are the same for the coast flanks
+    # a symmetric body is the same for drive and coast flanks
     web, (_, lugs) = own_web(pair, index, False), own_support(pair, index)
     coast = coast and (lugs is not None or (web is not None and web != web.mirrored(pair.gears[index].face_width)))
     try:
@@ -153,7 +156,10 @@ def ring_flank(
 
 @lru_cache(maxsize=64)
 def ring_between(pair: Pair, index: int, order: tuple[int, int, int] | None, coast: bool, across: bool) -> NDArray:
-    """Blocks of all teeth of a body, see ``ToothedRing.blocks``; ``across``: right flanks under loads on left ones."""
+    """Compliance blocks between all teeth of a body, see ``ToothedRing.blocks``.
+
+    With ``across`` they are the deflections of right flanks under loads on left flanks.
+    """
     half = abs(pair.gears[index].teeth) // 2
     body = toothed_ring(pair, index, order, coast)
     if not across:
@@ -165,7 +171,7 @@ def ring_between(pair: Pair, index: int, order: tuple[int, int, int] | None, coa
 
 @lru_cache(maxsize=64)
 def meshed_flank(body: Body, material: Material, accuracy: float) -> FlankCompliance:
-    """Compliance by finite elements, also stored on disk."""
+    """Compliance of a body by finite elements, cached on disk as well."""
     from fem_reference.cache import cached_compliance
 
     return cached_compliance(body, material, accuracy)
@@ -173,9 +179,10 @@ def meshed_flank(body: Body, material: Material, accuracy: float) -> FlankCompli
 
 @lru_cache(maxsize=256)
 def of_both(flank: Callable[..., FlankCompliance], pair: Pair, *options: object) -> tuple[FlankCompliance, ...]:
-    """``flank`` (pair, index, …) of both gears, on two threads if there are two processors.
+    """Call ``flank`` (pair, index, …) for both gears, on two threads if there are two processors.
 
-    Kernels and matrix products release the interpreter. Equal gears share one tooth.
+    Threads help because kernels and matrix products release the interpreter lock. Equal gears share one cached tooth,
+    so they are computed one after the other.
     """
     alike = pair.gears[0] == pair.gears[1] and pair.materials[0] == pair.materials[1]
     if alike or default_threads() == 1:
@@ -185,7 +192,7 @@ def of_both(flank: Callable[..., FlankCompliance], pair: Pair, *options: object)
 
 
 def forget_fast_teeth() -> None:
-    """Clear the cache of plates, solids and rings, to measure their construction or to free memory."""
+    """Clear the caches of plates, solid teeth and rings, to time their construction or to free memory."""
     from gearbench.compliance.flank import joined
     from gearbench.compliance.gear_body import rim_harmonics
 
@@ -194,10 +201,10 @@ def forget_fast_teeth() -> None:
 
 
 def meshed_body(pair: Pair, index: int, *, on_body: bool, coast: bool = False) -> Body:
-    """Meshed part of pinion (k = 0) or wheel (k = 1): a clamped tooth, or the gear on its bore.
+    """Part of pinion (``index`` 0) or wheel (1) that is meshed: a clamped tooth, or with ``on_body`` the whole gear.
 
-    Plain meshes (``fem_reference.mesh_family``) have teeth on a sector only: those in contact at a time, and one more
-    on either side.
+    Plain meshes (``fem_reference.mesh_family``) have teeth on one sector only: all teeth in contact at a time, and one
+    more on either side.
     """
     from fem_reference.section import Body
 
@@ -212,10 +219,10 @@ def meshed_body(pair: Pair, index: int, *, on_body: bool, coast: bool = False) -
 
 
 def own_support(pair: Pair, index: int, coast: bool = False) -> tuple[tuple[float, float] | None, Lugs | None]:
-    """Stiffness of the springs all around a body, radial and along the edge [N/mm³], and its lugs.
+    """Support of a body: springs along its edge, radial and tangential [N/mm³], and lugs.
 
-    Both stiffnesses are 0 where lugs hold it, None where it is held firmly. Teeth, and the angles of lugs, are counted
-    as on a driving gear; a driven one is seen in a mirror, and so are the coast flanks.
+    The springs are None if the body is clamped, and both are 0 if lugs hold it. Angles of lugs are counted as on a
+    driving gear; they are mirrored for a driven gear, and once more for coast flanks.
     """
     support = pair.members[index].support
     springs = None if support is None else support.per_area(pair.gears[index].face_width)
@@ -228,7 +235,7 @@ def own_support(pair: Pair, index: int, coast: bool = False) -> tuple[tuple[floa
 
 
 def in_mesh(flank: FlankCompliance, pair: Pair, index: int, coast: bool) -> FlankCompliance:
-    """Flank of a gear as it stands in its mesh: whether it drives, and which of its teeth carries tooth pair 0."""
+    """Flank placed in its mesh: sets whether the gear drives, and which of its teeth belongs to tooth pair 0."""
     support, anchors = pair.members[index].support, flank.anchors
     if support is not None and anchors is not None:
         anchors = anchors.turned(_side(index, coast) * support.tooth)
@@ -236,14 +243,14 @@ def in_mesh(flank: FlankCompliance, pair: Pair, index: int, coast: bool) -> Flan
 
 
 def _side(index: int, coast: bool) -> int:
-    """−1 where a gear is seen in a mirror."""
+    """−1 if the gear is mirrored (driven gear or coast flanks, but not both), otherwise 1."""
     return 1 if (index == 0) != coast else -1
 
 
 def own_web(pair: Pair, index: int, coast: bool) -> Web | None:
-    """Web of pinion (k = 0) or wheel (k = 1), seen as on a driving gear; None without a web.
+    """Web of pinion (``index`` 0) or wheel (1), as on a driving gear; None without a web.
 
-    Driven gears and ``coast`` flanks are mirrored.
+    The web is mirrored for a driven gear, and once more for ``coast`` flanks.
     """
     member, gear = pair.members[index], pair.gears[index]
     if member.rim_thickness is None or member.web_thickness is None:
@@ -257,12 +264,12 @@ def own_web(pair: Pair, index: int, coast: bool) -> Web | None:
 
 
 def require_bores(pair: Pair) -> tuple[float, float]:
-    """Diameters [mm] at which pinion and wheel are held: bores, or the outside (negative) of an internal gear.
+    """Diameters [mm] at which pinion and wheel are held: the bore, or the outside (negative) of an internal gear.
 
     Raises
     ------
     InputError
-        If one is missing.
+        If a diameter is missing.
     """
     found = []
     for name, member, gear in zip(("pinion", "wheel"), (pair.pinion, pair.wheel), pair.gears, strict=True):

@@ -1,4 +1,4 @@
-"""Random errors of numbers of gap effects, run-out and wobble, with their gaps as modes."""
+"""Random variation of numbers of gap effects, of run-out, wobble and sizes, with the gaps as sums of modes."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ from gearbench.schema import STRICT
 
 TwoSided = Literal["uniform_two_sided", "normal_two_sided"]
 
-#: Relative deviations at which the gap of a number that acts nonlinearly is computed.
+#: Deviations over the amplitude at which the gap is computed if it is not linear in the number.
 NODES = np.array([-1.0, -0.75, -0.5, -0.25, 0.25, 0.5, 0.75, 1.0])
-#: Relative deviation from a straight line that counts as rounding.
+#: Relative difference from a straight line that counts as rounding.
 STRAIGHT = 1e-9
 
 
@@ -36,10 +36,10 @@ class VariedKey:
     Parameters
     ----------
     key
-        The number, below ``effects``, such as "tip_relief.pinion.amount" or "profile_curve.pinion.polynomial.1" (list
-        items count from 0).
+        Key of the number below ``effects``, such as "tip_relief.pinion.amount" or "profile_curve.pinion.polynomial.1"
+        (list items count from 0).
     amplitude
-        f, in the unit of the key.
+        f in the unit of the key.
     distribution
         Distribution over ±f.
     """
@@ -49,7 +49,13 @@ class VariedKey:
     distribution: TwoSided = "normal_two_sided"
 
     def check(self, pair: Pair, beside: Effects) -> None:
-        """Refuse keys that name no number of a gap effect, and forbidden values, with an ``InputError``."""
+        """Check that the key names a number of a gap effect, and that the effect allows both extreme values.
+
+        Raises
+        ------
+        InputError
+            If not.
+        """
         self.effect(beside, 0.0)
         for sign, share in (("−", -1.0), ("+", 1.0)):
             try:
@@ -78,7 +84,7 @@ class VariedKey:
         return with_values(effect, {path: value + deviation})
 
     def modes(self, lines: ContactLines, beside: Effects) -> NDArray:
-        """Change of the gap per unit, (…, 1), if it is linear in the number; otherwise at each of ``NODES``, (…, 8)."""
+        """Change of the gap [mm]: per unit of the number (…, 1) if linear, otherwise at each of ``NODES`` (…, 8)."""
         nominal = self.effect(beside, 0.0).gap(lines)
         changes = np.stack([self.effect(beside, node * self.amplitude).gap(lines) - nominal for node in NODES], axis=-1)
         straight = changes[..., -1:] * NODES
@@ -87,7 +93,7 @@ class VariedKey:
         return changes
 
     def amounts(self, deviation: NDArray, modes: int) -> NDArray:
-        """Amount of each of the ``modes`` in a ``deviation`` (sample,), (sample, mode): linear between nodes."""
+        """Amounts (sample, mode) of the ``modes`` at a ``deviation`` (sample,), linear between the nodes."""
         if modes == 1:
             return deviation[:, None]
         known = np.insert(np.eye(len(NODES)), len(NODES) // 2, 0.0, axis=0)
@@ -97,16 +103,16 @@ class VariedKey:
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class RunOut:
-    """Run-out or wobble: its amplitude and distribution, at a random phase.
+    """Run-out or wobble with random amplitude and phase.
 
     Parameters
     ----------
     amplitude
-        F_r, twice the amplitude of the wave along the line of action [µm].
+        F_r [µm], twice the amplitude of the wave along the line of action.
     distribution
-        Distribution over F_r.
+        Distribution in units of F_r.
     gear
-        Gears that have the error, independent of each other.
+        Gears that have the error, drawn independently.
     """
 
     amplitude: Annotated[float, Field(gt=0.0, le=1000.0)]
@@ -116,12 +122,12 @@ class RunOut:
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Scatter:
-    """A size that varies between its deviations, or by an amplitude about their middle.
+    """A size that varies about the middle of its permissible deviations.
 
     Parameters
     ----------
     amplitude
-        f [µm]; by default half of the range between the deviations.
+        f [µm]; by default half the range between the deviations.
     distribution
         Distribution over ±f.
     """
@@ -130,7 +136,7 @@ class Scatter:
     distribution: TwoSided = "normal_two_sided"
 
     def variable(self, name: str, deviations: tuple[float, float]) -> RandomVariable:
-        """The random variable of a size with these deviations [µm], lower and upper."""
+        """Random variable of a size with lower and upper ``deviations`` [µm]."""
         lower, upper = deviations
         if self.amplitude is None and upper == lower:
             raise InputError(f"{name}.amplitude", "missing", "is required where the size has no deviations")
@@ -140,7 +146,7 @@ class Scatter:
 
 @plain_dataclass(frozen=True)
 class RandomVariable:
-    """A random variable: name, amplitude, distribution, relative cost of a tolerance one class finer."""
+    """A random variable, with the relative cost of a tolerance one class finer."""
 
     name: str
     amplitude: float
@@ -160,7 +166,7 @@ class Eccentricity:
 
     @property
     def variables(self) -> tuple[RandomVariable, RandomVariable]:
-        """Amplitude and phase."""
+        """Random variables of amplitude and phase."""
         label = f"{self.name}_{GEARS[self.gear]}"
         phase = RandomVariable(f"{label}_phase", 180.0, "uniform_two_sided", cost=math.inf)
         return RandomVariable(label, self.amplitude, self.distribution), phase
@@ -174,6 +180,6 @@ class Eccentricity:
 
     @staticmethod
     def amounts(values: NDArray) -> NDArray:
-        """Amounts of both modes for F_r and phase (sample, 2), (sample, 2)."""
+        """Amounts of both modes (sample, 2) from ``values`` of F_r and phase (sample, 2)."""
         angle = np.radians(values[:, 1])
         return values[:, :1] * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
