@@ -1,1 +1,1 @@
-"""Accuracy: settings chosen so that a result has the accuracy asked for."""
+"""Accuracy control: chooses the settings for which a result has the requested accuracy."""

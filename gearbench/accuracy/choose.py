@@ -1,14 +1,15 @@
-"""Choose the resolution for an accuracy: settings known to leave about such an error, one run, coarser companions.
+"""Choose the resolution for a requested accuracy.
 
-``AT_PERCENT`` says what errors settings left on gears in use. The scene runs at those for its accuracy, and with fewer
-segments and Gauss points: the difference of the answers bounds their error, and what it blames is raised. Solid teeth
-are one rung lower meanwhile, which takes less time. What these segments and Gauss points leave hardly depends on the
-teeth: with them the order climbs, rung by rung, each dearer by a half and more, so that all of them take three times
-the last as a rule. The difference between the last two orders bounds the error of the higher one by the order of
-convergence that the singular root leaves. The last run is the result.
+The search starts at settings that left about this error on gears in use (``AT_PERCENT``). The scene runs at these
+settings and again with fewer segments and Gauss points (the companion run). The difference of both runs bounds the
+discretisation error; the setting that contributes most is refined until the bound is met. Meanwhile solid teeth run
+one rung lower on the ladder of their orders, which saves time, because the error of segments and Gauss points hardly
+depends on the teeth. Then the order climbs rung by rung. A rung costs at least half as much again as the one before,
+so all rungs together usually take three times the last. The difference of the last two orders, extrapolated with the
+convergence order that the singular root allows, bounds the error of the higher one. The last run is the result.
 
-The search ends where the finest teeth are expected to leave too much, after its time,
-or where the next run needs more memory than there may be, and says what it has reached.
+The search fails, and reports the accuracy it reached, if the finest teeth are expected to leave too large an error, if
+it runs out of time, or if the next run needs more memory than the budget allows.
 """
 
 from __future__ import annotations
@@ -37,58 +38,60 @@ from gearbench.effects.tooth_bending import tooth_bending
 from gearbench.errors import InputError
 from gearbench.scene import Scene
 
-#: The answer of a run.
+#: Type of the answer of a run.
 R = TypeVar("R")
 
-#: Shares of the budget, where a scene has them: of finite elements, and of segments and Gauss points beside the order
-#: of solid teeth, whose squares add up.
+#: Share of the error budget for finite elements; and, with solid teeth, for segments and Gauss points (the squares of
+#: this part and of the part of the order add up).
 FE_SHARE, REST_SHARE = 0.5, 0.6
-#: Segments, Gauss points and rung of the ladder of solid orders for an error of 1 %, and what each factor of ten adds:
-#: the segments are multiplied, as errors fall like their power −2.5; least of each.
+#: Segments, Gauss points and rung of the ladder of solid orders. AT_PERCENT: for an error of 1 %. A_DECADE: for a
+#: tenfold smaller error, segments are multiplied by 2.5 and the others increased by 4 and 3. LEAST: smallest values.
 AT_PERCENT, A_DECADE, LEAST = (16, 6, 3), (2.5, 4, 3), (8, 3, 1)
-#: Factor on the first number of segments with solid teeth: their rounds cost more, and this saves one.
+#: Factor on the first number of segments with solid teeth, whose rounds are costly: it usually saves one round.
 BESIDE_SOLID = 1.5
-#: Segments and Gauss points of the companion, as shares, and how many rungs lower the teeth of the first runs are.
+#: Segments and Gauss points of the companion run, as shares of those of the run; rungs by which the teeth of the first
+#: runs are lower.
 COARSER, LOWER = (0.6, 0.7), 1
-#: Error over the difference to the companion of single runs: order 2 in the segments.
+#: Ratio of the error to the difference from the companion run, for convergence of order 2 in the segments.
 LEFT = 0.6
-#: The same of peak-to-peak values over that of other numbers: they end where the stiffness rises steeply, at births.
+#: Factor on ``LEFT`` for peak-to-peak values: their extremes lie where the stiffness rises steeply, as a pair takes
+#: load.
 PEAKS = 2.0
-#: Order of convergence of solid teeth in the number of functions along the height, up to the second number of them and
-#: beyond: the root is singular, and digits that are left wait for the other directions too.
+#: Convergence order of solid teeth in the number of functions along the height: the first value up to COARSE_HEIGHT
+#: functions, the second beyond. The root is singular, and the last digits also depend on the other directions.
 SOLID_CONVERGENCE, COARSE_HEIGHT, FINE_CONVERGENCE = 2.2, 11, 1.5
-#: Factor on the extrapolated error of the higher of two orders: their difference is sometimes small by chance.
+#: Safety factor on the extrapolated error of the order, because the difference of two orders may be small by chance.
 CHANCE = 1.4
-#: Rounds of settings that are tried, and by how much the segments are raised at most in one.
+#: Maximum number of rounds, and largest factor on the segments in one round.
 ROUNDS, MOST = 6, 3.0
-#: Segments and Gauss points are both raised where their contributions differ by less than this factor.
+#: Segments and Gauss points are both refined if their error contributions differ by less than this factor.
 ALIKE = 2.0
-#: Time after which a search begins no other run [s].
+#: Time after which the search begins no further run [s].
 SEARCH_TIME = 300.0
-#: Accuracies of finite elements that their meshes can be refined to, and the one they have by default.
+#: Range of accuracies that finite element meshes can be refined to, and their default accuracy.
 FE_RANGE, FE_DEFAULT = (1e-4, 0.1), 0.01
 
 
 @dataclass(frozen=True, kw_only=True)
 class Choice(Generic[R]):
-    """Settings chosen for an accuracy.
+    """Settings chosen for a requested accuracy.
 
     Parameters
     ----------
     scene
-        The scene with the settings written into it.
+        The scene with the chosen settings.
     run
         Answer of its run.
     requested
-        Relative accuracy asked for.
+        Requested relative accuracy.
     errors
-        Estimated relative error of each number, (number,).
+        Estimated relative errors of the numbers, (number,).
     names
-        Of the numbers.
+        Names of the numbers.
     settings
-        The settings chosen, in words by setting.
+        Chosen settings: name → value as text.
     trials, seconds
-        Number of runs, and time of all but the one that is the answer [s].
+        Number of runs, and time of all runs but the last, which is the answer [s].
     """
 
     scene: Scene
@@ -102,12 +105,12 @@ class Choice(Generic[R]):
 
     @property
     def estimated(self) -> float:
-        """Largest of the estimated errors."""
+        """Largest estimated error."""
         return float(self.errors.max())
 
     @property
     def attrs(self) -> dict[str, Any]:
-        """Attributes of a Dataset."""
+        """Attributes for a Dataset."""
         errors = zip(self.names, self.errors, strict=False)
         return {
             "accuracy_requested": self.requested,
@@ -127,25 +130,25 @@ def choose(
     share: float = 1.0,
     left: float = LEFT,
 ) -> Choice[R]:
-    """Resolution of ``scene`` whose estimated error is within its accuracy, and the answer of its run.
+    """Choose the resolution of ``scene`` for its requested accuracy; the answer of the final run is in the result.
 
     Parameters
     ----------
     scene
-        With ``resolution.accuracy``.
+        A scene with ``resolution.accuracy``.
     run, numbers
-        Runs a scene of given resolution; the numbers of its answer that are to be accurate, the first of ``COVERED``,
-        of one cycle or of many (…, number).
+        Function that runs a scene with a given resolution, and function that takes from its answer the numbers that
+        must be accurate: the first entries of ``COVERED``, of one cycle or of many, (…, number).
     share
-        Share of the accuracy that may be spent; the rest belongs to the caller's choices.
+        Share of the accuracy that may be used here; the caller uses the rest.
     left
-        Error over the difference to an answer with 0.6 of the segments and 0.7 of the Gauss points; 1.5 where errors
-        fall like 1/n only.
+        Ratio of the error to the difference from the companion run, which has 0.6 of the segments and 0.7 of the Gauss
+        points; use 1.5 if errors fall only like 1/n.
 
     Raises
     ------
     InputError
-        If the scene asks for no accuracy, or it cannot be met.
+        If the scene does not ask for an accuracy, or the accuracy cannot be met.
     """
     requested = scene.resolution.accuracy
     if requested is None:
@@ -169,7 +172,7 @@ def choose(
 
 
 def first_settings(scene: Scene) -> Scene:
-    """``scene``, which asks for an accuracy, with the settings that the search for them begins with."""
+    """Return ``scene``, which asks for an accuracy, with the settings at which the search starts."""
     requested = scene.resolution.accuracy
     assert requested is not None
     scene, meshed = _finite_elements(with_resolution(scene), requested)
@@ -178,7 +181,7 @@ def first_settings(scene: Scene) -> Scene:
 
 
 def _finite_elements(scene: Scene, budget: float) -> tuple[Scene, float]:
-    """The scene with finite elements of the accuracy they must have, unless it gives another, and their share."""
+    """Set the accuracy of finite elements unless the scene gives it; return the scene and its part of the error."""
     meshed = tooth_bending(scene.effects_by_name, "finite_elements")
     if meshed is None:
         return scene, 0.0
@@ -192,7 +195,7 @@ def _finite_elements(scene: Scene, budget: float) -> tuple[Scene, float]:
 
 @dataclass(frozen=True, kw_only=True, order=True)
 class _At:
-    """Segments, Gauss points, and rung of the ladder of solid orders (0 where the scene has none)."""
+    """Settings of a run: segments n, Gauss points g, and rung of the ladder of solid orders (0 for other teeth)."""
 
     n: int
     g: int
@@ -201,7 +204,7 @@ class _At:
 
 @dataclass(frozen=True, kw_only=True)
 class _Search(Generic[R]):
-    """Answers of a scene by settings."""
+    """Search for the settings; keeps numbers, run time and reached error of all runs, by settings."""
 
     run: Callable[[Scene], R]
     numbers: Callable[[R], NDArray]
@@ -218,7 +221,7 @@ class _Search(Generic[R]):
 
     @property
     def most(self) -> _At:
-        """The finest settings."""
+        """Finest allowed settings."""
         n, g = (setting.levels(self.scene)[-1] for setting in (SEGMENTS, GAUSS_POINTS))
         return _At(n=n, g=g, order=max(0, len(self.orders) - 1))
 
@@ -231,7 +234,7 @@ class _Search(Generic[R]):
         return order | {"segments": label(at.n), "gauss_points": label(at.g)}
 
     def first(self, budget: float) -> _At:
-        """Settings that left an error of the ``budget`` on gears in use."""
+        """Initial settings, whose error on gears in use was about ``budget``."""
         decades = math.log10(0.01 / budget)
         n = AT_PERCENT[0] * A_DECADE[0] ** decades * (BESIDE_SOLID if self.orders else 1)
         g, order = (at + more * decades for at, more in zip(AT_PERCENT[1:], A_DECADE[1:], strict=True))
@@ -240,7 +243,7 @@ class _Search(Generic[R]):
         return _At(n=min(n, most.n), g=min(g, most.g), order=min(order, most.order))
 
     def search(self, budget: float) -> tuple[_At, NDArray, R]:
-        """Settings whose error is within ``budget``, the error of each number, and the answer."""
+        """Find settings whose error is within ``budget``; return them, the error of every number, and the answer."""
         first = self.first(budget)
         if not self.orders:
             return self._resolved(first, budget)
@@ -249,7 +252,7 @@ class _Search(Generic[R]):
         return self._climbed(at, first.order, rest, budget)
 
     def _resolved(self, at: _At, budget: float) -> tuple[_At, NDArray, R]:
-        """Search over segments and Gauss points alone, for the error that these leave; see ``search``."""
+        """Search over segments and Gauss points only, until their error is within ``budget``; returns as ``search``."""
         for _ in range(ROUNDS):
             answer = self._solve(at)
             errors = self.left * largest_errors(self(self._coarse(at)), self(at))
@@ -259,7 +262,7 @@ class _Search(Generic[R]):
                 self.reached[at] = error
             if error <= budget:
                 return at, errors, answer
-            del answer  # may be large
+            del answer  # it may be large
             finer, most = self._finer(at, error / budget), self.most
             finer = replace(finer, n=min(most.n, finer.n), g=min(most.g, finer.g))
             if finer == at:
@@ -268,10 +271,9 @@ class _Search(Generic[R]):
         raise self._stopped(f"{ROUNDS} rounds do not suffice")
 
     def _climbed(self, lower: _At, order: int, rest: NDArray, budget: float) -> tuple[_At, NDArray, R]:
-        """Search over the order of solid teeth, from the answer with ``lower`` orders; ``rest`` are other errors.
+        """Search over the order of solid teeth, upwards from the run at ``lower``; ``rest`` holds the other errors.
 
-        Errors of the order, with which teeth are too stiff, and the rest have nothing to do with each other: their
-        squares add up.
+        The error of the order, which makes teeth too stiff, is independent of the others, so their squares add up.
         """
         while True:
             at = replace(lower, order=order)
@@ -289,16 +291,16 @@ class _Search(Generic[R]):
             lower, order = at, order + 1
 
     def _falls(self, lower: int, order: int) -> float:
-        """Error of one order of solid teeth over that of a lower one."""
+        """Ratio of the error at one order of solid teeth to that at a lower one."""
         low, high = (self.orders[each][1] for each in (lower, order))
         return (high / low) ** -(SOLID_CONVERGENCE if high <= COARSE_HEIGHT else FINE_CONVERGENCE)
 
     def _coarse(self, at: _At) -> _At:
-        """Settings of the companion."""
+        """Settings of the companion run."""
         return replace(at, n=_coarser(at.n, 0), g=_coarser(at.g, 1))
 
     def _finer(self, at: _At, excess: float) -> _At:
-        """``at`` with more of what contributes more, segments or Gauss points, for an error so much less."""
+        """Refine segments, Gauss points or both, whichever contributes more, to divide the error by ``excess``."""
         between = replace(at, g=_coarser(at.g, 1))
         by_phases = float(largest_errors(self(between), self(at)).max())
         by_segments = float(largest_errors(self(self._coarse(at)), self(between)).max())
@@ -326,7 +328,7 @@ class _Search(Generic[R]):
         return answer
 
     def _stopped(self, why: str) -> InputError:
-        """The search has come to its end: why, and what it has reached."""
+        """Error for a search that cannot go on; says why, and the best error it has reached."""
         if not self.reached:
             return InputError("accuracy", self.requested, f"the search cannot begin: {why}")
         at, error = min(self.reached.items(), key=lambda item: item[1])
@@ -335,7 +337,7 @@ class _Search(Generic[R]):
 
 
 def _coarser(level: int, setting: int) -> int:
-    """Segments (0) or Gauss points (1) of a companion."""
+    """Segments (``setting`` 0) or Gauss points (1) of the companion run."""
     return max(1, round(COARSER[setting] * level))
 
 

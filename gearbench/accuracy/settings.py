@@ -1,8 +1,8 @@
-"""The settings that decide the numerical error of a simulation: their names, their levels, how to change them.
+"""Settings that determine the numerical error of a simulation: names, levels, and how to change them.
 
-A setting never changes the model: a plate stays a plate, a solid a solid. The order of the Ritz functions is a setting
-of the choice of accuracy only where the scene leaves it to the program, which it does for the solid tooth.
-The work–precision of every registered setting is measured.
+A setting never changes the model: a plate stays a plate, a solid stays a solid. The accuracy control changes the order
+of the Ritz functions only if the scene leaves it open, as it may for the solid tooth. ``gearbench cost`` measures the
+work–precision of every registered setting.
 """
 
 from __future__ import annotations
@@ -15,31 +15,31 @@ from gearbench.effects.tooth_bending import tooth_bending
 from gearbench.scene import Resolution, Scene
 from gearbench.scene_file import scene_at
 
-#: Level of a setting: a whole number, functions in each direction, a tolerance, or the name of a basis.
+#: Level of a setting: a whole number, a tolerance, numbers of functions per direction, or the name of a basis.
 Level = int | float | tuple[int, ...] | str
 
 
 @dataclass(frozen=True, kw_only=True)
 class Setting:
-    """One setting with an ordered range of levels, coarse to fine.
+    """Numerical setting with its levels, coarse to fine.
 
     Parameters
     ----------
     name
-        As in tables and figures.
+        Name in tables and figures.
     levels
-        The levels for a scene, coarse to fine; none where the setting does not apply.
+        Function that gives the levels for a scene, coarse to fine; none if the setting does not apply.
     with_level
-        The scene with the setting at a level.
+        Function that sets a scene to a level.
     order
-        Order p of convergence, error ~ size^−p, in words.
+        Order p of convergence, error ~ size^−p, as text.
     size
-        The number of a level that the order refers to.
+        Function that gives the size n of a level.
     prepares
-        Whether it settles parts that are set up once for a pair.
+        Whether the setting affects parts that are computed once per pair.
     limit
-        Scenes that answer the limit of the setting, the last but one and the finest; its own two finest levels, which
-        then are not tried, where it is not given.
+        Function that gives two scenes close to the limit of the setting: the second finest and the finest. By default
+        they are at the two finest levels, which then are not measured.
     """
 
     name: str
@@ -55,11 +55,11 @@ class Setting:
         return len(self.levels(scene)) > 0
 
     def tried(self, scene: Scene) -> tuple[Any, ...]:
-        """Levels whose error is measured."""
+        """Levels at which the error is measured."""
         return self.levels(scene)[: None if self.limit else -2]
 
     def finest(self, scene: Scene) -> tuple[Scene, Scene]:
-        """Scenes of the reference and of its error bar: the last but one, the finest."""
+        """Scenes of the error bar and of the reference: at the second finest and the finest level."""
         if self.limit is not None:
             return self.limit(scene)
         before, exact = (self.with_level(scene, level) for level in self.levels(scene)[-2:])
@@ -67,7 +67,7 @@ class Setting:
 
 
 def label(level: Level) -> str:
-    """A level in words: 16, 5 × 7 × 12, 0.01, paper."""
+    """Level as text: 16, 5 × 7 × 12, 0.01, paper."""
     if isinstance(level, str):
         return level
     return " × ".join(str(n) for n in level) if isinstance(level, tuple) else f"{level:g}"
@@ -76,7 +76,7 @@ def label(level: Level) -> str:
 def with_resolution(
     scene: Scene, *, segments: int | None = None, gauss_points: int | None = None, positions: int | None = None
 ) -> Scene:
-    """``scene`` with some of its resolution changed; uniform positions and Gauss points replace each other."""
+    """Return ``scene`` with a changed resolution; uniform positions and Gauss points exclude each other."""
     old = scene.resolution
     if positions is None and gauss_points is None:
         positions, gauss_points = old.positions, old.gauss_points
@@ -85,7 +85,7 @@ def with_resolution(
 
 
 def with_effect(scene: Scene, name: str, **changes: object) -> Scene:
-    """``scene`` with an effect changed; of a train that of all its meshes."""
+    """Return ``scene`` with changed keys of an effect; in a train, of the effect of all meshes."""
     if scene.train is not None:
         return scene_at(scene, {f"effects.{name}.{key}": value for key, value in changes.items()})
     effects = [replace(effect, **changes) if effect.name == name else effect for effect in scene.effects]
@@ -93,13 +93,13 @@ def with_effect(scene: Scene, name: str, **changes: object) -> Scene:
 
 
 def with_order(scene: Scene, order: Level) -> Scene:
-    """``scene`` with ``order`` for its solid teeth."""
+    """Return ``scene`` with ``order`` for its solid teeth."""
     return with_effect(scene, "tooth_bending", order=order)
 
 
-#: Functions of the solid across the thickness and along the height, and along the axis: a multiple of the default, and
-#: more beside it. The height counts most: the stress is singular where the flank meets the clamped root. On narrow
-#: helical gears the axis counts as much.
+#: Ladder of solid orders: functions across the thickness, functions along the height, and factor and addend on the
+#: default number along the axis. The height matters most, because the stress is singular where the flank meets the
+#: clamped root; on narrow helical gears the axis matters as much.
 _SOLID = (
     (3, 4, 0.8, 0),
     (4, 5, 0.9, 0),
@@ -114,7 +114,7 @@ _SOLID = (
 
 
 def solid_orders(scene: Scene) -> tuple[tuple[int, int, int], ...]:
-    """Orders of solid teeth around their default one, coarse to fine; none where the scene gives the order."""
+    """Orders of solid teeth around the default, coarse to fine; none if the scene gives the order."""
     solid = tooth_bending(scene.effects_by_name, "solid")
     if solid is None or solid.order is not None:
         return ()
@@ -157,7 +157,7 @@ def _with_plate_order(scene: Scene, level: Any) -> Scene:
     return with_effect(scene, "tooth_bending", basis=None, order=level)
 
 
-#: Answers of a finer plate: never chosen for an accuracy, because the basis belongs to the model.
+#: The accuracy control never changes the order of the plate, because the basis belongs to the model.
 PLATE_ORDER = Setting(
     name="plate order",
     levels=_plate_orders,
@@ -181,6 +181,6 @@ FE_ACCURACY = Setting(
     order="1 in the accuracy asked of the mesh",
     size=lambda level: 1 / level,
 )
-#: Every setting of a single simulation by name, whose work–precision is measured. The accuracy of finite elements is
-#: with their meshes, see ``gearbench.effort.elements``.
+#: Settings of a single simulation by name, whose work–precision is measured. ``gearbench.effort.elements`` measures the
+#: accuracy of finite elements.
 SETTINGS = {setting.name: setting for setting in (SEGMENTS, GAUSS_POINTS, POSITIONS, PLATE_ORDER, SOLID_ORDER)}

@@ -1,1 +1,1 @@
-"""Cost of accuracy in time and memory: one clock, work–precision curves, the plan of a run."""
+"""Cost in time and memory: measurement, work–precision curves, and the plan of a run."""

@@ -1,7 +1,7 @@
-"""Wall and processor time of a piece of work, its memory, pairs that nothing is kept for, and work in a new process.
+"""Measurement of time and memory, with scenes that no cache knows, in this process or in a new one.
 
-``python -m gearbench.effort.clock`` is that process: it finds no finite elements kept, and its largest memory is its
-own. Its orders come in as JSON, its answer is the last line printed.
+``python -m gearbench.effort.clock`` is the new process. It starts with an empty cache of finite elements, and its peak
+memory is not mixed with that of other work. It reads its task as JSON and prints its answer as the last line.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class Cost:
     seconds, processor_seconds
         Wall time, and processor time of all threads [s].
     megabytes
-        Largest memory [MB]; NaN where it was not measured.
+        Peak memory [MB]; NaN if it was not measured.
     """
 
     seconds: float
@@ -42,7 +42,7 @@ class Cost:
 
 
 def timed(work: Callable[[], Any]) -> tuple[Any, Cost]:
-    """Return the answer of one run of ``work``, and its times."""
+    """Run ``work`` once; return its answer and its times."""
     wall, processor = time.perf_counter(), time.process_time()
     answer = work()
     return answer, Cost(seconds=time.perf_counter() - wall, processor_seconds=time.process_time() - processor)
@@ -57,20 +57,21 @@ def medians(costs: Sequence[Cost]) -> Cost:
 
 
 def times(work: Callable[[], object], repeats: int) -> Cost:
-    """Median times of ``repeats`` runs."""
+    """Median wall and processor time of ``repeats`` runs."""
     return medians([timed(work)[1] for _ in range(repeats)])
 
 
 def measured(work: Callable[[], object], repeats: int) -> Cost:
-    """Peak memory of a first run, and median times of ``repeats`` more."""
+    """Peak memory of a first run, and median times of ``repeats`` further runs."""
     megabytes = peak_megabytes(work)
     return replace(times(work, repeats), megabytes=megabytes)
 
 
 def quickest(works: Sequence[Callable[[], object]], repeats: int) -> list[float]:
-    """Least processor time [s] that each of the works takes on this thread alone.
+    """Least processor time of this thread for each of ``works``, over ``repeats`` runs [s].
 
-    They take turns, so that all of them see the same machine; other threads and programs do not count.
+    The works take turns, so that a slow phase of the machine affects all of them. Other threads and programs are not
+    counted.
     """
     least = [float("inf")] * len(works)
     for _ in range(repeats):
@@ -82,7 +83,7 @@ def quickest(works: Sequence[Callable[[], object]], repeats: int) -> list[float]
 
 
 def peak_megabytes(work: Callable[[], object]) -> float:
-    """Largest memory [MB] that arrays and objects take during the work."""
+    """Peak memory of arrays and Python objects during ``work`` [MB]."""
     tracemalloc.start()
     try:
         work()
@@ -92,8 +93,8 @@ def peak_megabytes(work: Callable[[], object]) -> float:
 
 
 def most_megabytes() -> float:
-    """Largest memory that this process has taken so far [MB]."""
-    try:  # the largest resident set of this program; ru_maxrss may still be that of the one which started it
+    """Peak memory of this process so far [MB]."""
+    try:  # peak resident set of this program; ru_maxrss may still include the program that started it
         with open("/proc/self/status", encoding="ascii") as status:
             return next(int(line.split()[1]) for line in status if line.startswith("VmHWM")) * 1024 / 1e6
     except OSError:
@@ -103,17 +104,17 @@ def most_megabytes() -> float:
 
 
 def unseen(scene: Scene, i: int) -> Scene:
-    """The same scene with a face width larger by i · 10⁻⁹, so that nothing kept for its pair serves it."""
+    """Scene with the face width enlarged by a relative i · 10⁻⁹, so that no cached result of its pair can be used."""
     return replace(scene, pair=replace(scene.pair, face_width=scene.pair.face_width * (1 + 1e-9 * i)))
 
 
 def apart(work: Callable[..., Any], scene: Scene, *given: Any) -> Any:
-    """Answer of ``work(scene, *given)`` in a process of its own; words, numbers and lists of them only.
+    """Run ``work(scene, *given)`` in a new process; ``given`` and the answer must be JSON values.
 
     Raises
     ------
     GearbenchError
-        If it fails there; with its last line.
+        If the process fails; quotes its last error line.
     """
     order = {"work": [work.__module__, work.__qualname__], "scene": scene.to_toml(), "given": given}
     command = [sys.executable, "-m", "gearbench.effort.clock"]
@@ -125,7 +126,7 @@ def apart(work: Callable[..., Any], scene: Scene, *given: Any) -> Any:
 
 
 def main() -> None:
-    """Do the work that the standard input names, with nothing kept on disk."""
+    """Do the work that the standard input names, with an empty cache on disk."""
     import tomllib
 
     from gearbench.scene_file import parse_scene

@@ -1,4 +1,4 @@
-"""Work–precision curves: answers and costs of the levels of one setting, against the limit of the setting."""
+"""Work–precision curves: error and cost at the levels of one setting; the reference is the limit of the setting."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from gearbench.solution import cycle_values
 if TYPE_CHECKING:
     import xarray as xr
 
-#: An error counts for the order observed where it is this many times its error bar, and above rounding.
+#: An error is used for the observed order if it exceeds CLEAR times its error bar, and ROUNDING.
 CLEAR, ROUNDING = 4.0, 1e-12
 
 
@@ -32,13 +32,13 @@ class Point:
     Parameters
     ----------
     label, size
-        The level in words, and the number that orders of convergence refer to.
+        Level as text, and the number n of the convergence law error ~ n^−p.
     errors
         Relative errors of the four numbers of ``gearbench.accuracy.measure``, (4,).
     cost
-        Of one run.
+        Cost of one run.
     compliance_error, unknowns
-        Of finite elements: relative error of the compliance of the flanks, and size of the larger mesh; else NaN.
+        For finite elements, relative error of the flanks' compliance, and unknowns of the larger mesh; else NaN.
     """
 
     label: str
@@ -51,18 +51,18 @@ class Point:
 
 @dataclass(frozen=True, kw_only=True)
 class WorkPrecision:
-    """One setting on one scene.
+    """Work–precision curve of one setting on one scene.
 
     Parameters
     ----------
     setting, expected
-        Name of the setting, and its order of convergence in words.
+        Name of the setting, and its expected order of convergence as text.
     points
-        Its levels, coarse to fine.
+        Levels of the setting, coarse to fine.
     bar
-        Uncertainty of the reference that the errors are held against, (4,).
+        Relative uncertainty of the reference, (4,).
     compliance_bar
-        The same of the flanks' compliance.
+        Relative uncertainty of the reference's flank compliance.
     """
 
     setting: str
@@ -77,23 +77,26 @@ class WorkPrecision:
         return np.array([point.errors for point in self.points])
 
     def column(self, name: str) -> NDArray:
-        """An attribute of all points or of their costs, (level,)."""
+        """Attribute of all points, or of their costs, by name, (level,)."""
         return np.array([getattr(p if hasattr(p, name) else p.cost, name) for p in self.points])
 
     @property
     def order(self) -> NDArray:
-        """Order observed of each number, (4,): slope of log error over log size over the last clear levels."""
+        """Observed order of convergence of the four numbers, (4,); see ``observed_order``."""
         sizes = self.column("size")
         return np.array([observed_order(sizes, e, bar) for e, bar in zip(self.errors.T, self.bar, strict=True)])
 
     @property
     def compliance_order(self) -> float:
-        """Order observed of the flanks' compliance; NaN where it is not the setting's."""
+        """Observed order of convergence of the flanks' compliance; NaN unless the setting is one of finite elements."""
         return observed_order(self.column("size"), self.column("compliance_error"), self.compliance_bar)
 
 
 def observed_order(sizes: NDArray, errors: NDArray, bar: float, points: int = 6) -> float:
-    """Order p of error ~ size^−p over the last ``points`` levels whose error is clear of its bar; NaN below two."""
+    """Order p of error ~ size^−p, fitted to the last ``points`` levels with an error clear of its bar.
+
+    NaN if there are fewer than two such levels.
+    """
     clear = np.flatnonzero((errors > CLEAR * bar) & (errors > ROUNDING))[-points:]
     if len(clear) < 2:
         return float("nan")
@@ -101,7 +104,7 @@ def observed_order(sizes: NDArray, errors: NDArray, bar: float, points: int = 6)
 
 
 def setting_curve(scene: Scene, setting: Setting, repeats: int) -> WorkPrecision:
-    """Error and cost of each level of ``setting`` but those of its reference, whose difference is the error bar."""
+    """Measure error and cost at the levels of ``setting``; ``setting.finest`` gives the reference and its error bar."""
     before, exact = (cycle_values(finest) for finest in setting.finest(scene))
     points = []
     for level in setting.tried(scene):
@@ -114,26 +117,26 @@ def setting_curve(scene: Scene, setting: Setting, repeats: int) -> WorkPrecision
 
 
 def run(scene: Scene, repeats: int, *, prepares: bool = False) -> tuple[NDArray, Cost]:
-    """The four numbers of ``scene``, (4,), and the cost of a run.
+    """Compute the four numbers of ``scene``, (4,), and the cost of a run.
 
-    Where ``prepares``, the pair was not seen before in each of the runs; else its teeth are known.
+    With ``prepares``, every run has a pair that no cache knows, so its cost includes the teeth; else they are known.
     """
     values = cycle_values(scene)
     if prepares and tooth_bending(scene.effects_by_name, "finite_elements"):
-        return values, Cost(**apart(finite_element_run, scene))  # here they are kept on disk
+        return values, Cost(**apart(finite_element_run, scene))  # in this process they would come from the disk
     fresh = iter([unseen(scene, i + 1) if prepares else scene for i in range(repeats + 1)])
 
     def once() -> None:
         if prepares:
-            forget_fast_teeth()  # also because teeth of high order that are kept would fill the memory
+            forget_fast_teeth()  # cached teeth of high order would also fill the memory
         cycle_values(next(fresh))
 
     return values, measured(once, repeats)
 
 
 def finite_element_run(scene: Scene) -> dict[str, float]:
-    """Cost of a run in a process of its own; memory is that beyond the libraries."""
-    import skfem  # noqa: F401  # its loading is no part of the run
+    """Cost of a run in a new process; the memory of the libraries is subtracted."""
+    import skfem  # noqa: F401  # loaded first, so that loading is not part of the run
 
     from fem_reference.environment import import_gmsh
 
@@ -144,7 +147,7 @@ def finite_element_run(scene: Scene) -> dict[str, float]:
 
 
 def as_dataset(curves: Sequence[WorkPrecision]) -> xr.Dataset:
-    """Dataset of curves, one row a level; see ``workprecision.cost``."""
+    """Dataset of curves with one row per level; see ``workprecision.cost``."""
     import xarray as xr
 
     def rows(name: str) -> NDArray:

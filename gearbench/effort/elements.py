@@ -1,9 +1,10 @@
-"""Work–precision of finite elements: every element on meshes of every level, and the accuracy asked of the mesh.
+"""Work–precision of finite elements: every element type on meshes of every level, and the requested accuracy.
 
 Mesh m has m cells across the tooth and cells in proportion elsewhere, see ``fem_reference.refinement``. The reference
-is Richardson's value of the two finest meshes of 20-node hexahedra, its error bar half the difference to the value of
-the two meshes before. Each element runs in a process of its own, from coarse to fine, after its libraries are loaded
-and a first small mesh is solved: a run meshes and solves both gears and solves the mesh cycle.
+is the Richardson extrapolation from the two finest meshes of 20-node hexahedra; its error bar is half the difference
+to the extrapolation from the two meshes before. Every element type runs in a new process, from coarse to fine, after
+its libraries are loaded and a first small mesh is solved. A timed run meshes and solves both gears and solves the mesh
+cycle.
 """
 
 from __future__ import annotations
@@ -35,21 +36,21 @@ if TYPE_CHECKING:
 
 _LOG = logging.getLogger(__name__)
 
-#: Elements: cells across the tooth of their meshes, and the order of convergence that is known of them. Meshes of
-#: quadratic elements are coarser than the finest of the reference.
+#: Element type → cells across the tooth of its meshes, and expected order of convergence. Meshes of quadratic elements
+#: are coarser than the finest mesh of the reference.
 ELEMENTS: dict[str, tuple[tuple[int, ...], str]] = {
     "hex8": ((2, 3, 4, 6, 8, 12), "2 at most; bends too little"),
     "hex20": ((2, 3, 4, 5, 6, 8), "2.4 to 2.8: the load ends with a jump"),
     "hex27": ((2, 3, 4, 5, 6), "2.4 to 2.8: the load ends with a jump"),
     "tet10": ((2, 3, 4, 5, 6, 7), "not known: the meshes are irregular"),
 }
-#: Runs shorter than this [s] are repeated, medians count.
+#: Runs shorter than SHORT [s] are done REPEATS times, and the median counts.
 SHORT, REPEATS = 2.0, 3
 
 
 @dataclass(frozen=True, kw_only=True)
 class Meshed(ComplianceEffect):
-    """Pinion and wheel (driven) on meshes that were solved, in place of tooth and body."""
+    """Compliance of pinion and wheel (driven) on given, solved meshes; replaces tooth bending and gear body."""
 
     both: tuple[FlankCompliance, FlankCompliance]
     coupled: bool
@@ -59,22 +60,22 @@ class Meshed(ComplianceEffect):
     source: ClassVar[str] = ToothBending.source
 
     def compliance(self, lines: ContactLines, beside: Effects) -> LowRank | Dense:
-        """Factor of both gears side by side, (position, pair, segment, rank), or the matrix of coupled pairs."""
+        """Factors of both gears concatenated, (position, pair, segment, rank), or the dense matrix if pairs couple."""
         return Flanks(both=self.both, coupled=self.coupled).on(lines)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Meshes:
-    """Meshes and accuracies that are tried.
+    """Meshes and accuracies to measure.
 
     Parameters
     ----------
     levels
-        Meshes of each element, coarse to fine.
+        Element type → meshes m, coarse to fine.
     reference
-        Three meshes of 20-node hexahedra.
+        Three meshes m of 20-node hexahedra.
     accuracies
-        Accuracies of a scene's finite elements.
+        Requested accuracies of the scene's finite elements.
     """
 
     levels: Mapping[str, tuple[int, ...]]
@@ -83,7 +84,7 @@ class Meshes:
 
 
 def all_meshes(scene: Scene) -> Meshes:
-    """All levels, coarser than the finest of a reference that is as fine as the unknowns allow."""
+    """Choose the finest reference that the limit of unknowns allows, and all levels coarser than it (all of hex8)."""
     reference = (4, 5, 6) if scene.effect(GearBody.name) else (6, 8, 10)
     while not _fits(scene, reference[-1]) and reference[0] > 2:
         reference = tuple(m - 1 for m in reference)
@@ -98,7 +99,7 @@ def _fits(scene: Scene, m: int) -> bool:
 
 
 def element_curves(scene: Scene, meshes: Meshes | None = None) -> list[WorkPrecision]:
-    """Curves of finite elements over their meshes and of the accuracy asked of them; none without them."""
+    """Curves of a scene's finite elements over meshes and over requested accuracy; none for other tooth models."""
     if tooth_bending(scene.effects_by_name, "finite_elements") is None:
         return []
     tried = meshes or all_meshes(scene)
@@ -119,18 +120,18 @@ def element_curves(scene: Scene, meshes: Meshes | None = None) -> list[WorkPreci
 
 @dataclass(frozen=True, kw_only=True)
 class _Limit:
-    """Limit of the meshes: the four numbers, (4,), and the blocks of both gears, see ``FlankCompliance``."""
+    """Extrapolated limit of the meshes: the four numbers, (4,), and the blocks of both gears (``FlankCompliance``)."""
 
     values: NDArray
     blocks: tuple[NDArray, ...]
 
     def distance(self, blocks: Sequence[NDArray]) -> float:
-        """Relative error of the compliance in the Frobenius norm, of the gear where it is larger."""
+        """Relative error of the compliance in the Frobenius norm, the larger of both gears."""
         norm = np.linalg.norm
         return max(float(norm(b - own) / norm(own)) for b, own in zip(blocks, self.blocks, strict=True))
 
     def point(self, row: Mapping[str, Any]) -> Point:
-        """A run of ``mesh_runs`` as a level."""
+        """Convert a row of ``mesh_runs`` to a point of a curve."""
         return Point(
             label=str(row["level"]),
             size=row["level"],
@@ -142,7 +143,7 @@ class _Limit:
 
 
 def _limits(scene: Scene, rows: Sequence[dict[str, Any]]) -> tuple[_Limit, _Limit]:
-    """Richardson's value of the last two of three meshes, and of the first two."""
+    """Richardson extrapolations from the last two of three meshes, and from the first two."""
     from fem_reference.mesh_family import RATE
 
     found = []
@@ -155,13 +156,13 @@ def _limits(scene: Scene, rows: Sequence[dict[str, Any]]) -> tuple[_Limit, _Limi
 
 
 def _accuracy_points(scene: Scene, accuracies: Sequence[float], exact: _Limit) -> list[Point]:
-    """Accuracies that the finite elements are asked for; those out of reach of its meshes are left out."""
+    """Points of the requested accuracies, coarse to fine, up to the first that the meshes cannot reach."""
     points = []
     for level in accuracies:
         asked = FE_ACCURACY.with_level(scene, level)
         try:
             values, cost = run(asked, 1, prepares=True)
-        except GearbenchError:  # AccuracyError: said by the mesh family, see fem_reference.refinement
+        except GearbenchError:  # AccuracyError of fem_reference.refinement
             break
         flanks = meshed_flanks(asked)
         point = Point(
@@ -177,19 +178,19 @@ def _accuracy_points(scene: Scene, accuracies: Sequence[float], exact: _Limit) -
 
 
 def mesh_runs(scene: Scene, kind: str, levels: Sequence[int]) -> list[dict[str, Any]]:
-    """Answers and costs of meshes of an element, for a process of its own.
+    """Solve the meshes of one element type and measure their cost; meant to run in a new process.
 
     Returns
     -------
-    By level: the four numbers ``values``, the ``blocks`` of both gears, the ``unknowns`` of the larger one,
-    and the ``cost``, memory beyond the libraries. Meshes that cannot be made are left out.
+    One row per level: the four numbers ``values``, the ``blocks`` of both gears, the ``unknowns`` of the larger mesh,
+    and the ``cost`` without the memory of the libraries. Meshes that cannot be made are left out.
     """
     from fem_reference.environment import import_gmsh
     from fem_reference.tooth_mesh import MeshingError
 
     import_gmsh()
     before, rows = most_megabytes(), []
-    _solved(scene, "hex8", 2)  # first calls load libraries and compile
+    _solved(scene, "hex8", 2)  # the first call loads libraries and compiles
     for m in levels:
         try:
             (values, flanks), cost = timed(lambda m=m: _solved(scene, kind, m))
@@ -212,7 +213,7 @@ def mesh_runs(scene: Scene, kind: str, levels: Sequence[int]) -> list[dict[str, 
 
 
 def _solved(scene: Scene, kind: str, m: int) -> tuple[NDArray, list[FlankCompliance]]:
-    """The four numbers with meshes m of an element, and the compliances of both gears."""
+    """Compute the four numbers with mesh m of an element type, and the compliances of both gears."""
     from fem_reference.compliance import flank_compliance
     from fem_reference.mesh_family import mesh_cells
     from fem_reference.refinement import default_order
@@ -226,7 +227,7 @@ def _solved(scene: Scene, kind: str, m: int) -> tuple[NDArray, list[FlankComplia
 
 
 def with_blocks(scene: Scene, blocks: Sequence[NDArray]) -> Scene:
-    """``scene`` with the compliance blocks of both gears given in place of tooth and body."""
+    """Return ``scene`` with given compliance blocks of both gears instead of tooth bending and gear body."""
     from fem_reference.refinement import default_order
 
     flanks = [

@@ -15,12 +15,15 @@ if TYPE_CHECKING:
 
 #: Colour and marker of the settings, in the order of the dataset.
 STYLES = tuple(zip((BLUE, ORANGE, GREEN, PURPLE, "#E69F00", "#56B4E9", GREY) * 2, "os^DvP*<>phdHX", strict=True))
-#: Errors below rounding are drawn here.
+#: Smaller errors, which are below rounding, are drawn at this value.
 LEAST = 1e-14
 
 
 def work_precision_diagram(dataset: xr.Dataset, axes: Axes, *, across: str = "processor_seconds") -> None:
-    """Largest error of the four numbers against ``across``, a curve a setting; bars: uncertainty of the reference."""
+    """Draw the largest error of the four numbers over ``across``, one curve per setting.
+
+    The error bars are the uncertainty of the reference.
+    """
     for (colour, marker), setting in zip(STYLES, dataset["knob"].values, strict=False):
         rows = dataset.isel(setting=dataset["setting_knob"].values == setting)
         worst = rows["error"].values.argmax(axis=1)
@@ -36,7 +39,7 @@ def work_precision_diagram(dataset: xr.Dataset, axes: Axes, *, across: str = "pr
 
 
 def draw_cost(dataset: xr.Dataset, folder: Path) -> list[Path]:
-    """Write ``work_precision.png``: error against time, and against memory."""
+    """Write ``work_precision.png``: error over time, and over memory."""
     figure, ((left, right),) = new_figure(1, 2, (12, 5), sharey=True)
     work_precision_diagram(dataset, left)
     work_precision_diagram(dataset, right, across="megabytes")
@@ -47,14 +50,14 @@ def draw_cost(dataset: xr.Dataset, folder: Path) -> list[Path]:
 
 
 def finding(dataset: xr.Dataset, error: float = 0.01) -> str:
-    """Factor by which Gauss panels reach an error faster than uniform phases."""
+    """Text that compares the times in which Gauss panels and uniform phases reach ``error``."""
     needed = {setting: cheapest(dataset, setting, error) for setting in ("gauss_points", "positions")}
     gauss, uniform = (f"{1e3 * t:.2g} ms" if t is not None else "no level" for t in needed.values())
     return f"{100 * error:g} % takes {gauss} with Gauss panels, {uniform} with uniform phases"
 
 
 def cheapest(dataset: xr.Dataset, setting: str, error: float) -> float | None:
-    """Processor time [s] of the first level from which on the error stays below ``error``; None if there is none."""
+    """Processor time of the first level from which on the error stays within ``error`` [s]; None if there is none."""
     rows = dataset.isel(setting=dataset["setting_knob"].values == setting)
     above = np.flatnonzero(rows["error"].values.max(axis=1) > error)
     first = above[-1] + 1 if above.size else 0

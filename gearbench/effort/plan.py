@@ -1,4 +1,4 @@
-"""Plan of a run: the parts, sizes and memory of a scene or a study, without solving anything."""
+"""Plan of a run: parts, sizes and memory of a scene (nothing is solved), and time of a study (one design is)."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from gearbench.validation.reference import reference_memory, reference_scene
 
 #: Speeds at which the memory of ``response`` is given.
 SPEEDS = 200
-#: Gears of a study that are evaluated.
+#: Maximum number of designs evaluated to estimate the time of a study.
 TRIED = 6
 
 
@@ -52,9 +52,9 @@ class Plan:
     Parameters
     ----------
     parts
-        In the order they run; the last one is ``robust`` where the scene has random errors.
+        Parts in the order they run; the last one is ``robust`` if the scene has random errors.
     megabytes
-        Peak memory [MB] of each command that the scene is fit for, at its defaults; good to a factor of two.
+        Command → peak memory [MB] at its default options, for commands that accept the scene; within a factor of two.
     """
 
     parts: tuple[PlanPart, ...]
@@ -63,14 +63,14 @@ class Plan:
 
 @dataclass(frozen=True, kw_only=True)
 class StudyPlan:
-    """Upper bound of the cost of a search: invalid and repeated designs cost nothing.
+    """Upper bound of the cost of a search; invalid and repeated designs, which cost nothing, are counted as evaluated.
 
     Parameters
     ----------
     designs, samples, threads
-        Designs that it asks for, error samples of each, and designs side by side.
+        Number of designs that the search asks for, of error samples per design, and of designs evaluated in parallel.
     design_seconds, seconds
-        Measured time of one evaluation; of all of them, if each takes that [s].
+        Measured time of one evaluation, and time of the search if every evaluation takes that long [s].
     megabytes
         Peak memory of all threads [MB].
     """
@@ -84,10 +84,10 @@ class StudyPlan:
 
 
 def plan(scene: Scene) -> Plan:
-    """Plan of the commands for ``scene``.
+    """Plan the commands for ``scene``.
 
-    Where it asks for an accuracy, with the settings that the search for them begins with. Mesh phases are those of the
-    unloaded pair: changes of contact under load may add some.
+    If the scene asks for an accuracy, the plan uses the settings with which the search for the resolution starts. Mesh
+    phases are those of the unloaded pair; changes of contact under load may add some.
     """
     check_scene(scene)
     if scene.coupled:
@@ -117,7 +117,7 @@ def plan(scene: Scene) -> Plan:
 
 
 def _train_plan(scene: Scene) -> Plan:
-    """Plan of a train whose meshes are one contact problem: that of each kind of mesh, then their balance."""
+    """Plan a train whose meshes form one contact problem: parts of every kind of mesh, then the balance of all."""
     linkage = check_train(scene)
     parts: list[PlanPart] = []
     megabytes = 0.0
@@ -140,18 +140,18 @@ def _train_plan(scene: Scene) -> Plan:
     if any(drawn.values()):
         of = " and of ".join(name for name, given in drawn.items() if given)
         parts.append(PlanPart("robust", f"samples of {of}", f"{SAMPLES} samples"))
-    # phases that suit one mesh are asked of all
+    # every mesh is solved at the phases of all others too
     different = len({round(phase, 9) for phase in scene.geometry.phases().values()})
     found = {"simulate": different * megabytes}
     first = first_settings(scenes[0]) if scene.resolution.accuracy is not None else scenes[0]
     positions = scene.resolution.positions or different * len(mesh_phases(first)[0])
-    with suppress(InputError):  # no cycle differs from another, or too many: the command says so itself
+    with suppress(InputError):  # all cycles are alike, or there are too many: the command itself reports that
         found["hunting"] = train_cycles_memory(len(scenes), positions, check_train_cycles(scene), ORDERS) / 1e6
     return Plan(parts=tuple(parts), megabytes=found)
 
 
 def _size(effect: Effect, scene: Scene, lines: ContactLines) -> str:
-    """Unknowns that the effect adds."""
+    """Text on the unknowns that an effect adds; "" if none."""
     if not isinstance(effect, ComplianceEffect):
         return ""
     if isinstance(effect, ToothBending) and (missing := effect.missing_levels(scene.pair, scene.effects_by_name)):
@@ -163,28 +163,28 @@ def _size(effect: Effect, scene: Scene, lines: ContactLines) -> str:
 
 
 def _others(scene: Scene, positions: int) -> dict[str, float]:
-    """Memory [bytes] of the other commands that the scene is fit for."""
+    """Memory of the other commands that accept the scene [bytes]."""
     found: dict[str, float] = {}
     turning = () if scene.has_shafts else unlike(scene)
     if turning:
         modes = turning_gaps(turning, scene_lines(scene, np.zeros(1)), 1)[1].shape[-1]
-        with suppress(InputError):  # too many cycles: the command says so itself
+        with suppress(InputError):  # too many cycles: the command itself reports that
             found["hunting"] = hunting_memory(scene, positions, check_cycles(scene.pair.gears), ORDERS, modes)
     if scene.system is not None:
         each = speed_memory(HARMONICS, len(scene.pairs), bearings(scene))
         found[f"response at {SPEEDS} speeds"] = SPEEDS * each + contact_memory(scene, positions)
-    with suppress(InputError, GearbenchError):  # no reference, or none that fits
+    with suppress(InputError, GearbenchError):  # no reference, or none that fits into memory
         found["validate"] = reference_memory(reference_scene(scene, 0.01), positions)
     return found
 
 
 def study_plan(study: OptimisationStudy, threads: int | None = None) -> StudyPlan:
-    """Plan of ``optimise`` for ``study``: one of its designs is evaluated, after one for which code is loaded.
+    """Plan ``optimise`` for ``study``: evaluate a few designs of the first generation and take the longest time.
 
     Raises
     ------
     GearbenchError
-        If none of the first designs is a gear.
+        If none of the designs of the first generation is a valid gear.
     """
     threads, samples = threads or default_threads(), study.robustness.samples
     gears, reason = [], ""
@@ -196,7 +196,7 @@ def study_plan(study: OptimisationStudy, threads: int | None = None) -> StudyPla
     if not gears:
         first = study.algorithm.population
         raise GearbenchError(f"no valid gear among the first {first} designs; last error: {reason}")
-    # the first one loads compiled code; designs that break a limit take less
+    # the first evaluation also loads compiled code; designs that violate a limit take less time than others
     costs = [timed(lambda design=design: evaluate(study, design))[1].seconds for design, _ in gears[:TRIED]]
     designs = study.algorithm.population * study.algorithm.generations
     seconds = max(costs[1:] or costs)

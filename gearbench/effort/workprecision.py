@@ -1,7 +1,7 @@
-"""Work–precision of a scene: error against time of every setting, each against a converged reference of its own.
+"""Work–precision of a scene: error over time for every setting.
 
-One setting is changed at a time; the others stay as the scene has them, also in the reference, which is the finest
-level of the setting. The error bar of a reference is its difference to the level before it.
+One setting is changed at a time. The reference of a setting is its finest level; all other settings stay as in the
+scene. The error bar of a reference is its difference to the level before it.
 """
 
 from __future__ import annotations
@@ -31,14 +31,17 @@ if TYPE_CHECKING:
 
 COUNTS = (16, 32, 64, 128, 256, 512, 1024)
 SAMPLERS: tuple[tuple[Sampler, str], ...] = (("sobol", "¾ to 1"), ("latin_hypercube", "½"), ("random", "½"))
-#: Samples of the reference, and its seed: none of those that are compared with it.
+#: Number of samples of the reference, and its seed, which differs from those of the runs compared with it.
 REFERENCE, REFERENCE_SEED = 2**14, 987_654
 
 
 def sample_curves(
     scene: Scene, repeats: int, seeds: int, reference: int = REFERENCE, counts: Sequence[int] = COUNTS
 ) -> list[WorkPrecision]:
-    """One curve a sampler, on one thread; errors are RMS values over ``seeds`` draws. None without random errors."""
+    """Measure one curve per sampler, on one thread; errors are RMS values over ``seeds`` draws.
+
+    The list is empty if the scene has no random errors.
+    """
     if scene.effect("manufacturing_errors") is None:
         return []
     problem = prepare_scene(scene)
@@ -63,43 +66,42 @@ def sample_curves(
     ]
 
 
-#: Repeats of every timed run.
+#: Number of repeats of a timed run.
 REPEATS = 7
 
 
 def cost(scene: Scene, repeats: int = REPEATS, seeds: int = 8, meshes: Meshes | None = None) -> xr.Dataset:
-    """Work–precision of all settings that ``scene`` has: ``settings.SETTINGS``, finite elements, samples.
+    """Measure the work–precision of all settings of ``scene``: ``settings.SETTINGS``, finite elements, error samples.
 
     Parameters
     ----------
     scene
-        Its resolution is that of the other settings.
+        The scene; its resolution gives the settings that are not varied.
     repeats
-        Timed runs of each setting; medians count.
+        Number of timed runs per level; the median counts.
     seeds
-        Draws of the error samples, where the scene has random errors: their errors are RMS values over them.
+        Number of draws of the error samples; their errors are RMS values over the draws.
     meshes
-        Meshes of the finite elements, where the scene has them; ``all_meshes`` by default.
+        Meshes to measure if the scene has finite elements; by default ``all_meshes``.
 
     Returns
     -------
-    Dataset over ``setting`` (one level of one setting) and ``quantity``: relative ``error`` and ``error_bar`` of its
-    reference, ``seconds``, ``processor_seconds``, ``megabytes``; over ``knob`` (a setting with all its levels) and
-    ``quantity``: ``observed_order``.
-    Of finite elements also ``compliance_error``, its error bar and ``unknowns`` over ``setting``, ``compliance_order``
-    over ``knob``; NaN for the other settings.
+    Dataset over ``setting`` (one entry per level of every setting), ``knob`` (one entry per setting) and ``quantity``:
+    relative ``error`` and ``error_bar`` (setting, quantity), ``seconds``, ``processor_seconds`` and ``megabytes``
+    (setting), ``observed_order`` (knob, quantity). If the scene has finite elements, also ``compliance_error``, its
+    error bar and ``unknowns`` (setting), and ``compliance_order`` (knob); they are NaN for other settings.
 
     Raises
     ------
     InputError
-        If the scene leaves its resolution to an accuracy, or has several loads.
+        If the scene asks for an accuracy instead of a resolution, or has several loads.
     """
     scene = scene.one_load
     if (accuracy := scene.resolution.accuracy) is not None:
         raise InputError("resolution.accuracy", accuracy, "is for simulate and robust; here give segments")
 
     def curves() -> list[WorkPrecision]:
-        """A curve for each setting of the scene."""
+        """Curves of all settings of the scene."""
         return [
             *(setting_curve(scene, setting, repeats) for setting in SETTINGS.values() if setting.applies(scene)),
             *element_curves(scene, meshes),

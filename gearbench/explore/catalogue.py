@@ -1,4 +1,4 @@
-"""All designs of all results, one below the other, as the page draws and filters them."""
+"""Catalogue of the page: the designs of all results in common columns."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from gearbench.explore.columns import Column
 from gearbench.explore.stored import Stored
 from gearbench.scene import Scene
 
-#: Quantities of the front: across and up, their scatter, in the paper's order.
+#: Quantities of the horizontal and vertical axis of the front, and their standard deviations; axes as in the paper.
 ACROSS, UP = "mesh_stiffness_rms_mean", "transmission_error_rms_mean"
 SCATTER_ACROSS, SCATTER_UP = "mesh_stiffness_rms_std", "transmission_error_rms_std"
 
@@ -24,15 +24,15 @@ class Catalogue:
     Parameters
     ----------
     results
-        The results, in the order they were named.
+        The results, in the order of the command line.
     study
-        Number of each design's result in ``results``, (design,).
+        Index into ``results`` of every design's result, (design,).
     number
-        Number of each design in its file, (design,).
+        Number of every design in its file, (design,).
     columns
-        Quantities of the designs, NaN where a result does not have them.
+        Quantities of the designs; NaN if a result does not have them.
     left_out
-        Number of designs that lack one of the two objectives.
+        Number of designs left out because they lack one of the two objectives.
     """
 
     results: tuple[Stored, ...]
@@ -45,11 +45,11 @@ class Catalogue:
         return len(self.study)
 
     def column(self, name: str) -> Column:
-        """The column called ``name``."""
+        """Column with this name."""
         return next(column for column in self.columns if column.name == name)
 
     def of_kind(self, *kinds: str) -> tuple[Column, ...]:
-        """Columns of these kinds that differ between the designs."""
+        """Columns of these kinds whose values differ between the designs."""
         return tuple(c for c in self.columns if c.kind in kinds and c.range[0] < c.range[1])
 
     def scene(self, design: int) -> Scene:
@@ -57,12 +57,12 @@ class Catalogue:
         return self.results[self.study[design]].scene(int(self.number[design]))
 
     def name(self, design: int) -> str:
-        """Name of a design to show."""
+        """Display name of a design."""
         return f"{self.results[self.study[design]].label}, design {self.number[design]}"
 
 
 def catalogue(results: Sequence[Stored]) -> Catalogue:
-    """Designs of ``results`` below each other; those without the two objectives of the front are left out."""
+    """Join the designs of ``results``; leave out designs without the two objectives of the front."""
     titles = list(dict.fromkeys(column.title for result in results for column in result.columns))
     joined = [_join(results, title) for title in titles]
     study = np.concatenate([np.full(len(result.numbers), i) for i, result in enumerate(results)])
@@ -78,7 +78,7 @@ def catalogue(results: Sequence[Stored]) -> Catalogue:
 
 
 def _join(results: Sequence[Stored], title: str) -> Column:
-    """One column over all results; texts get one list of categories."""
+    """Join one column over all results; columns of texts get a common list of categories."""
     found = [next((c for c in result.columns if c.title == title), None) for result in results]
     first = next(c for c in found if c is not None)
     categories = tuple(sorted({text for c in found if c is not None for text in c.categories}))
@@ -95,7 +95,7 @@ def _join(results: Sequence[Stored], title: str) -> Column:
 
 
 def fronts(catalogue: Catalogue, kept: NDArray | None = None) -> NDArray:
-    """Numbers of the designs that no other ``kept`` design of the same result dominates, by result and value across."""
+    """Indices of the Pareto-optimal designs of every result among those ``kept``, (design,); by result, then by x."""
     x, y = catalogue.column(ACROSS).values, catalogue.column(UP).values
     kept = np.ones(len(catalogue), dtype=bool) if kept is None else kept
     found = []

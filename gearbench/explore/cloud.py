@@ -1,4 +1,4 @@
-"""All designs and the fronts: across the RMS of the stiffness, up the RMS of the transmission error."""
+"""Plot of all designs and the fronts: RMS of the transmission error over RMS of the stiffness."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from gearbench.explore.catalogue import ACROSS, SCATTER_ACROSS, SCATTER_UP, UP, 
 from gearbench.explore.columns import Column
 from gearbench.explore.look import INK, PICK, chart, colour, fixed
 
-#: Keys of columns in the sources: c0, c1, …
+#: Bokeh sources by name; the columns of the catalogue have the keys c0, c1, …
 Sources = dict[str, ColumnDataSource]
-#: Boxes drawn at most: those of neighbours on a front hide each other.
+#: Maximum number of boxes drawn: more of them would hide their neighbours on the front.
 BOXES = 24
-#: Pixels of the image of all designs, up and across.
+#: Pixels of the image of all designs, vertically and horizontally.
 PIXELS = (404, 560)
 
 
 def sources(catalogue: Catalogue) -> Sources:
-    """Data of the designs and of the fronts; 4-byte numbers, because they are drawn only."""
+    """Sources of the designs and the fronts, as 4-byte numbers, which are precise enough to draw."""
     x, y = catalogue.column(ACROSS).values, catalogue.column(UP).values
     data = {"x": x, "y": y, "study": catalogue.study, "number": catalogue.number}
     for i, column in enumerate(catalogue.columns):
@@ -37,7 +37,7 @@ def sources(catalogue: Catalogue) -> Sources:
 
 
 def front_data(catalogue: Catalogue, numbers: NDArray) -> dict[str, Any]:
-    """Columns of the front: values, σ, width and height of the 2σ boxes (0 where none is drawn), results, numbers."""
+    """Columns of the front: values, σ, width and height of the 2σ boxes (0 if not drawn), results, numbers, colours."""
     every = max(1, math.ceil(len(numbers) / BOXES))
     drawn, labelled = (np.arange(len(numbers)) % step == 0 for step in (every, 3 * every))
     x, y, sx, sy = (catalogue.column(n).values[numbers] for n in (ACROSS, UP, SCATTER_ACROSS, SCATTER_UP))
@@ -57,7 +57,7 @@ def front_data(catalogue: Catalogue, numbers: NDArray) -> dict[str, Any]:
 
 
 def cloud(catalogue: Catalogue, data: Sources) -> Any:
-    """The figure. All designs are one image, which ``js/filter.js`` paints; fronts and boxes are glyphs."""
+    """Make the figure: all designs as one image, which ``js/filter.js`` paints; fronts and boxes as glyphs."""
     across, up = catalogue.column(ACROSS), catalogue.column(UP)
     without = f", {catalogue.left_out:,} without both objectives left out" if catalogue.left_out else ""
     title = f"Fronts with 2σ boxes; {len(catalogue):,} designs".replace(",", " ") + without
@@ -78,7 +78,7 @@ def cloud(catalogue: Catalogue, data: Sources) -> Any:
     tips = [("design", "@number"), (across.label, f"@x{{0.000}} {across.unit}"), (up.label, f"@y{{0.000}} {up.unit}")]
     scatter = [("σ across, up", f"@sx{{0.000}} {across.unit}, @sy{{0.000}} {up.unit}")]
     plot.add_tools(HoverTool(renderers=[front], tooltips=[*tips, *scatter]))
-    # glyphs of their own, because filters may empty a front
+    # the legend has separate glyphs, because a filter may empty a front
     nowhere = ColumnDataSource({"x": [np.nan], "y": [np.nan]})
     named = [
         LegendItem(label=result.label, renderers=[plot.scatter("x", "y", source=nowhere, size=8, color=colour(i))])
@@ -89,7 +89,7 @@ def cloud(catalogue: Catalogue, data: Sources) -> Any:
 
 
 def colour_bar(plot: Any) -> ColorBar:
-    """Scale of a third quantity as colour beside the cloud; shown once one is chosen."""
+    """Add a colour bar for a third quantity; it is hidden until the user chooses one."""
     mapper = LinearColorMapper(palette="Viridis256", low=0, high=1)
     bar = ColorBar(color_mapper=mapper, width=10, title_text_font_size="12px", padding=3, visible=False)
     plot.add_layout(bar, "right")
@@ -97,7 +97,7 @@ def colour_bar(plot: Any) -> ColorBar:
 
 
 def _room(column: Column, data: Sources, axis: str) -> tuple[float, float]:
-    """Range that shows all designs and the boxes of the fronts."""
+    """Range of an axis that shows all designs and the boxes of the fronts."""
     front = {key: np.asarray(values) for key, values in data["front"].data.items()}
     half = front["w" if axis == "x" else "h"] / 2
     low, high = min(column.range[0], *(front[axis] - half)), max(column.range[1], *(front[axis] + half))

@@ -1,4 +1,4 @@
-"""One quantity of many designs: name, label with unit, kind, values. Names are literal text, never TeX or HTML."""
+"""Column of the catalogue: one quantity of many designs. Names are shown as literal text, never as TeX or HTML."""
 
 from __future__ import annotations
 
@@ -14,13 +14,14 @@ from gearbench.errors import plain
 from gearbench.results.quantities import KEYS
 from gearbench.results.responses import quantity
 
-#: Between the two signs of a mark at which BokehJS begins or ends to set text as TeX, and with it any HTML in it.
+#: Position inside a TeX delimiter: $$, a backslash and a bracket. BokehJS would render text between delimiters as TeX,
+#: with any HTML in it.
 _TEX = re.compile(r"(?<=\$)(?=\$)|(?<=\\)(?=[\[\]()])")
 _WORD_JOINER = "\u2060"
 
 
 def as_text(name: str) -> str:
-    """Name as literal text in BokehJS: a zero-width character separates TeX delimiters."""
+    """Make a name literal text for BokehJS: put a zero-width character into TeX delimiters."""
     return _TEX.sub(_WORD_JOINER, plain(name))
 
 
@@ -29,20 +30,20 @@ Kind = Literal["variable", "limit", "statistic"]
 
 @dataclass(frozen=True, kw_only=True)
 class Column:
-    """A quantity of many designs.
+    """Quantity of many designs.
 
     Parameters
     ----------
     name
-        Its name in the stored result.
+        Name in the stored result.
     label, unit
-        To show; the unit is "" where it has none.
+        Label and unit to show; the unit is "" if there is none.
     kind
         Variable of the study, limited quantity, or statistic over the error samples.
     values
-        (design,); NaN where unknown. Indices into ``categories`` where the quantity is a text.
+        Values, (design,); NaN if unknown. For a quantity of texts, indices into ``categories``.
     categories
-        The texts, or empty.
+        Texts of the quantity; empty if it is a number.
     """
 
     name: str
@@ -53,7 +54,7 @@ class Column:
     categories: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        # labels and categories stand in titles and on axes, where Bokeh would set them as TeX
+        # labels and categories appear in titles and on axes, where Bokeh would render TeX
         for name, value in (("label", as_text(self.label)), ("categories", tuple(map(as_text, self.categories)))):
             object.__setattr__(self, name, value)
 
@@ -64,13 +65,13 @@ class Column:
 
     @property
     def range(self) -> tuple[float, float]:
-        """Least and greatest known value; NaN where none is known."""
+        """Least and greatest known value; NaN if none is known."""
         known = self.values[np.isfinite(self.values)]
         return (float(known.min()), float(known.max())) if known.size else (np.nan, np.nan)
 
 
 def variable_column(name: str, paths: Sequence[str], values: NDArray) -> Column:
-    """Column of a variable that changes the keys ``paths`` of a scene."""
+    """Column of a design variable that sets the keys ``paths`` of a scene."""
     key = next((KEYS[tail] for path in paths for tail in _tails(path) if tail in KEYS), None)
     label, unit = (".".join(name.split(".")[-2:]).replace("_", " "), "") if key is None else (key.label, key.unit)
     if values.dtype.kind in "iufb":
@@ -82,7 +83,7 @@ def variable_column(name: str, paths: Sequence[str], values: NDArray) -> Column:
 
 
 def known_column(name: str, kind: Kind, values: NDArray) -> Column:
-    """Column of a limited quantity, or of a statistic over the error samples, e.g. "mesh_stiffness_rms_std"."""
+    """Column of a limited quantity or of a statistic over the error samples, e.g. "mesh_stiffness_rms_std"."""
     found = quantity(name)
     assert found is not None, name
     label = found.symbol if kind == "statistic" else found.label
@@ -90,6 +91,6 @@ def known_column(name: str, kind: Kind, values: NDArray) -> Column:
 
 
 def _tails(path: str) -> tuple[str, ...]:
-    """The last two parts of a key, then the last one."""
+    """Last two parts of a dotted key, then its last part alone."""
     parts = path.split(".")
     return ".".join(parts[-2:]), parts[-1]

@@ -1,4 +1,4 @@
-"""Sliders of the picked gear, and the scene that they change."""
+"""Sliders of the picked gear, and the scene that follows from their positions."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from gearbench.keys import value_at
 from gearbench.scene import Scene
 from gearbench.scene_file import scene_at
 
-#: Slider → key of the scene, title, step. The other steps follow from the gear.
+#: Slider → key of the scene, title, step; ``positions`` replaces the step of all but the ISO class.
 _SLIDERS = {
     "crowning": ("effects.crowning.amount", "crowning C_β [µm]", 0.1),
     "relief_amount": ("effects.tip_relief.amount", "tip relief f [µm]", 0.1),
@@ -26,7 +26,7 @@ _SLIDERS = {
 
 
 def sliders(scene: Scene) -> list[Slider]:
-    """A slider for each of ``values``, set to ``scene``."""
+    """Make a slider for every entry of ``values``, set to ``scene``."""
     found = positions(scene)
     return [
         Slider(
@@ -38,7 +38,7 @@ def sliders(scene: Scene) -> list[Slider]:
 
 
 def values(scene: Scene) -> dict[str, Any]:
-    """Value of each slider: 0 for a modification that is absent, None without errors that follow from a class."""
+    """Slider values of a scene: 0 for an absent modification, None for the ISO class if no errors follow from one."""
     found = {name: value_at(scene, path) or 0.0 for name, (path, _, _) in _SLIDERS.items()}
     if not (found["relief_amount"] and found["relief_length"]):
         found |= {"relief_amount": 0.0, "relief_length": 0.0}
@@ -47,7 +47,7 @@ def values(scene: Scene) -> dict[str, Any]:
 
 
 def positions(scene: Scene) -> dict[str, dict[str, Any]]:
-    """Range, step and value of each slider for a scene; one that cannot be changed does not move."""
+    """Range, step and value of every slider for a scene; the ISO class is disabled if no errors follow from it."""
     now = values(scene)
     height = min(gear.tooth_height for gear in scene.pair.gears)
     torque = math.copysign(round_up(abs(scene.load.torque)), scene.load.torque)
@@ -55,7 +55,7 @@ def positions(scene: Scene) -> dict[str, dict[str, Any]]:
         "crowning": (min(0.0, 2 * now["crowning"]), max(15.0, 2 * now["crowning"])),
         "relief_amount": (0.0, max(15.0, 2 * now["relief_amount"])),
         "relief_length": (0.0, max(0.6 * height, now["relief_length"])),
-        # never through 0, where neither flank carries
+        # never through 0, where neither flank carries load
         "torque": tuple(sorted((0.05 * torque, 3 * torque))),
     }
     found: dict[str, dict[str, Any]] = {
@@ -68,14 +68,16 @@ def positions(scene: Scene) -> dict[str, dict[str, Any]]:
 
 
 def moved(scene: Scene, places: Mapping[str, Any]) -> Scene:
-    """``scene`` with the values that sliders have, itself where none was moved; amounts and lengths of 0 are absent.
+    """Return ``scene`` changed to the slider values ``places``, or ``scene`` itself if no slider was moved.
+
+    An effect with amount or length 0 is removed.
 
     Raises
     ------
     InputError
-        If they do not fit the pair. May be wrapped by pydantic's ``ValidationError``.
+        If the values do not fit the pair. pydantic may wrap it in a ``ValidationError``.
     KeyError, TypeError, ValueError
-        If ``places`` are not those of all sliders.
+        If ``places`` does not hold a valid value for every slider.
     """
     now = values(scene)
     wanted = {name: float(places[name]) for name in now} | {"iso_class": now["iso_class"]}
@@ -101,7 +103,7 @@ def moved(scene: Scene, places: Mapping[str, Any]) -> Scene:
 
 
 def round_up(value: float) -> float:
-    """The least of 1, 2, 5, 10, 20, … that is not below ``value``."""
+    """Least of 1, 2, 5 times a power of ten (from 1e-6) that is not below ``value``."""
     power = 1e-6
     while True:
         for step in (1, 2, 5):

@@ -1,4 +1,4 @@
-"""Questions of an open page and their answers: the newest question counts."""
+"""Conversation with an open page: the server answers the newest question and drops older ones."""
 
 from __future__ import annotations
 
@@ -13,29 +13,29 @@ import numpy as np
 from bokeh.document import Document, without_document_lock
 from bokeh.models import ColumnDataSource
 
-#: Answers to the data of a question, one after the other; they may end once the function says that a newer one waits.
+#: Function that yields the answers to a question, given its data and a function that says whether a newer one waits.
 Answers = Callable[[Any, Callable[[], bool]], Iterator[dict[str, Any]]]
 
 
 class Conversation:
-    """Messages between browser and server.
+    """Exchange of questions and answers between browser and server.
 
-    The browser asks one question at a time, because every message costs both sides a turn, and gets one answer or
-    several, the quick ones first. Computing happens on a thread beside the server. While it runs, a newer question
-    replaces the one that waits and ends the answers to the older one: the page follows a moving slider at the speed of
-    the model, and ends with the last value.
+    The browser sends one message per question, because every message costs a round trip. The server sends one or
+    several answers, the quick ones first, and computes them on a separate thread. A newer question replaces the waiting
+    one and ends the answers to the older one. The page therefore follows a moving slider as fast as the model can be
+    computed, and ends with the slider's last value.
 
     Parameters
     ----------
     document
         The open page.
     question, answer
-        The source that the browser fills, and the one that it shows: it gets answers as ``packed``.
+        Source that the browser fills, and source that it shows; answers are written to it as ``packed``.
     answers
-        From the data of a question to answers.
+        Function that yields the answers to a question.
     rest
-        Time without a newer question after which the second answer is begun [s]: once begun it would hold up the first
-        answer to the next question of a slider that moves.
+        Time without a newer question before the second answer is begun [s]. Begun too early, it would delay the first
+        answer to the next question while a slider moves.
     """
 
     def __init__(
@@ -57,7 +57,7 @@ class Conversation:
 
     @without_document_lock
     async def _work(self) -> None:
-        """Compute until nothing newer is wanted."""
+        """Answer until no question waits."""
         while self._wanted:
             self._wanted = False
             self._newer.clear()
@@ -82,9 +82,9 @@ def _next(answers: Iterator[dict[str, Any]]) -> dict[str, Any] | None:
 
 
 def packed(answer: dict[str, Any]) -> dict[str, list[str]]:
-    """An answer as one column of one text, JSON, its arrays 4-byte floats in base 64.
+    """Pack an answer into one JSON text, in one column; arrays are 4-byte floats in base 64.
 
-    Bokeh would send each array as two messages of its own, and every message costs both sides a turn.
+    Bokeh would send every array as two separate messages, and every message costs a round trip.
     """
     return {"packed": [json.dumps(answer, default=_array, separators=(",", ":"))]}
 

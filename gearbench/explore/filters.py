@@ -1,4 +1,4 @@
-"""Ranges of variables, limits and scatter that designs must keep."""
+"""Filters: range sliders that hide designs outside the ranges of variables, limits and statistics."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ _HEADS = {"statistic": "Scatter and objectives", "limit": "Limits", "variable": 
 
 
 def sliders(catalogue: Catalogue) -> dict[int, RangeSlider]:
-    """A slider for each quantity that differs between the designs, by the number of its column."""
+    """Make a range slider for every quantity that differs between the designs, by the index of its column."""
     wanted = {id(column) for column in catalogue.of_kind("statistic", "limit", "variable")}
     return {i: _slider(i, c) for i, c in enumerate(catalogue.columns) if id(c) in wanted}
 
 
 def _slider(number: int, column: Column) -> RangeSlider:
     low, high = column.range
-    # a little wider than the values, so that rounding never hides a design at the ends
+    # slightly wider than the values, so that rounding never hides a design at an end
     room = 1e-6 * (high - low)
     texts = "".join(f" {i}: {text}" for i, text in enumerate(column.categories))
     return RangeSlider(
@@ -38,7 +38,7 @@ def _slider(number: int, column: Column) -> RangeSlider:
 
 
 def panel(catalogue: Catalogue, by_column: dict[int, RangeSlider]) -> Stack:
-    """The sliders below headings."""
+    """Arrange the sliders below a heading for each kind."""
     parts: list = []
     for kind, head in _HEADS.items():
         ours = [s for i, s in by_column.items() if catalogue.columns[i].kind == kind]

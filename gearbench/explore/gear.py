@@ -1,4 +1,4 @@
-"""Figures of the picked gear: curves, spectra, load on the flank, densities, teeth in mesh."""
+"""Figures of the picked gear: curves, spectra, contact pressure on the flank, densities, teeth in mesh."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from bokeh.models import ColorBar, ColumnDataSource, LinearColorMapper, Slider, 
 from gearbench.explore.gear_data import Tables
 from gearbench.explore.look import BEFORE, HEIGHT, INK, NOW, PALETTE, chart, fitted, fixed, script
 
-#: Parts of the stored gear shown beside the changed one.
+#: Tables of the stored gear that are shown together with the changed one.
 COMPARED = ("ste", "stiffness", "ste_orders", "stiffness_orders", "ste_density", "stiffness_density", "numbers")
-#: Figures that show gears kept beside too, and the columns of their curves: across, up.
+#: Figures that also show the gears kept for comparison, with the x and y columns of their curves.
 OVERLAID = {
     "ste": ("phase", "value"),
     "stiffness": ("phase", "value"),
@@ -21,17 +21,17 @@ OVERLAID = {
     "torque": ("torque", "peak_to_peak"),
     "harris": ("xs", "ys"),
 }
-#: Figures that may show their curves without the mean.
+#: Figures whose curves can be shown without their mean.
 CYCLES = ("ste", "stiffness")
 
 
 class GearPanel:
-    """The figures and their sources, which the browser fills with other tables.
+    """Figures of one gear and their sources; the browser fills the sources with new tables.
 
     Parameters
     ----------
     now
-        Tables to begin with, of a gear as it is stored.
+        Initial tables, of a gear as stored.
     """
 
     def __init__(self, now: Tables) -> None:
@@ -40,7 +40,7 @@ class GearPanel:
         empty = {"xs": [], "ys": [], "fluctuations": [], "colour": [], "label": []}
         self.kept = {name: ColumnDataSource(dict(empty), name=f"kept {name}") for name in OVERLAID if name in now}
         self.phase = Slider(start=0, end=1, value=0, step=0.01, title="mesh phase τ", width=250, name="phase")
-        #: Scripts to run once the page is there.
+        #: Scripts to run once the page is loaded.
         self.ready: list[Any] = []
         self.ste = self._curve("ste", "Static transmission error", "δ [µm]", "#0072B2")
         self.stiffness = self._curve("stiffness", "Mesh stiffness", "k [N/µm]", "#D55E00")
@@ -53,16 +53,17 @@ class GearPanel:
 
     @property
     def figures(self) -> dict[str, Any]:
-        """The figures by name, row after row."""
+        """Figures by name, row after row."""
         upper = {"ste": self.ste, "stiffness": self.stiffness}
         upper |= {"ste_orders": self.ste_orders, "stiffness_orders": self.stiffness_orders}
         lower = {"pressure": self.pressure, "teeth": self.teeth}
         return upper | lower | {"ste_density": self.ste_density, "stiffness_density": self.stiffness_density}
 
     def compare(self, heads: Sequence[str], most: int, beside: Sequence[dict[str, Any]] = ()) -> dict[str, Any]:
-        """Arguments of ``js/compare.js``, which fills the table of numbers and draws the curves of gears kept beside.
+        """Arguments of ``js/compare.js``, which fills the table of numbers and draws the curves of gears kept.
 
-        ``heads`` names the columns before and now, or now alone; at most ``most`` gears are kept.
+        ``heads`` names the columns of the table: before and now, or now alone. At most ``most`` gears are kept;
+        ``beside`` holds those kept from the beginning.
         """
         return {
             "now": self.now, "before": self.before, "sources": self.kept, "heads": list(heads), "most": most,
@@ -72,7 +73,7 @@ class GearPanel:
         }  # fmt: skip
 
     def overlay(self, plot: Any, name: str, dash: str = "solid") -> None:
-        """Draw the curves of gears kept beside, each in its colour."""
+        """Draw the curves of the gears kept for comparison, in their colours."""
         plot.multi_line("xs", "ys", source=self.kept[name], color="colour", line_width=1.6, line_dash=dash)
 
     def _curve(self, name: str, title: str, label: str, colour: str) -> Any:

@@ -1,4 +1,4 @@
-"""The picture of a gear as columns that a page draws."""
+"""Tables that a page draws, from the results of a gear (``Picture``)."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from gearbench.explore.model import CycleCurve, Picture, density
 from gearbench.geometry.tooth_shapes import mesh
 from gearbench.results.provenance import support
 
-#: Tables of columns by the name of their source.
+#: Name of the source → name of the column → values.
 Tables = dict[str, dict[str, Any]]
-#: Mesh orders among the numbers, and over torque.
+#: Mesh orders listed in the table of numbers and drawn over torque.
 ORDERS = (1, 2, 3)
 
 
 def tables(picture: Picture, *, teeth: bool = True) -> Tables:
-    """All columns of one picture; numbers as 4-byte floats, because they are drawn only.
+    """All tables of a picture, with 4-byte floats, which are precise enough to draw.
 
-    Without ``teeth`` those of the tooth shapes are left out, which sliders do not change; so is a scatter that is not
+    Without ``teeth`` the tooth shapes are left out: sliders do not change them. Scatter is left out if it is not
     computed yet.
     """
     pair = picture.scene.pair
@@ -51,7 +51,7 @@ def tables(picture: Picture, *, teeth: bool = True) -> Tables:
 
 
 def densities(picture: Picture) -> Tables:
-    """Columns of the scatter, empty where there is none, and the numbers."""
+    """Tables of the densities of the scatter (empty without scatter) and of the numbers."""
     if picture.scatter is None:
         empty = _short({f"{name}_density": {"value": [], "density": []} for name in ("ste", "stiffness")})
         return {**empty, **numbers(picture)}
@@ -67,7 +67,7 @@ def _short(found: Tables) -> Tables:
 
 
 def _curve(cycle: CycleCurve) -> dict[str, Any]:
-    """Two mesh periods, as they are and less their mean."""
+    """Curve over two mesh periods, with and without its mean."""
     values = np.tile(cycle.values, 2)
     return {"phase": [*cycle.phase, *(cycle.phase + 1)], "value": values, "fluctuation": values - cycle.mean}
 
@@ -78,7 +78,7 @@ def _orders(amplitude: np.ndarray) -> dict[str, Any]:
 
 
 def _teeth(picture: Picture) -> Tables:
-    """Outlines at phase 0 about their own centres, and their rotation."""
+    """Tooth outlines at mesh phase 0 about the gear centres, path of contact, and data of the rotation."""
     drawn = mesh(picture.scene.pair)
     pitch_point = drawn.on_path(np.array([picture.scene.pair.meshing.pitch_point]))[0]
     half = 1.15 * max(g.tooth_height for g in picture.scene.pair.gears) + 0.15 * drawn.pitch
@@ -103,7 +103,7 @@ def _teeth(picture: Picture) -> Tables:
 
 
 def numbers(picture: Picture) -> Tables:
-    """Numbers of a picture by label, as text."""
+    """Table of numbers of a picture: labels and values as text."""
     ste, k, pair = picture.transmission_error, picture.mesh_stiffness, picture.scene.pair
     rows = [
         ("peak-to-peak STE [µm]", f"{ste.peak_to_peak:.3f}"),
@@ -132,7 +132,7 @@ def numbers(picture: Picture) -> Tables:
 
 
 def _scatter(picture: Picture, which: str) -> str:
-    """Mean ± standard deviation over the error samples."""
+    """Text "mean ± standard deviation" over the error samples; "…" if they are not computed yet."""
     if picture.scatter is None:
         return "…"
     values = getattr(picture.scatter, which)

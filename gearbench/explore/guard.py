@@ -1,4 +1,4 @@
-"""Protection of the page: a token in its address, and a content security policy for its scripts."""
+"""Protection of the page: a secret token in its address, and a content security policy for its scripts."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from tornado.httputil import HTTPHeaders, HTTPServerRequest
 from tornado.routing import Matcher
 from tornado.web import OutputTransform, RequestHandler
 
-#: Scripts of the page as Bokeh writes them; no text of a file is written so, in HTML or in JSON.
+#: Script tags as Bokeh writes them. Text from a result file never looks like this, because HTML and JSON escape it.
 _SCRIPT = re.compile(r'<script(?=>| type="text/javascript")')
 
 
 def new_token() -> str:
-    """Random token that is valid in an address."""
+    """Random token that may stand in an address."""
     return secrets.token_hex(24)
 
 
 class TokenMatches(Matcher):
-    """Requests whose path begins with the token, those of the websocket included."""
+    """Requests whose path begins with the token, including those of the websocket."""
 
     def __init__(self, token: str) -> None:
         self._token = token
@@ -35,15 +35,15 @@ class Refused(RequestHandler):
     """Handler that answers 403."""
 
     def prepare(self) -> None:
-        """Refuse the request, whatever it asks for."""
+        """Refuse every request."""
         self.set_status(403)
         self.finish("The address of the explorer holds a token: take the one that gearbench explore prints.\n")
 
 
 def policy(nonce: str, *, own: str = "", connect: str = "'none'") -> str:
-    """Content security policy of the page: its own scripts run, and no other, whatever a name may hold.
+    """Content security policy: only the page's own scripts run, even if a name contains HTML.
 
-    Bokeh makes functions of texts (``unsafe-eval``) and styles in place (``unsafe-inline`` for styles alone).
+    Bokeh needs ``unsafe-eval`` because it makes functions from texts, and ``unsafe-inline`` for its inline styles.
     """
     return (
         f"default-src 'none'; script-src 'nonce-{nonce}' {own} 'unsafe-eval'; style-src {own} 'unsafe-inline'; "
@@ -52,19 +52,19 @@ def policy(nonce: str, *, own: str = "", connect: str = "'none'") -> str:
 
 
 def with_nonce(html: str, nonce: str) -> str:
-    """``html`` of a page of Bokeh whose own scripts carry the nonce of its policy."""
+    """Add the nonce of the policy to the scripts of a Bokeh page."""
     return _SCRIPT.sub(f'<script nonce="{nonce}"', html)
 
 
 def guarded_file(html: str) -> str:
-    """Page in a file with its own policy; its nonce is drawn after the contents of the file are fixed."""
+    """Add a policy to a page that is a file; the nonce is drawn last, so the contents of the page cannot know it."""
     nonce = new_token()
     tag = f'<meta http-equiv="Content-Security-Policy" content="{policy(nonce)}">'
     return with_nonce(html, nonce).replace('<meta charset="utf-8">', f'<meta charset="utf-8">\n    {tag}', 1)
 
 
 class Policy(OutputTransform):
-    """Adds the policy to every answer of the server, and its nonce to the scripts of the page."""
+    """Transform of every answer of the server: adds the policy, and its nonce to the scripts of the page."""
 
     def __init__(self, request: HTTPServerRequest) -> None:
         self._host = request.host
@@ -72,7 +72,7 @@ class Policy(OutputTransform):
     def transform_first_chunk(
         self, status_code: int, headers: HTTPHeaders, chunk: bytes, finishing: bool
     ) -> tuple[int, HTTPHeaders, bytes]:
-        """Status, headers and first bytes of an answer, guarded."""
+        """Return status, headers and first bytes of an answer with the policy added."""
         nonce = secrets.token_urlsafe(16)
         headers["Content-Security-Policy"] = (
             policy(nonce, own="'self'", connect=f"'self' ws://{self._host}") + "; frame-ancestors 'none'"

@@ -1,4 +1,4 @@
-"""A session of the live page: picks and sliders are answered with new pictures."""
+"""Session of the live page: it answers picks and slider moves with new results."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ from gearbench.explore.model import Picture, outline, picture, scattered
 from gearbench.explore.page import Page, answer_data, knee
 from gearbench.results.solved import Solved
 
-#: Pictures kept of designs as they are stored.
+#: Number of pictures of stored designs kept in memory.
 KEPT = 64
-#: Scatter that takes longer comes in an answer of its own [s].
+#: Scatter that takes longer than this is sent in a separate answer [s].
 PATIENCE = 0.04
 
 
 class Session:
-    """One open page: a question is a design and the values of its sliders.
+    """One open page. A question is a design and the values of its sliders, or None for the stored design.
 
-    It gets one answer; two where the scatter over the errors takes long, and then the curves first.
+    A question gets one answer, or two if the scatter over the errors takes long: first the curves, then the scatter.
     """
 
     def __init__(self, catalogue: Catalogue, document: Document) -> None:
@@ -53,17 +53,17 @@ class Session:
 
     @property
     def page(self) -> Page:
-        """The parts of the page."""
+        """Parts of the page."""
         return self._page
 
     def answers(self, design: Any, values: Mapping[str, Any] | None) -> Iterator[dict[str, Any]]:
-        """One or two answers to a question; errors are in the message of the last."""
+        """Yield one or two answers to a question; the last one carries an error message if there is one."""
         try:
             yield from self._picked(int(design)) if values is None else self._moved(int(design), values)
         except ValidationError as error:
             yield answer_data(message=str(error.errors()[0]["msg"]))
         except (InputError, GearbenchError, ArithmeticError) as error:
-            # a design that cannot be computed has no sliders either
+            # a picked design that cannot be computed has no sliders
             yield answer_data(message=str(error), controls={} if values is None else None)
         except (IndexError, KeyError, TypeError, ValueError):
             yield answer_data(message="this is no question of the page")
@@ -103,13 +103,13 @@ class Session:
             yield answer_data(densities(now), None, name)
 
     def _finished(self, quick: Picture, solved: Solved) -> Picture:
-        """Picture with the scatter; the time it takes decides whether the next answer waits for it."""
+        """Add the scatter to a picture; its time decides whether later scatter gets a separate answer (``slow``)."""
         done = scattered(quick, solved)
         self.slow = done.seconds - quick.seconds > PATIENCE
         return done
 
     def _keep(self, design: int, found: Picture) -> Picture:
-        """Keep the picture of a design as it is stored, and forget that of the one picked longest ago."""
+        """Keep the picture of a stored design; drop the oldest if there are more than ``KEPT``."""
         self._stored[design] = found
         while len(self._stored) > KEPT:
             del self._stored[next(iter(self._stored))]

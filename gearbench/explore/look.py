@@ -1,6 +1,6 @@
-"""The page's own JavaScript and HTML, its colours and sizes, and figures that share them.
+"""Look of the page: its JavaScript and HTML files, colours, sizes, and empty figures in the common style.
 
-The JavaScript is in the folder ``js``, one file a task.
+The JavaScript is in the folder ``js``, one file per task.
 """
 
 from __future__ import annotations
@@ -13,16 +13,16 @@ from bokeh.plotting import figure
 
 
 def script(*names: str, **args: Any) -> CustomJS:
-    """The scripts ``js/<name>.js``, one after the other, with the models and values they work on."""
+    """Join the scripts ``js/<name>.js`` into one callback; ``args`` are the models and values they use."""
     return CustomJS(args=args, code="\n".join(text_of(f"js/{name}.js") for name in names))
 
 
 def text_of(name: str) -> str:
-    """A file of the page."""
+    """Read a file of the page."""
     return files("gearbench.explore").joinpath(*name.split("/")).read_text("utf-8")
 
 
-#: Okabe–Ito colours, safe for colour-blind readers: one a result, then again from the first.
+#: Okabe–Ito colours, safe for colour-blind readers: one per result, repeated after the last.
 PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 NOW, BEFORE, INK, PICK = "#0072B2", "#8A8A8A", "#222222", "#000000"
 SIDE, HEIGHT = 290, 250
@@ -34,7 +34,7 @@ def colour(study: int) -> str:
 
 
 def chart(title: str, x: str, y: str, *, height: int, tools: str = "", **options: Any) -> Any:
-    """An empty figure in the page's look, as wide as its frame, its axes labelled with units."""
+    """Make an empty figure in the common style, as wide as its frame."""
     plot: Any = figure(
         title=title,
         x_axis_label=x,
@@ -58,15 +58,16 @@ def chart(title: str, x: str, y: str, *, height: int, tools: str = "", **options
 
 
 def fixed(start: float, end: float) -> Range1d:
-    """A range that does not follow the data."""
+    """Axis range that does not follow the data."""
     return Range1d(start=start, end=end)
 
 
 def fitted(plot: Any, *, across: bool = True, floor: float | None = None) -> Any:
-    """Fit the ranges of ``plot`` to all that its glyphs draw, as it changes; the script, to be run at first too.
+    """Fit the ranges of ``plot`` to its glyphs whenever their data change; returns the script, to run once at first.
 
-    Bokeh's own ranges complain where there is nothing to show yet, tell the server of every change, and lay the figure
-    out twice. The horizontal range is kept if not ``across``; the vertical one begins at ``floor``, if given.
+    This replaces Bokeh's automatic ranges, which warn if there is nothing to show yet, report every change to the
+    server, and lay out the figure twice. Without ``across``, the horizontal range stays; ``floor`` is the lower end of
+    the vertical range.
     """
     plot.y_range = fixed(0, 1)
     if across:
@@ -74,7 +75,7 @@ def fitted(plot: Any, *, across: bool = True, floor: float | None = None) -> Any
     fit = script("fit", plot=plot, across=across, floor=floor)
     for renderer in plot.renderers:
         renderer.data_source.js_on_change("data", fit)
-        for name in ("y", "ys"):  # another column
+        for name in ("y", "ys"):  # another column may be chosen
             if name in renderer.glyph.properties():
                 renderer.glyph.js_on_change(name, fit)
     return fit

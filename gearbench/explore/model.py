@@ -1,6 +1,6 @@
-"""Results for a picked gear: curves over the mesh cycle, orders, load on the flank, scatter, tooth shapes.
+"""Results for a picked gear: curves over the mesh cycle, orders, contact pressure on the flank, scatter.
 
-Nothing here knows of a page.
+This module does not depend on the page.
 """
 
 from __future__ import annotations
@@ -23,21 +23,21 @@ from gearbench.scene import Resolution, Scene
 from gearbench.solution import solve_scene
 from gearbench.threads import default_threads
 
-#: Pixels across and up.
+#: Pixels of the flank map, across and up.
 SIZE = (48, 72)
 
 
 def flank_range(solved: Solved) -> tuple[float, float]:
-    """u [mm] between which a map is drawn: the path of contact, or as far as lines reach beyond it."""
+    """Range of u [mm] of a flank map: the path of contact, extended to contact lines that reach beyond it."""
     lines, meshing = solved.lines, solved.scene.pair.meshing
     u = lines.u[lines.active]
     return min(meshing.path_start, float(u.min())), max(meshing.path_end, float(u.max()))
 
 
 def flank_map(solved: Solved, values: NDArray, size: tuple[int, int] = SIZE) -> NDArray:
-    """``values`` (position, pair, segment) over the rectangle of 0 … b and ``flank_range``, (up, across).
+    """Interpolate ``values`` (position, pair, segment) onto the rectangle 0 … b by ``flank_range``, (up, across).
 
-    NaN where no line is near.
+    Pixels without a contact line nearby are NaN.
     """
     lines, meshing = solved.lines, solved.scene.pair.meshing
     active = lines.active
@@ -49,22 +49,22 @@ def flank_map(solved: Solved, values: NDArray, size: tuple[int, int] = SIZE) -> 
     return over_flank(u, y, length * math.cos(meshing.beta_b), own, path, face)
 
 
-#: Error samples, and mesh orders of the spectra.
+#: Number of error samples, and of mesh orders in the spectra.
 SAMPLES, ORDERS = 256, 10
 
 
 @dataclass(frozen=True, kw_only=True)
 class CycleCurve:
-    """A variable over the mesh cycle.
+    """Curve of a quantity over the mesh cycle.
 
     Parameters
     ----------
     phase, values
         Curve over one mesh period, (point,).
     amplitude
-        Of the mesh orders 1 … ``ORDERS``, (order,).
+        Amplitudes of the mesh orders 1 … ``ORDERS``, (order,).
     mean, rms, peak_to_peak
-        Over the cycle; ``rms`` of the stiffness relative [%].
+        Values over the cycle; ``rms`` of the stiffness is relative to its mean [%].
     """
 
     phase: NDArray
@@ -77,7 +77,7 @@ class CycleCurve:
 
 @dataclass(frozen=True, kw_only=True)
 class RmsSamples:
-    """RMS values over the error samples, (sample,): of STE [µm] and of the stiffness [%]."""
+    """RMS values of STE [µm] and of mesh stiffness [%] for every error sample, (sample,)."""
 
     transmission_error: NDArray
     mesh_stiffness: NDArray
@@ -85,20 +85,20 @@ class RmsSamples:
 
 @dataclass(frozen=True, kw_only=True)
 class Picture:
-    """Everything shown of one gear.
+    """All results shown for one gear.
 
     Parameters
     ----------
     scene
-        The results.
+        The scene that was solved.
     transmission_error, mesh_stiffness
         STE [µm] and stiffness [N/µm] with every error at its mean.
     pressure
         Hertz pressure on the flank, see ``flank_map`` [MPa].
     pressure_range
-        u [mm] from which to which it is drawn.
+        Range of u [mm] that the map covers.
     scatter
-        None where the scene has no random errors, or it is not computed yet.
+        RMS values of the error samples; None if the scene has no random errors, or if they are not computed yet.
     seconds
         Wall time.
     """
@@ -113,26 +113,26 @@ class Picture:
 
     @property
     def unfinished(self) -> bool:
-        """Whether the scatter is yet to be computed."""
+        """Whether the scatter still has to be computed."""
         return self.scatter is None and isinstance(self.scene.effect("manufacturing_errors"), ManufacturingErrors)
 
 
 def picture(scene: Scene, samples: int = SAMPLES) -> Picture:
-    """Compute everything shown of ``scene``, raising as ``outline``."""
+    """Compute all results shown for ``scene``; raises as ``outline``."""
     return scattered(*outline(scene), samples)
 
 
 def outline(scene: Scene) -> tuple[Picture, Solved]:
-    """Compute all but the scatter, and the solution that it follows from.
+    """Compute all results but the scatter; also return the solution, from which the scatter is computed.
 
-    An accuracy asked for gives way to the default resolution, several loads to the greatest of them.
+    The default resolution replaces a requested accuracy, and the greatest load replaces several loads.
 
     Raises
     ------
     InputError
-        If it has several meshes, as planetary sets have.
+        If the scene has several meshes, as planetary sets do.
     GearbenchError
-        If the contact problem is not solved.
+        If the contact problem cannot be solved.
     """
     start, scene = time.perf_counter(), scene.one_mesh
     if scene.resolution.accuracy is not None:
@@ -152,7 +152,7 @@ def outline(scene: Scene) -> tuple[Picture, Solved]:
 
 
 def scattered(picture: Picture, solved: Solved, samples: int = SAMPLES) -> Picture:
-    """``picture`` with its scatter, where the scene has random errors."""
+    """Add the scatter to ``picture`` if the scene has random errors."""
     start = time.perf_counter()
     scatter = _scatter(solved, samples) if picture.unfinished else None
     return replace(picture, scatter=scatter, seconds=picture.seconds + time.perf_counter() - start)
@@ -173,7 +173,7 @@ def _scatter(solved: Solved, samples: int) -> RmsSamples | None:
     scene = solved.scene
     if not isinstance(scene.effect("manufacturing_errors"), ManufacturingErrors):
         return None
-    # of the solved scene: lines, gaps and compliance are the same
+    # prepared from the solved scene, so lines, gaps and compliance are the same
     problem = prepare_scene(scene)
     answer, complete = respond(problem, problem.draw(samples, 0, "sobol"), default_threads())
     if not complete:
@@ -182,7 +182,10 @@ def _scatter(solved: Solved, samples: int) -> RmsSamples | None:
 
 
 def density(values: NDArray, points: int = 120) -> tuple[NDArray, NDArray]:
-    """Gaussian kernel density of the samples on a grid (point,), width by Scott's rule; a single peak if all agree."""
+    """Gaussian kernel density on a grid: points and density, (point,); width by Scott's rule.
+
+    If all values are equal, the result is a single peak.
+    """
     spread = float(values.std(ddof=1)) if len(values) > 1 else 0.0
     centre = float(values.mean())
     if spread <= 1e-9 * abs(centre):

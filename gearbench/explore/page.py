@@ -1,4 +1,4 @@
-"""The page: fronts, parallel coordinates and filters above, the picked gear below."""
+"""Layout of the page: fronts, parallel coordinates and filters above, the picked gear below."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from gearbench.explore.gear import GearPanel
 from gearbench.explore.gear_data import Tables
 from gearbench.explore.look import PALETTE, SIDE, colour, script, text_of
 
-#: Picks kept beside the one that is shown, at most.
+#: Maximum number of picked gears kept for comparison.
 MOST = 3
 
 
 class Page:
-    """The parts of the page, wired; the answer to a pick is added by the caller.
+    """Parts of the page, connected by scripts; the caller connects the answer to a pick.
 
-    Every figure is a separate root, because Bokeh lays out a whole root again when an axis label grows by a digit.
+    Every figure is a separate Bokeh root, because Bokeh lays out a whole root again when an axis label gains a digit.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ class Page:
     first
         The design picked at the beginning.
     tables
-        Its tables.
+        Tables of that design.
     """
 
     def __init__(self, catalogue: Catalogue, first: int, tables: Tables) -> None:
@@ -50,13 +50,13 @@ class Page:
         self._above, self.refresh, self.follow = self._designs()
 
     def listen(self, controls: Sequence[Any]) -> None:
-        """Show ``answer`` in the browser; ``controls`` are the sliders that follow it."""
+        """Let the browser show every new ``answer``; ``controls`` are the sliders that it sets."""
         gear = self.gear
         show = script("answer", answer=self.answer, sources=gear.now, before=gear.before, sliders=list(controls))
         self.answer.js_on_change("data", show)
 
     def put(self, document: Document, controls: Sequence[Any] = ()) -> None:
-        """Make this the page of a document; ``controls``, if any, stand beside the picked gear and change it."""
+        """Add the page to a document; ``controls``, if any, are placed beside the picked gear and change it."""
         document.template = get_env().from_string("{% extends base %}" + text_of("page.html"))
         chosen = [column["title"] for column in choices(self.catalogue)]
         titles = [self.catalogue.column(name).title for name in (ACROSS, UP)]
@@ -75,7 +75,7 @@ class Page:
         document.js_on_event(DocumentReady, *shown)
 
     def _results(self) -> list[str]:
-        """A line on each result: its name, its designs, and the teeth that they were computed with."""
+        """One line per result: its name, the number of its designs, and their tooth model."""
         counts = np.bincount(self.catalogue.study, minlength=len(self.catalogue.results))
         return [
             f"{result.label}: {f'{count:,}'.replace(',', ' ')} designs, {result.teeth}"
@@ -83,7 +83,10 @@ class Page:
         ]
 
     def _designs(self) -> tuple[dict[str, Any], Any, Any]:
-        """Filters, cloud and parallel coordinates, wired in the browser."""
+        """Make filters, cloud and parallel coordinates, connected by scripts in the browser.
+
+        Returns the roots by name, and the scripts that redraw everything and that follow the pick.
+        """
         catalogue, lines = self.catalogue, parallel.sources(self.catalogue)
         by_column = filters.sliders(catalogue)
         clear = Button(label="Clear filters", width=SIDE - 60)
@@ -144,12 +147,12 @@ def answer_data(
     message: str = "",
     controls: dict[str, Any] | None = None,
 ) -> dict[str, Any]:
-    """Columns of an answer: tables to show and, after a pick, where the sliders stand; None leaves those shown."""
+    """Columns of an answer: tables to show and, after a pick, slider positions; None leaves what is shown unchanged."""
     return {"now": [now], "before": [before], "summary": [text], "message": [message], "controls": [controls]}
 
 
 def axes_of(catalogue: Catalogue, by_column: dict[int, Any]) -> list[dict[str, Any]]:
-    """Axes of the parallel coordinates for the scripts: key of the column, range, slider."""
+    """Axes of the parallel coordinates, for the scripts: key of the column, range, slider."""
     shown = {id(column) for column in parallel.axes(catalogue)}
     return [
         {"key": f"c{i}", "low": column.range[0], "high": column.range[1], "slider": by_column.get(i)}
@@ -159,7 +162,7 @@ def axes_of(catalogue: Catalogue, by_column: dict[int, Any]) -> list[dict[str, A
 
 
 def choices(catalogue: Catalogue) -> list[dict[str, Any]]:
-    """Quantities for the axes and the colour of the cloud: key, title, scatter, whether less is better."""
+    """Quantities for axes and colour of the cloud: key, title, key of the deviation σ, whether less is better."""
     found = []
     for i, column in enumerate(catalogue.columns):
         if not column.categories and column.range[0] < column.range[1]:
@@ -171,24 +174,24 @@ def choices(catalogue: Catalogue) -> list[dict[str, Any]]:
 
 
 def key(catalogue: Catalogue, name: str) -> str:
-    """Key of a column in the source of the designs."""
+    """Key of a column in the source of the designs, e.g. c0."""
     return next(f"c{i}" for i, column in enumerate(catalogue.columns) if column.name == name)
 
 
 def order(catalogue: Catalogue) -> np.ndarray:
-    """Designs by result, then across, then up: one sweep finds the fronts of whatever is kept."""
+    """Designs sorted by result, then x, then y, so that one sweep finds the fronts of any kept subset, (design,)."""
     x, y = catalogue.column(ACROSS).values, catalogue.column(UP).values
     return np.lexsort((y, x, catalogue.study)).astype("int32")
 
 
 def pick_data(catalogue: Catalogue, design: int) -> dict[str, Any]:
-    """Columns of the pick."""
+    """Columns of the source of the picked design."""
     x, y = (float(catalogue.column(name).values[design]) for name in (ACROSS, UP))
     return {"design": [design], "x": [x], "y": [y]}
 
 
 def knee(catalogue: Catalogue) -> int:
-    """The design on a front that is nearest the best of both objectives, each from its least to its greatest value."""
+    """Design of the fronts with the least sum of both objectives, scaled by their ranges on the fronts."""
     numbers = fronts(catalogue)
     score = np.zeros(len(numbers))
     for name in (ACROSS, UP):

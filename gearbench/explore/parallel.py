@@ -1,4 +1,4 @@
-"""Parallel coordinates of the design variables: an image, because it must hold many thousand lines."""
+"""Parallel coordinates of the design variables, drawn as an image because there are many thousand lines."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from gearbench.explore.catalogue import Catalogue
 from gearbench.explore.columns import Column
 from gearbench.explore.look import PALETTE, PICK, chart, fixed
 
-#: Pixels of the image between two axes, and up.
+#: Pixels of the image between two axes, and in height.
 GAP, UP = 44, 140
 SWITCHED_ON = "Drag along an axis to keep a range, double-click it to clear"
 
 
 def axes(catalogue: Catalogue) -> tuple[Column, ...]:
-    """Quantities that get an axis: the variables, or the statistics where there are none."""
+    """Quantities with an axis: the variables, or the statistics if there are no variables."""
     return catalogue.of_kind("variable") or catalogue.of_kind("statistic")
 
 
 def sources(catalogue: Catalogue) -> dict[str, ColumnDataSource]:
-    """Images of all designs and of those kept, the picked line, and the ranges kept on the axes."""
+    """Sources: images of all designs and of the kept ones, line of the picked design, kept ranges on the axes."""
     count = max(len(axes(catalogue)), 2)
     blank = np.zeros((UP, GAP * (count - 1)), dtype="uint32")
     position = {"x": [0], "y": [0], "dw": [count - 1], "dh": [1]}
@@ -35,7 +35,7 @@ def sources(catalogue: Catalogue) -> dict[str, ColumnDataSource]:
 
 
 def parallel(catalogue: Catalogue, data: dict[str, ColumnDataSource]) -> Any:
-    """The figure."""
+    """Make the figure."""
     shown = axes(catalogue)
     count = max(len(shown), 2)
     plot = chart(SWITCHED_ON, "", "", height=490, x_range=fixed(-0.45, count - 0.55), y_range=fixed(-0.11, 1.11))
@@ -55,7 +55,7 @@ def parallel(catalogue: Catalogue, data: dict[str, ColumnDataSource]) -> Any:
         line_color=PALETTE[1],
         level="overlay",
     )
-    # above the rest, on a canvas of its own: a pick does not draw the image again
+    # the overlay level is a separate canvas, so that a pick does not redraw the image
     plot.line("x", "y", source=data["line"], color=PICK, line_width=2.5, level="overlay")
     for end, (low, baseline) in enumerate(((0.0, "top"), (1.0, "bottom"))):
         texts = [end_label(column, end) for column in shown]
@@ -72,7 +72,7 @@ def parallel(catalogue: Catalogue, data: dict[str, ColumnDataSource]) -> Any:
 
 
 def moved(name: str, offset: float) -> Any:
-    """A column moved by ``offset``."""
+    """Reference to the column ``name`` whose values are shifted by ``offset``."""
     from bokeh.models import CustomJSTransform
 
     code = f"return xs.map((x) => x + ({offset}))"
@@ -80,13 +80,13 @@ def moved(name: str, offset: float) -> Any:
 
 
 def end_label(column: Column, end: int) -> str:
-    """Text at the lower (0) or upper (1) end of an axis."""
+    """Label at the lower (0) or upper (1) end of an axis."""
     value = column.range[end]
     return column.categories[int(value)] if column.categories else f"{value:.4g}"
 
 
 def two_lines(title: str) -> str:
-    """A long title broken at the space nearest its middle."""
+    """Break a long title at the space nearest its middle."""
     spaces = [i for i, letter in enumerate(title) if letter == " "]
     if len(title) < 10 or not spaces:
         return title

@@ -1,4 +1,4 @@
-"""The local server of the live page."""
+"""Local server of the live page."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ ADDRESS = "127.0.0.1"
 
 
 class Explorer:
-    """A server on the loopback interface. It answers requests that name this machine, and its own pages alone.
+    """Server on the loopback interface that serves only its own page.
 
-    Requests without the token of its address are refused (403), as are websocket connections from other origins (403)
-    and requests for other host names (404). Other users of this machine and pages of other sites therefore have no
-    access, even if their name resolves to this machine.
+    It refuses requests without the token of its address (403), websocket connections from other origins (403), and
+    requests for other host names (404). Other users of this machine and pages of other sites therefore have no access,
+    even if their host name resolves to this machine.
 
     Parameters
     ----------
     open_page
-        Makes the page of a new document.
+        Function that adds the page to a new document.
     port
-        0: any that is free.
+        Port number; 0 takes any free port.
 
     Raises
     ------
@@ -67,18 +67,18 @@ class Explorer:
 
     @property
     def url(self) -> str:
-        """Address of the page, with its token."""
+        """Address of the page, including the token."""
         return f"http://{ADDRESS}:{self.port}/{self._token}/"
 
     @property
     def sockets(self) -> list[socket.socket]:
-        """The address it listens on."""
+        """Sockets that the server listens on."""
         return [self._listening]
 
     def run(self, ready: Callable[[], None] = lambda: None) -> None:
         """Serve until interrupted; ``ready`` is called once the page can be opened."""
         self._server.start()
-        # a garbage collection over everything loaded so far would take longer than an answer
+        # a garbage collection of everything loaded so far would take longer than an answer
         gc.collect()
         gc.freeze()
         self._loop.add_callback(ready)
@@ -88,7 +88,7 @@ class Explorer:
             self._server.stop()
 
     def stop(self) -> None:
-        """Stop serving; from any thread."""
+        """Stop serving; may be called from any thread."""
         self._loop.add_callback(self._loop.stop)
 
 

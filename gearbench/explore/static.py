@@ -1,4 +1,4 @@
-"""The page as one HTML file that needs no server and loads nothing: filters and selection, pictures of the fronts."""
+"""Page as a single HTML file that needs no server and loads nothing from the network."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ from gearbench.explore.model import picture
 from gearbench.explore.page import Page, knee
 from gearbench.files import write_text
 
-#: Designs whose pictures go into the file at most.
+#: Maximum number of designs whose pictures are stored in the file.
 PICTURES = 60
 
 
 def html(catalogue: Catalogue, pictures: int = PICTURES) -> str:
-    """The page as text.
+    """Make the page as HTML text.
 
-    It holds all designs, and pictures of up to ``pictures`` designs spread over the fronts; of the others it shows
-    the stored values.
+    It contains all designs, and pictures of up to ``pictures`` designs spread over the fronts. The other designs are
+    shown with their stored values only.
     """
     first = knee(catalogue)
     shown: dict[str, Tables] = {}
@@ -49,7 +49,7 @@ def html(catalogue: Catalogue, pictures: int = PICTURES) -> str:
 
 
 def as_file(document: Document) -> str:
-    """A document as the text of a page that loads nothing."""
+    """HTML text of a document that loads nothing from the network."""
     text = file_html(
         document,
         INLINE,
@@ -66,7 +66,7 @@ def write(catalogue: Catalogue, path: Path) -> None:
 
 
 def _spread(catalogue: Catalogue, first: int, count: int) -> NDArray:
-    """Designs of the fronts, evenly along them, with ``first``."""
+    """Choose ``count`` designs evenly along the fronts, and add ``first``."""
     numbers = fronts(catalogue)
     if len(numbers) > count:
         numbers = numbers[np.linspace(0, len(numbers) - 1, count).round().astype(int)]

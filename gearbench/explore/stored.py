@@ -1,4 +1,4 @@
-"""The results named on the command line: designs with their quantities, and the scene of each."""
+"""Result files named on the command line: their designs with quantities and scenes."""
 
 from __future__ import annotations
 
@@ -35,15 +35,15 @@ class Stored:
     Parameters
     ----------
     label
-        Name to show.
+        Display name.
     columns
-        Quantities of the designs, each (design,).
+        Quantities of the designs, with values (design,).
     numbers
         Numbers of the designs in their file, (design,).
     scene
-        The scene of the design of a number.
+        Function from a design's number to its scene.
     teeth
-        Model of the teeth and what they stand on, which its values were computed with.
+        Tooth model and support with which the values were computed.
     """
 
     label: str
@@ -57,12 +57,12 @@ class Stored:
 
 
 def open_results(paths: Sequence[str | Path]) -> tuple[Stored, ...]:
-    """Results of ``optimise`` (folder or front.nc), ``robust`` and ``simulate``.
+    """Open results of ``optimise`` (folder or front.nc), ``robust`` and ``simulate``.
 
     Raises
     ------
     InputError
-        If one cannot be read, or is none of these.
+        If one of them cannot be read, or is another kind of file.
     """
     results = [_open(Path(path)) for path in paths]
     labels = [result.label for result in results]
@@ -86,7 +86,7 @@ def _open(path: Path) -> Stored:
 
 
 def scene_of_run(path: Path) -> Scene | None:
-    """The scene of a result of one gear; None where the file is of a study.
+    """Scene of the result of one gear; None if the file is the result of an optimisation.
 
     Raises
     ------
@@ -99,12 +99,12 @@ def scene_of_run(path: Path) -> Scene | None:
 
 
 def of_designs(designs: Designs, file: str) -> Stored:
-    """The feasible designs of an optimisation.
+    """Take the feasible designs of an optimisation.
 
     Raises
     ------
     InputError
-        If there is none, or they are planetary sets.
+        If there is no feasible design, or the designs are planetary sets.
     """
     dataset, study = designs.dataset, designs.study
     if study.of_set:
@@ -121,7 +121,7 @@ def of_designs(designs: Designs, file: str) -> Stored:
 
 
 def _teeth(designs: Designs, numbers: NDArray) -> str:
-    """``teeth_of`` the first design whose scene can be read: files named in others may be missing."""
+    """``teeth_of`` the first design whose scene can be read; files that other scenes name may be missing."""
     for number in numbers[:10]:
         try:
             return teeth_of(chosen_scene(designs, int(number)))
@@ -131,7 +131,7 @@ def _teeth(designs: Designs, numbers: NDArray) -> str:
 
 
 def _scene(dataset: xr.Dataset, file: str) -> Scene:
-    """The scene that a run has stored with its result."""
+    """Scene that a run has stored with its result."""
     try:
         return scene_of(dataset)
     except InputError as error:
@@ -139,7 +139,7 @@ def _scene(dataset: xr.Dataset, file: str) -> Scene:
 
 
 def of_run(dataset: xr.Dataset, file: str) -> Stored:
-    """The one scene of a simulation or a robustness run."""
+    """Take the scene of a simulation or a robustness run as a single design."""
     scene = _scene(dataset, file)
     columns = []
     for response in dict.fromkeys((*RESPONSES, *filter(is_response, map(str, dataset.data_vars)))):
@@ -155,7 +155,7 @@ def of_run(dataset: xr.Dataset, file: str) -> Stored:
 
 
 def teeth_of(scene: Scene) -> str:
-    """Model of the teeth of a scene and what they stand on, e.g. "solid teeth, ring"."""
+    """Tooth model and support of a scene as text, e.g. "solid teeth, ring"."""
     bending = scene.effect("tooth_bending")
     if bending is None:
         return "rigid teeth"

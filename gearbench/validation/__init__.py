@@ -1,1 +1,1 @@
-"""Validation of fast models: a scene against the same scene on finite elements."""
+"""Validation of the fast models against finite elements of the same scene."""

@@ -1,4 +1,4 @@
-"""Compare scenes with their finite element references: one Dataset with both sides' curves, errors, times."""
+"""Comparison of scenes with their finite element references: curves, errors and times in one Dataset."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
-#: Timed runs; medians count.
+#: Number of timed runs; the median counts.
 REPEATS = 5
 MODELS = ("fast", "reference")
 
@@ -41,8 +41,8 @@ def compare(scene: Scene, accuracy: float | None = None) -> xr.Dataset:
     Parameters
     ----------
     accuracy
-        Relative error of the reference's compliance; unless given, the reference is made so accurate that its own
-        error is a fifth of the differences that it judges (``gearbench.validation.judge``).
+        Relative error of the reference's compliance. By default, the reference is refined until its error is at most a
+        fifth of the differences that it must judge (``gearbench.validation.judge``).
 
     Returns
     -------
@@ -54,12 +54,12 @@ def compare(scene: Scene, accuracy: float | None = None) -> xr.Dataset:
     InputError
         If the scene has no reference, see ``reference_scene``.
     AccuracyError
-        If no reference can be had; says what fits.
+        If no reference can be computed; says which accuracy is possible.
     """
     import xarray as xr
 
     start = time.perf_counter()
-    reference_scene(scene)  # refused before anything is computed
+    reference_scene(scene)  # raises before anything is computed
     fast_run, first_call = timed(lambda: simulate(scene, outputs=OUTPUTS))
     judged = judge(scene, fast_run, accuracy)
     reference = judged.reference
@@ -86,7 +86,7 @@ def compare(scene: Scene, accuracy: float | None = None) -> xr.Dataset:
 
 
 def _reference(reference: Scene) -> dict[str, tuple]:
-    """Finite elements of both gears."""
+    """Variables on the finite elements of both gears."""
     flanks = meshed_flanks(reference)
     of_gear: dict[str, list[Any]] = {
         "reference_error": [flank.error for flank in flanks],
@@ -99,7 +99,7 @@ def _reference(reference: Scene) -> dict[str, tuple]:
 
 
 def _times(scene: Scene, reference: Scene, reference_compliance: float) -> dict[str, tuple]:
-    """Wall times; that of the reference's compliance is the one stored when it was computed."""
+    """Wall times of both models; ``reference_compliance`` was measured when the finite elements were solved [s]."""
     compliance = [compliance_seconds(scene), reference_compliance]
     simulation = [times(lambda s=s: simulate(s), REPEATS).seconds for s in (scene, reference)]
     return {
@@ -109,7 +109,7 @@ def _times(scene: Scene, reference: Scene, reference_compliance: float) -> dict[
 
 
 def compliance_seconds(scene: Scene, repeats: int = REPEATS) -> float:
-    """Wall time [s] of the smooth compliance of a pair that was not seen before, on the lines of all positions."""
+    """Wall time of the smooth compliance on the lines of all positions, for a pair that no cache knows [s]."""
     fresh = iter([unseen(scene, i + 1) for i in range(repeats)])
     return times(lambda: smooth_compliance(next(fresh)), repeats).seconds
 
@@ -132,7 +132,7 @@ def _reference_attrs(reference: Scene) -> dict[str, str]:
 
 
 def _installed(*packages: str) -> list[str]:
-    """Names and versions of those packages that are there."""
+    """Names and versions of the packages that are installed."""
     found = []
     for package in packages:
         try:
@@ -145,16 +145,16 @@ def _installed(*packages: str) -> list[str]:
 def validate(
     scenes: Sequence[Scene], accuracy: float | None = None, progress: Callable[[str], object] = lambda _: None
 ) -> xr.Dataset:
-    """Compare several scenes, each with its reference, along the dimension ``scene``.
+    """Compare several scenes with their references; the Dataset has the dimension ``scene``.
 
-    ``progress`` is called with the name of each scene before its turn, and the time of its finite elements.
+    Before every scene, ``progress`` is called with its name and the number of unknowns of its finite elements.
 
     Raises
     ------
     InputError
         As ``compare``, before anything is computed.
     GearbenchError
-        If the reference of a scene cannot be had; names the scene, and says what to do.
+        If the reference of a scene cannot be computed; names the scene, and says what to do.
     """
     start = time.perf_counter()
     named = list(zip(labels(scenes), scenes, strict=True))
@@ -169,7 +169,7 @@ def validate(
 
 
 def _of(name: str, work: Callable[[], T]) -> T:
-    """Answer of a work, faults with the name of the scene."""
+    """Do ``work``; add the name of the scene to its errors."""
     try:
         return work()
     except InputError as error:
@@ -179,7 +179,7 @@ def _of(name: str, work: Callable[[], T]) -> T:
 
 
 def check(scene: Scene, file: str) -> None:
-    """Refuse a scene that has no reference, naming the file it comes from."""
+    """Refuse a scene that has no reference; the error names its file."""
     try:
         reference_scene(scene)
     except InputError as error:
@@ -187,6 +187,6 @@ def check(scene: Scene, file: str) -> None:
 
 
 def labels(scenes: Sequence[Scene]) -> list[str]:
-    """Name of each scene, numbered where it has none or shares it."""
+    """Names of the scenes; missing and repeated names are numbered."""
     names = [scene.name or "scene" for scene in scenes]
     return [name if names.count(name) == 1 else f"{name} #{i + 1}" for i, name in enumerate(names)]

@@ -1,7 +1,8 @@
-"""A scene three ways: fast model, finite elements on contact lines, and contact finite elements, which assume neither.
+"""Comparison of three models of a scene: fast model, finite elements on contact lines, contact finite elements.
 
-What the fast model misses falls into two parts: compliance of teeth and bodies (fast model less finite elements on
-lines), and where and how flanks touch (finite elements on lines less contact finite elements).
+Contact finite elements assume neither contact lines nor a fast compliance. The error of the fast model therefore has
+two parts: the compliance of teeth and bodies (fast model minus finite elements on lines), and where and how the flanks
+touch (finite elements on lines minus contact finite elements).
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ if TYPE_CHECKING:
     from gearbench.geometry.pair import Pair
     from gearbench.results.cycle import MeshCycle
 
-#: The ways, each with its label; "off_line" where the scene itself leaves contact on the line.
+#: Models with their labels; "off_line" only if the scene itself keeps contact on the line of action.
 MODELS = {
     "fast": "fast model",
     "off_line": "fast model with off_line_contact",
@@ -43,21 +44,21 @@ MODELS = {
 }
 #: Relative accuracy of the finite elements on lines.
 ACCURACY = 0.002
-#: Segments on a line at least.
+#: Minimum number of segments on a contact line.
 _SEGMENTS = 60
-#: Line style and colour of each curve.
+#: Line style and colour of the curves.
 _STYLES = {"fast": ("--", ORANGE), "off_line": ("-.", GREEN), "lines": ("-", BLUE), "contact": ("o", "black")}
 #: Files of a report.
 DATASET, PICTURE = "contact.nc", "contact.png"
 
 
 def check(scene: Scene, source: str = "") -> None:
-    """Refuse what cannot be compared, before anything is computed.
+    """Refuse a scene that cannot be compared, before anything is computed.
 
     Raises
     ------
     InputError
-        If the scene lacks the bores, the gear body or the contact law, or runs on finite elements itself.
+        If the scene lacks bores, gear body or contact law, or already uses finite elements.
     """
     try:
         require_bores(scene.pair)
@@ -70,18 +71,19 @@ def check(scene: Scene, source: str = "") -> None:
 
 
 def compare_contact(scene: Scene, phases: int, report: Callable[[str], None] = lambda _: None) -> xr.Dataset:
-    """Mesh cycle of a scene three ways, at the same phases; a fourth where the scene has contact on the line.
+    """Compute the mesh cycle of a scene with three models at the same phases.
 
-    Contact finite elements are of finite width, of spur pairs too (``fem_reference.contact.spatial``), at uniform
-    phases of the wheel, ``mesh_phase``. The models are computed where both gears then stand, half-way between the
-    phases of the two (``fem_reference.contact.cycle.halfway``).
+    A scene with contact on the line of action gets a fourth model, with ``off_line_contact``. The contact finite
+    elements have the finite face width, also for spur pairs (``fem_reference.contact.spatial``), and are solved at
+    uniform phases of the wheel, ``mesh_phase``. Under load, the phases of pinion and wheel differ; the other models are
+    computed half-way between them (``fem_reference.contact.cycle.halfway``).
 
     Returns
     -------
-    Dataset with ``transmission_error`` [µm] and ``mesh_stiffness`` [N/µm] (model, position), the error bar
-    ``transmission_error_uncertainty`` of the contact finite elements, ``share_outside_path`` (position), the share of
-    the load that they find outside the path of contact, and ``residual`` (model): RMS of what a model is off by from
-    them, over their mean.
+    Dataset with ``transmission_error`` [µm] and ``mesh_stiffness`` [N/µm] (model, position); the error bar
+    ``transmission_error_uncertainty`` of the contact finite elements [µm]; ``share_outside_path`` (position), the share
+    of the load that contact finite elements carry outside the path of contact; and ``residual`` (model), the RMS
+    difference of a model's transmission error from that of contact finite elements, over their mean.
     """
     import xarray as xr
 
@@ -121,12 +123,12 @@ def compare_contact(scene: Scene, phases: int, report: Callable[[str], None] = l
 
 
 def model_cycle(scene: Scene, phases: NDArray) -> MeshCycle:
-    """A model with contact on lines at any mesh phases (position,), which all weigh the same."""
+    """Solve a model with contact on lines at any mesh phases, (position,), with equal weights."""
     return solve_lines(scene, scene_lines(scene, phases), np.full(len(phases), 1 / len(phases))).cycle
 
 
 def _outside_path(dataset: xr.Dataset, pair: Pair) -> NDArray:
-    """Share of the load of pairs all of whose face is outside the path of contact, (position,)."""
+    """Share of the load on tooth pairs whose whole face is outside the path of contact, (position,)."""
     turns, meshing = dataset.mesh_phase.values[:, None] + dataset.pair_index.values, pair.meshing
     rise = pair.meshing.face_width * math.tan(meshing.beta_b) / meshing.base_pitch
     outside = (turns + rise < 0) | (turns > meshing.transverse_contact_ratio)
@@ -134,7 +136,7 @@ def _outside_path(dataset: xr.Dataset, pair: Pair) -> NDArray:
 
 
 def findings(dataset: xr.Dataset) -> list[str]:
-    """Differences between the models, where they are largest, and why."""
+    """Findings as text: differences between the models, where they are largest, and why."""
     ste = {str(model): dataset.transmission_error.values[i] for i, model in enumerate(dataset.model.values)}
     mean = float(ste["contact"].mean())
     bar = 100 * float(dataset.transmission_error_uncertainty) / mean
@@ -157,7 +159,7 @@ def findings(dataset: xr.Dataset) -> list[str]:
 
 
 def write(datasets: list[xr.Dataset], folder: Path) -> list[Path]:
-    """One Dataset and one picture a scene: contact.nc and contact.png, numbered from 1 where there are more."""
+    """Write contact.nc and contact.png for every scene; several scenes are numbered from 1."""
     written = []
     for i, dataset in enumerate(datasets, start=1):
         number = f"-{i}" if len(datasets) > 1 else ""
@@ -167,7 +169,7 @@ def write(datasets: list[xr.Dataset], folder: Path) -> list[Path]:
 
 
 def _picture(dataset: xr.Dataset, path: Path) -> Path:
-    """STE of all three, and what the two others are off by, with the error bar."""
+    """Draw the STE of all models, and their differences from contact finite elements with the error bar."""
     from gearbench.plotting import GREY, new_figure, write_figure
 
     figure, axes = new_figure(2, 1, (7.0, 5.6), sharex=True)

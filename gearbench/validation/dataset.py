@@ -1,4 +1,4 @@
-"""Comparisons of several scenes in one Dataset, and back."""
+"""Datasets of several comparisons: stack them along ``scene``, and take one out again."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Attributes of one scene → variable that keeps them where several scenes share a Dataset.
+#: Attribute of a single comparison → variable that holds it in a Dataset of several scenes.
 TEXTS = {
     "scene": "scene_toml",
     "scene_sha256": "scene_sha256",
@@ -26,7 +26,7 @@ CYCLE = ("mesh_phase", "phase_weight", "panel_start", "panel_end", "pair_index")
 
 
 def stack(found: Sequence[xr.Dataset], names: Sequence[str]) -> xr.Dataset:
-    """One Dataset of several comparisons; positions and pairs that a scene does not have are NaN."""
+    """Stack comparisons into one Dataset; positions and pairs that a scene does not have are NaN."""
     import xarray as xr
 
     sizes = {dim: max(each.sizes[dim] for each in found) for dim in ("position", "pair")}
@@ -41,7 +41,7 @@ def stack(found: Sequence[xr.Dataset], names: Sequence[str]) -> xr.Dataset:
 
 
 def of_scene(dataset: xr.Dataset, i: int) -> xr.Dataset:
-    """The comparison of one scene out of several, as ``compare`` gave it."""
+    """Comparison of scene number ``i``, as ``compare`` returned it."""
     one = dataset.isel(scene=i)
     one = one.isel(position=np.isfinite(one["mesh_phase"].values), pair=np.isfinite(one["pair_index"].values))
     text = {key: str(one[variable].item()) for key, variable in TEXTS.items()}
@@ -50,5 +50,5 @@ def of_scene(dataset: xr.Dataset, i: int) -> xr.Dataset:
 
 
 def side(dataset: xr.Dataset, model: str) -> xr.Dataset:
-    """One side of a comparison, "fast" or "reference", as the Dataset of a simulation."""
+    """Select one model of a comparison, "fast" or "reference", as the Dataset of a simulation."""
     return dataset.sel(model=model)

@@ -1,4 +1,4 @@
-"""Figures of a comparison, as ``compare`` gives it: matplotlib figures without a display, titles state the finding."""
+"""Figures of a comparison (the Dataset of ``compare``): matplotlib figures whose titles state the finding."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-#: Colour, line and label of each side.
+#: Colour, line style and label of both models.
 STYLES: dict[str, dict[str, Any]] = {
     "reference": {"color": "black", "lw": 2.4, "ls": "-", "label": "finite elements"},
     "fast": {"color": ORANGE, "lw": 1.6, "ls": "--", "label": "fast model"},
@@ -24,17 +24,17 @@ STYLES: dict[str, dict[str, Any]] = {
 
 
 def percent(value: float) -> str:
-    """Relative error [%] with its sign."""
+    """Format a relative error [%] with its sign."""
     return f"{value:+.1f} %".replace("-", "−") if np.isfinite(value) else "undefined"
 
 
 def duration(seconds: float) -> str:
-    """Time in the unit that suits it."""
+    """Format a time in seconds or milliseconds."""
     return f"{seconds:.1f} s" if seconds >= 1 else f"{1e3 * seconds:.3g} ms"
 
 
 def cycle_figure(dataset: xr.Dataset) -> Figure:
-    """STE and mesh stiffness over two mesh periods, both sides, as in Figure 4 of the paper."""
+    """Figure of STE and mesh stiffness over two mesh periods for both models, as in Figure 4 of the paper."""
     figure, axes = new_figure(2, 1, (7.5, 6.2), sharex=True)
     for axis, name, word in zip(
         axes[:, 0], ("transmission_error", "mesh_stiffness"), ("STE", "stiffness"), strict=True
@@ -48,7 +48,7 @@ def cycle_figure(dataset: xr.Dataset) -> Figure:
 
 
 def draw_cycle(dataset: xr.Dataset, name: str, axis: Axes) -> None:
-    """Draw a variable of the mesh cycle over two mesh periods, both sides."""
+    """Draw a curve of the mesh cycle over two mesh periods for both models."""
     for model, style in STYLES.items():
         plot_two_periods(axis, side(dataset, model), name, **style)
     axis.axvline(1.0, color=GREY, lw=0.8, ls=":")
@@ -57,7 +57,7 @@ def draw_cycle(dataset: xr.Dataset, name: str, axis: Axes) -> None:
 
 
 def load_share_figure(dataset: xr.Dataset) -> Figure:
-    """Share of one tooth pair from where it enters to where it leaves, and the difference of the two models."""
+    """Figure of the load share of a tooth pair over its passage, and of the difference between the models."""
     figure, axes = new_figure(2, 1, (7.5, 5.2), sharex=True, height_ratios=(2, 1))
     upper, lower = axes[:, 0]
     position, share = share_of_a_pair(dataset)
@@ -74,7 +74,7 @@ def load_share_figure(dataset: xr.Dataset) -> Figure:
 
 
 def share_of_a_pair(dataset: xr.Dataset) -> tuple[NDArray, dict[str, NDArray]]:
-    """Progress τ + k of a pair [mesh periods] while in contact, and its share of the load [%] by either model."""
+    """Progress τ + k of a tooth pair in contact [mesh periods], and its load share by model [%], (point,)."""
     phases = Phases.of_dataset(dataset)
     parts = []
     for k, index in enumerate(dataset["pair_index"].values):
@@ -88,7 +88,7 @@ def share_of_a_pair(dataset: xr.Dataset) -> tuple[NDArray, dict[str, NDArray]]:
 
 
 def harmonics_figure(dataset: xr.Dataset) -> Figure:
-    """Amplitudes of the harmonics of STE and stiffness, both sides."""
+    """Figure of the harmonic amplitudes of STE and stiffness for both models."""
     figure, axes = new_figure(1, 2, (9.5, 3.8))
     for axis, name in zip(axes[0], ("transmission_error", "mesh_stiffness"), strict=True):
         harmonic = dataset["harmonic"].values
@@ -107,7 +107,7 @@ def harmonics_figure(dataset: xr.Dataset) -> Figure:
 
 
 def mac_figure(dataset: xr.Dataset) -> Figure:
-    """Maps over both flanks: how alike the deflection shapes are, and how large they are."""
+    """Figure of maps over both flanks: MAC and size ratio of the deflection shapes."""
     figure, axes = new_figure(2, 2, (9.5, 6.2))
     worst, mean = dataset["mac_worst"].values, dataset["mac_mean"].values
     low = min(0.9, float(np.floor(10 * worst.min()) / 10))
@@ -135,7 +135,7 @@ def _softness(gear: str, ratio: float) -> str:
 
 
 def time_figure(dataset: xr.Dataset) -> Figure:
-    """Wall times of both sides: compliance of an unseen pair, and simulation."""
+    """Figure of the wall times of both models: compliance of a new pair, and simulation."""
     figure, axes = new_figure(1, 1, (7.5, 2.6))
     axis = axes[0, 0]
     rows = []

@@ -1,7 +1,7 @@
-"""A reference accurate enough to judge by: each difference is five times its error bar, or too small to matter.
+"""Choice of a reference accurate enough to judge the fast model.
 
-The error bar of a number is its change where the finest level of the finite elements alone takes the place of the
-value extrapolated from the last two levels.
+Every judged difference must be at least five times its error bar, or too small to matter. The error bar of a number is
+its change if the finest level of the finite elements replaces the value extrapolated from the last two levels.
 """
 
 from __future__ import annotations
@@ -26,30 +26,30 @@ from gearbench.validation.ste_error import CURVES, OUTPUTS, cycle_errors, error_
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Errors that are judged, and how much better the reference is to be than each of them.
+#: Errors that are judged; factor by which the reference must be more accurate than they are.
 JUDGED = tuple(f"{curve}_{part}_error" for curve in CURVES for part in ("mean", "peak_to_peak"))
 TIMES = 5.0
-#: Differences below this need not be told from none [%].
+#: Differences below this need not be distinguished from zero [%].
 NEGLIGIBLE = 1.0
-#: Accuracies of the compliance that are tried in turn, and the unknowns that a better one may have.
+#: Accuracies of the compliance, tried in turn; maximum number of unknowns for all but the first.
 ACCURACIES = (0.01, 0.001, 0.00025)
 MOST_UNKNOWNS = 400_000
 
 
 @dataclass(frozen=True, kw_only=True)
 class Judgement:
-    """A scene against a reference.
+    """Comparison of a scene with its reference.
 
     Parameters
     ----------
     reference, cycle
-        The reference and its mesh cycle.
+        The reference, and its mesh cycle.
     found
         Variables of the comparison, with their error bars.
     settled
-        Whether the reference is ``TIMES`` better than each difference judged.
+        Whether all judged differences, or ``NEGLIGIBLE``, are at least ``TIMES`` their error bars.
     reason
-        Why no better reference was taken where it is not; empty where it is, or where the accuracy was given.
+        Why no better reference was used although it is not settled; else empty, also if the accuracy was given.
     """
 
     reference: Scene
@@ -60,12 +60,12 @@ class Judgement:
 
 
 def judge(scene: Scene, fast: xr.Dataset, accuracy: float | None = None) -> Judgement:
-    """Compare the cycle ``fast`` of a scene with a reference of the ``accuracy`` given, or with one that can judge it.
+    """Compare the mesh cycle ``fast`` of a scene with a reference of given ``accuracy``, or with one that settles it.
 
     Raises
     ------
     AccuracyError, MemoryBudgetError
-        If no reference can be had at the first accuracy; says what fits.
+        If no reference can be computed at the first accuracy; says what is possible.
     """
     from fem_reference.refinement import AccuracyError
 
@@ -89,12 +89,12 @@ def judge(scene: Scene, fast: xr.Dataset, accuracy: float | None = None) -> Judg
 
 
 def require_reference(scene: Scene, accuracy: float | None) -> int:
-    """Unknowns of the finite elements that a scene is compared with first.
+    """Number of unknowns of the first reference of a scene; checks that it fits into memory.
 
     Raises
     ------
     AccuracyError, MemoryBudgetError
-        If they, or the contact on them, need more memory than there may be; says what fits.
+        If its finite elements or its contact problem need more memory than the budget allows; says what is possible.
     """
     reference = reference_scene(scene, accuracy or ACCURACIES[0])
     size, positions = unknowns(reference), len(mesh_phases(scene)[0])
@@ -104,7 +104,7 @@ def require_reference(scene: Scene, accuracy: float | None) -> int:
 
 
 def unknowns(reference: Scene) -> int:
-    """Unknowns of the finite elements of a reference, all levels of both gears; 0 where they are kept."""
+    """Number of unknowns still to solve for a reference, over all levels of both gears; 0 if they are cached."""
     levels = finite_elements(reference).missing_levels(reference.pair, reference.effects_by_name)
     return sum(level.unknowns for level in levels)
 
@@ -118,10 +118,10 @@ def _judgement(scene: Scene, fast: xr.Dataset, reference: Scene) -> Judgement:
 
 
 def cycle_beside(fast: xr.Dataset, solved: Scene, reference: Scene) -> xr.Dataset:
-    """Result of ``simulate`` for the scene ``solved``, at the phases of the Dataset ``fast``.
+    """Simulate the scene ``solved`` at the mesh phases of the Dataset ``fast``.
 
-    Phases of its own follow from its own changes of contact; beside them peak-to-peak values of quiet pairs would seem
-    to differ by a percent or two. The Dataset bears the name of ``reference``, which can be written to a file.
+    At other phases, which would follow from its changes of contact, peak-to-peak values of quiet pairs would seem to
+    differ by a percent or two. The Dataset stores the scene ``reference``, which can be written to a file.
     """
     start, phases = time.perf_counter(), Phases.of_dataset(fast)
     found = solve_lines(solved, scene_lines(solved, phases.phase), phases.weight, phases.size)
@@ -129,13 +129,13 @@ def cycle_beside(fast: xr.Dataset, solved: Scene, reference: Scene) -> xr.Datase
 
 
 def settled(found: dict[str, tuple]) -> bool:
-    """Whether the bar of each difference judged is a fifth of it, or of ``NEGLIGIBLE``, at most."""
+    """Whether ``TIMES`` the error bar is at most the difference, or ``NEGLIGIBLE``, for all judged differences."""
     errors, bars = (np.array([float(found[name + end][1]) for name in JUDGED]) for end in ("", "_bar"))
     return bool(np.all(TIMES * bars <= np.maximum(np.abs(errors), NEGLIGIBLE)))
 
 
 def shapes(scene: Scene, reference: Scene) -> dict[str, tuple]:
-    """Variables that compare the deflection shapes of both gears."""
+    """Variables of a comparison on the deflection shapes of both gears."""
     found = [compare_shapes(scene, reference, index) for index in (0, 1)]
     over = ("gear", "load_height", "load_face")
     criterion = np.array([each.mac for each in found])

@@ -1,4 +1,4 @@
-"""Picture of the finite elements of a reference: the section of a sector and of a tooth alone, drawn by matplotlib."""
+"""Picture of the finite elements of a reference: their cross-section, drawn with matplotlib."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ if TYPE_CHECKING:
 
     from fem_reference.sector import Section
 
-#: Colours of the loaded flank and of what is held.
+#: Colours of the loaded flank and of the held boundary.
 LOADED, HELD = "#E69F00", "#0072B2"
 
 
 def draw_section(section: Section, axes: Any) -> None:
-    """Draw the quadrilaterals of a section [mm], the loaded flank and the held boundary coloured."""
+    """Draw the quadrilaterals of a section [mm], with loaded flank and held boundary in colour."""
     from matplotlib.collections import LineCollection
 
     x, zero = np.linspace(0.0, 1.0, 9), np.zeros(9)
@@ -43,7 +43,7 @@ def draw_section(section: Section, axes: Any) -> None:
 
 
 def mesh_figure(dataset: xr.Dataset) -> Figure:
-    """Sections of both gears of a comparison at the finest level, the loaded flank and the held boundary coloured."""
+    """Figure of the sections of both gears at the finest level, with loaded flank and held boundary in colour."""
     from matplotlib.figure import Figure
     from matplotlib.patches import Patch
 
@@ -54,10 +54,10 @@ def mesh_figure(dataset: xr.Dataset) -> Figure:
     for index, name in enumerate(dataset["gear"].values):
         found = dataset.isel(gear=index)
         body = finite_elements(reference).body(reference.pair, index, reference.effects_by_name)
-        section = Section(body=body, grain=Grain(degree=2))  # the quadrilaterals are those of every level
+        section = Section(body=body, grain=Grain(degree=2))  # all levels have the same quadrilaterals
         axes = figure.add_subplot(1, 2, index + 1)
         draw_section(section, axes)
-        axes.tick_params(axis="x", rotation=90)  # a sector may be narrower than its numbers
+        axes.tick_params(axis="x", rotation=90)  # a sector may be narrower than the tick labels
         unknowns, error = int(found["reference_unknowns"]), float(found["reference_error"])
         axes.set_title(
             f"{name}: {len(section.maps)} quadrilaterals, {unknowns} unknowns,\nestimated error {100 * error:.2g} %",

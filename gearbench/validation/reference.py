@@ -1,4 +1,4 @@
-"""The reference of a scene: the same pair, load, gaps and contact law, its smooth compliance by finite elements."""
+"""Reference of a scene: same pair, load, gaps and contact law, but smooth compliance by finite elements."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from gearbench.scene import Scene
 
 
 def smooth_effects(scene: Scene) -> tuple[ToothCompliance, ...]:
-    """Effects of ``scene`` that add compliance which spreads over the flank: all but the law of the local contact."""
+    """Effects of ``scene`` with compliance that is smooth over the flank: all but the local contact law."""
     return tuple(effect for effect in scene.effects if isinstance(effect, ToothCompliance))
 
 
 def reference_scene(scene: Scene, accuracy: float = 0.01) -> Scene:
-    """``scene`` with its smooth compliances replaced by finite elements, on gear bodies where it has some.
+    """Replace the smooth compliances of ``scene`` by finite elements, with gear bodies if the scene has them.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ def reference_scene(scene: Scene, accuracy: float = 0.01) -> Scene:
     Raises
     ------
     InputError
-        If there is nothing to compare: the scene runs on finite elements, has no smooth compliance, or several loads.
+        If the scene already uses finite elements, has no smooth compliance, or has several loads.
     """
     if tooth_bending(scene.one_load.effects_by_name, "finite_elements"):
         raise InputError("effects.tooth_bending.model", "finite_elements", "is the reference: give a fast model")
@@ -49,26 +49,26 @@ def reference_scene(scene: Scene, accuracy: float = 0.01) -> Scene:
 
 
 def finite_elements(reference: Scene) -> ToothBending:
-    """The tooth of a reference."""
+    """Tooth bending effect of a reference."""
     tooth = tooth_bending(reference.effects_by_name, "finite_elements")
     assert tooth is not None
     return tooth
 
 
 def reference_memory(reference: Scene, positions: int) -> float:
-    """Predicted peak memory [bytes] of a reference at a number of mesh phases, good to a factor of two.
+    """Predicted peak memory of a reference at a number of mesh phases, to a factor of two [bytes].
 
     Raises
     ------
     AccuracyError, MemoryBudgetError
-        If there is no reference of the accuracy.
+        If there is no reference of this accuracy.
     """
     missing = finite_elements(reference).missing_levels(reference.pair, reference.effects_by_name)
     return max([contact_memory(reference, positions), *(level.memory for level in missing)])
 
 
 def meshed_flanks(reference: Scene) -> tuple[FlankCompliance, FlankCompliance]:
-    """Compliances of the flanks of pinion and wheel of a reference that carry its load."""
+    """Compliances of the loaded flanks of pinion and wheel of a reference."""
     tooth, beside, coast = finite_elements(reference), reference.effects_by_name, reference.load.coast
     pinion, wheel = (tooth.flank(reference.pair, index, beside, coast) for index in (0, 1))
     return pinion, wheel
@@ -76,7 +76,7 @@ def meshed_flanks(reference: Scene) -> tuple[FlankCompliance, FlankCompliance]:
 
 @dataclass(frozen=True, kw_only=True)
 class SolvedTeeth(Tooth):
-    """Teeth of a reference by the finest level that was solved: what it says differs from the reference by its error.
+    """Teeth with given flank compliances, for a reference whose finite elements are solved.
 
     Parameters
     ----------
@@ -92,30 +92,33 @@ class SolvedTeeth(Tooth):
 
     @property
     def meshed(self) -> bool:
-        """They are of finite elements."""
+        """Whether the teeth are finite elements: they are."""
         return True
 
     @property
     def solid_order(self) -> None:
-        """No ring is joined to them."""
+        """None: the fast model's ring is not joined to these teeth."""
         return None
 
     def compliance(self, lines: ContactLines, beside: Effects) -> LowRank | Dense:
-        """Factor of both teeth side by side, or the matrix of all pairs where the gears are on their bodies."""
+        """Factors of both teeth concatenated, or the dense matrix of all pairs if the gears have bodies."""
         return Flanks(both=self.both, coupled=GearBody.name in beside).on(lines)
 
     def tooth_factor(self, pair: Pair, index: int, height: NDArray, y: NDArray, beside: Effects) -> NDArray:
-        """Ψ of one tooth; see ``ToothCompliance``."""
+        """Factor Ψ of one tooth; see ``ToothCompliance``."""
         return self.both[index].factor(height, y)
 
 
 def solved_reference(reference: Scene) -> Scene:
-    """``reference`` with its flanks at hand. Not for a file: it holds the flanks themselves."""
+    """Return ``reference`` with its solved flanks inside; it cannot be written to a file."""
     return _with_flanks(reference, meshed_flanks(reference))
 
 
 def finest_level(reference: Scene) -> Scene:
-    """The same without the extrapolation of its last two levels, which is the error bar of its compliance."""
+    """Return ``reference`` with the flanks of the finest level alone, without the extrapolation from the last two.
+
+    The difference from ``solved_reference`` is the error bar of the compliance.
+    """
     pinion, wheel = (
         flank if flank.correction is None else replace(flank, blocks=flank.blocks - flank.correction)
         for flank in meshed_flanks(reference)

@@ -1,4 +1,4 @@
-"""Report of a validation: one HTML file that holds its pictures and needs nothing from elsewhere."""
+"""Report of a validation: one self-contained HTML file with its pictures."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def write(dataset: xr.Dataset, folder: str | Path) -> list[Path]:
     InputError
         If the folder cannot be made or written.
     OSError
-        If the disk is full or fails; files that were there before are untouched.
+        If the disk is full or fails; existing files stay untouched.
     """
     folder = make_folder("output", folder)
     text = render(dataset)  # before anything is written
@@ -50,7 +50,7 @@ def write(dataset: xr.Dataset, folder: str | Path) -> list[Path]:
 
 
 def render(dataset: xr.Dataset) -> str:
-    """The report as HTML text."""
+    """Render the report as HTML text."""
     scenes = [of_scene(dataset, i) for i in range(dataset.sizes["scene"])]
     names = [str(name) for name in dataset["scene"].values]
     title = f"Validation against finite elements: {', '.join(names)}"
@@ -66,7 +66,7 @@ def render(dataset: xr.Dataset) -> str:
 
 
 def finding(one: xr.Dataset) -> str:
-    """Findings of the comparison of a scene, in sentences; ± is what the reference's own error adds."""
+    """Findings of the comparison of a scene as sentences; ± is the uncertainty of the reference."""
     errors = ", ".join(f"{label} {_error(one, f'{name}_error')}" for label, name in _ERRORS.items())
     fast, slow = one["compliance_seconds"].values
     worst, mean, line = (float(one[name].min()) for name in ("mac_worst", "mac_mean", "line_mac_mean"))
@@ -78,7 +78,7 @@ def finding(one: xr.Dataset) -> str:
 
 
 def _error(one: xr.Dataset, name: str) -> str:
-    """A difference [%] and its error bar, to the digits that it allows."""
+    """Format a difference [%] and its error bar, with the digits that the bar allows."""
     value, bar = float(one[name]), float(one[f"{name}_bar"])
     if not np.isfinite(value):
         return "undefined"
@@ -87,7 +87,7 @@ def _error(one: xr.Dataset, name: str) -> str:
 
 
 def _unsettled(one: xr.Dataset) -> str:
-    """Differences that the reference cannot judge, and why it is not more accurate."""
+    """Sentence on differences that the reference cannot judge, and why it is not more accurate; "" if it can."""
     if int(one["reference_settled"]):
         return ""
     coarse = [
@@ -157,7 +157,7 @@ def _cycle_table(one: xr.Dataset) -> str:
 
 
 def _both(values: xr.DataArray, bar: xr.DataArray) -> tuple[str, str]:
-    """Numbers of both models, that of the reference with its error."""
+    """Format the values of both models, with the error bar of the reference."""
     fast, reference = values.values
     units = values.attrs["units"]
     return f"{fast:.4g} {units}", f"{reference:.4g} ± {float(bar[1]):.2g} {units}"

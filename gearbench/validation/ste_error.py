@@ -1,4 +1,4 @@
-"""Errors of static transmission error, mesh stiffness and load sharing against a reference with the same phases."""
+"""Errors of STE, mesh stiffness and load sharing against a reference with the same mesh phases."""
 
 from __future__ import annotations
 
@@ -13,25 +13,25 @@ from gearbench.results.cycle import fourier
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Variables of the mesh cycle that are compared, and how many of their harmonics.
+#: Curves that are compared, and number of their harmonics.
 CURVES = ("transmission_error", "mesh_stiffness")
 HARMONICS = 5
-#: Outputs of both sides.
+#: Outputs computed with both models.
 OUTPUTS = (*CURVES, "load_share", *(f"{name}_{part}" for name in CURVES for part in ("mean", "peak_to_peak")))
 
 
 def relative_error(value: ArrayLike, reference: ArrayLike, scale: ArrayLike | None = None) -> NDArray:
-    """(value − reference) / scale [%], scale = reference unless given; NaN where the scale is zero."""
+    """(value − reference) / scale [%]; the default scale is the reference; NaN where the scale is zero."""
     value, reference = np.asarray(value, dtype=float), np.asarray(reference, dtype=float)
     scale = reference if scale is None else np.asarray(scale, dtype=float)
     return 100 * np.divide(value - reference, scale, out=np.full(value.shape, np.nan), where=scale != 0)
 
 
 def cycle_errors(fast: xr.Dataset, reference: xr.Dataset) -> dict[str, tuple]:
-    """Variables of the comparison: both sides' numbers, and relative errors [%].
+    """Variables of a comparison: the numbers of both models, and their relative errors [%].
 
-    Harmonics are differences of the amplitude, relative to the fundamental of the reference. Load sharing: largest and
-    RMS difference of the share of a pair, while it is in contact.
+    Errors of harmonics are differences of amplitudes relative to the fundamental of the reference. Errors of load
+    sharing are the largest and the RMS difference of the share of a pair while it is in contact [–].
     """
     sides = (fast, reference)
     found: dict[str, tuple] = {}
@@ -49,10 +49,10 @@ def cycle_errors(fast: xr.Dataset, reference: xr.Dataset) -> dict[str, tuple]:
 
 
 def error_bars(judged: Mapping[str, tuple], again: Mapping[str, tuple]) -> dict[str, tuple]:
-    """Error bar of every error in a comparison: its change where the finest level alone takes the reference's part.
+    """Error bars of a comparison: the change of every error if the finest level replaces the extrapolated reference.
 
-    ``judged`` and ``again`` hold the errors against the reference and against its finest level; of a name the bar is
-    ``…_bar``, in its unit.
+    ``judged`` holds the errors against the reference, ``again`` those against its finest level. The bar of a name is
+    called ``…_bar`` and has its unit.
     """
     return {
         f"{name}_bar": (dims, np.abs(np.subtract(again[name][1], value)))
@@ -62,7 +62,7 @@ def error_bars(judged: Mapping[str, tuple], again: Mapping[str, tuple]) -> dict[
 
 
 def load_share_error(share: NDArray, reference: NDArray, weight: NDArray) -> tuple[float, float]:
-    """Largest and RMS difference between load shares (position, pair), over all positions of a pair in contact."""
+    """Largest and RMS difference between load shares (position, pair), over the positions at which a pair touches."""
     difference = share - reference
     touching = weight[:, None] * ((share > 0) | (reference > 0))
     return float(np.abs(difference).max()), float(np.sqrt(np.sum(touching * difference**2) / touching.sum()))

@@ -1,4 +1,4 @@
-"""A verified front as text and pictures: by how much finite elements move each design, and whether the order holds."""
+"""Report of a verified front, as text and pictures: shift of the designs and rank correlation."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ _STYLES = ((BLUE, "o"), (ORANGE, "s"), (GREEN, "^"), (PURPLE, "D"))
 
 
 def heading(label: str) -> tuple[str, str]:
-    """Short name and unit of an objective; the whole label without unit where it is a weighted sum."""
+    """Symbol and unit of an objective; for a weighted sum, the whole label without a unit."""
     q = quantity(label)
     return (label.replace("_", " "), "") if q is None else (q.symbol, q.units)
 
 
 def findings(dataset: xr.Dataset) -> list[str]:
-    """Findings of the verification, one line for each objective and one for the front."""
+    """Findings of the verification, one line per objective and one for the front."""
     lines = []
     for i, label in enumerate(map(str, dataset["objective_name"].values)):
         shift, rho = dataset["shift"].values[:, i], float(dataset["rank_correlation"].values[i])
@@ -38,12 +38,12 @@ def findings(dataset: xr.Dataset) -> list[str]:
 
 
 def _rho(value: float) -> str:
-    """A rank correlation; fewer than three designs have none."""
+    """Format a rank correlation, which is unknown for fewer than three designs."""
     return f"{value:.3f}" if np.isfinite(value) else "unknown"
 
 
 def markdown(dataset: xr.Dataset, name: str) -> str:
-    """Findings, and a table of all designs."""
+    """Markdown text of the findings and a table of all designs."""
     lines = [f"# {markdown_name(name) or 'study'}: front verified with finite elements", ""]
     lines += [f"- {line}" for line in findings(dataset)]
     lines += ["", "Each objective: stored / with finite elements (shift).", ""]
@@ -66,7 +66,7 @@ def _cell(value: object) -> str:
 
 
 def moved(dataset: xr.Dataset, axes: Axes) -> Axes:
-    """The first two objectives of each design, joined with those by finite elements."""
+    """Draw the first two objectives of all designs, joined by a line to their values by finite elements."""
     before, after = dataset["objective"].values, dataset["objective_verified"].values
     for a, b in zip(before, after, strict=True):
         axes.plot([a[0], b[0]], [a[1], b[1]], color=GREY, lw=0.8)
@@ -79,7 +79,7 @@ def moved(dataset: xr.Dataset, axes: Axes) -> Axes:
 
 
 def shifts(dataset: xr.Dataset, axes: Axes) -> Axes:
-    """Change of each objective against its stored value, over its rank in the stored front."""
+    """Draw the relative change of all objectives over the rank of the design in the stored front."""
     from matplotlib.ticker import MaxNLocator
 
     for i, label in enumerate(map(str, dataset["objective_name"].values)):
@@ -98,7 +98,7 @@ def shifts(dataset: xr.Dataset, axes: Axes) -> Axes:
 
 
 def draw_verification(dataset: xr.Dataset, folder: Path, name: str) -> Path:
-    """Write ``verification.png``: where each design moves, and by how much."""
+    """Write ``verification.png``: shift of the designs in the objectives."""
     import matplotlib.pyplot as plt
 
     two = dataset.sizes["objective_name"] > 1

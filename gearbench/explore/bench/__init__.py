@@ -1,1 +1,1 @@
-"""The design bench: one gear pair with everything a scene may ask for as controls."""
+"""Design bench: a page for one gear pair, with a control for every key of its scene."""

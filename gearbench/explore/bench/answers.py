@@ -1,4 +1,4 @@
-"""Answers of the design bench: the scene that its controls describe, solved coarsely, finely, then over torque."""
+"""Answers of the design bench: solve the scene of its controls coarsely, then finely, then over torque."""
 
 from __future__ import annotations
 
@@ -25,24 +25,24 @@ from gearbench.scene_file import TABLES, table_class
 from gearbench.schema import as_table, make, read
 from gearbench.sweeps.run import sweep
 
-#: Quick look while a slider moves.
+#: Resolution of the first, quick answer while a slider moves.
 COARSE = Resolution(positions=16, segments=8)
-#: Order of solid teeth for a quick look at teeth whose compliance is not known yet: within 3 % of the mean STE of the
-#: default order, in a fifth of its time.
+#: Order of solid teeth in the quick answer if their compliance is not known yet. The mean STE differs by at most 3 %
+#: from that with the default order, in a fifth of the time.
 QUICK_ORDER = (4, 5, 6)
-#: Torques of the Harris map over that of the scene.
+#: Torques of the Harris map relative to the torque of the scene.
 TORQUES = tuple(np.round(np.linspace(0.2, 1.6, 8), 3))
 #: Resolution of the Harris map.
 _MAP = Resolution(positions=32, segments=10)
 
 
 def changed(base: Scene, given: Mapping[str, Any]) -> Scene:
-    """The scene of the tables of a page. Coast flanks, system and tables that name files stay those of ``base``.
+    """Read a scene from the tables of a page. Coast flanks, system and effects that name files stay those of ``base``.
 
     Raises
     ------
     InputError
-        Naming key, value and the values allowed.
+        If the tables are not valid; names key, value and the allowed values.
     """
     found = {name: _read(name, json.dumps(given[name])) for name in TABLES if name in given}
     effects = []
@@ -59,30 +59,30 @@ def changed(base: Scene, given: Mapping[str, Any]) -> Scene:
 
 @lru_cache(maxsize=16)
 def _read(name: str, text: str) -> Any:
-    """A table that is none of an effect. A slider moves one of them: the others keep all that is known of them."""
+    """Read a table other than an effect; cached, so that tables a slider does not change keep their computed values."""
     return read(TABLES[name], json.loads(text), name)
 
 
 class Overtaken(Exception):
-    """A newer question waits."""
+    """Signal that a newer question waits."""
 
 
 class Answers:
-    """Answers to the questions of an open page, see ``answers``; it remembers which teeth were solved in full.
+    """Answers to the questions of an open page; it remembers the teeth whose compliance was last computed in full.
 
     Parameters
     ----------
     base
-        The scene to begin with, solved.
+        The first scene, already solved.
     """
 
     def __init__(self, base: Scene) -> None:
         self._base, self._known = base, _stiff(base)
 
     def __call__(self, asked: Any, overtaken: Callable[[], bool] = lambda: False) -> Iterator[dict[str, Any]]:
-        """Answers to the tables of a scene: coarse, as fine as it, scatter, over torque; or the fault in them.
+        """Yield answers to the tables of a scene: coarse, at its resolution, scatter, over torque; or an error message.
 
-        The last one, which takes longest, is not computed to its end once a newer question has ``overtaken`` this one.
+        The last answer takes longest; it is abandoned once ``overtaken`` says that a newer question waits.
         """
 
         def go_on(_done: int, _of: int) -> None:
@@ -112,7 +112,7 @@ class Answers:
         yield answer_data(over_torque(scene, go_on))
 
     def sketch(self, scene: Scene) -> Scene:
-        """``scene`` for a quick look: few phases and segments, few functions in solid teeth that are new."""
+        """Reduce ``scene`` for the quick answer: few phases and segments, and a low order in new solid teeth."""
         bending = scene.effect("tooth_bending")
         quick = replace(scene, resolution=COARSE)
         if not isinstance(bending, ToothBending) or bending.model != "solid" or _stiff(scene) == self._known:
@@ -124,12 +124,12 @@ class Answers:
 
 
 def _stiff(scene: Scene) -> tuple[Any, ...]:
-    """All that the compliance of teeth and bodies follows from."""
+    """Inputs that determine the compliance of teeth and bodies, for comparison."""
     return scene.pair, scene.load.coast, *(each for each in scene.effects if isinstance(each, ComplianceEffect))
 
 
 def warnings(now: Picture, solved: Solved) -> list[str]:
-    """Warnings for the reader of the curves, one line each."""
+    """Warnings to show with the curves, one line per warning."""
     import xarray as xr
 
     found = list(scene_warnings(now.scene, xr.Dataset({"flank_pressure_max": np.nanmax(now.pressure)})))
@@ -139,7 +139,7 @@ def warnings(now: Picture, solved: Solved) -> list[str]:
     return found
 
 
-#: Tables over torque of a scene that is not swept yet.
+#: Empty tables over torque, for a scene that is not swept yet.
 NOT_SWEPT: Tables = {
     "harris": {"xs": [], "ys": [], "torque": []},
     "torque": {"torque": [], "peak_to_peak": [], **{f"order {n}": [] for n in ORDERS}},
@@ -147,9 +147,9 @@ NOT_SWEPT: Tables = {
 
 
 def over_torque(scene: Scene, go_on: Callable[[int, int], None] = lambda _done, _of: None) -> Tables:
-    """Harris map, and orders and peak-to-peak STE over torque; of the scene's own load case.
+    """Tables of the Harris map, and of orders and peak-to-peak STE over torque, scaled from the scene's load case.
 
-    ``go_on`` is called with the torques done and their number after each.
+    After every torque, ``go_on`` is called with the number of torques done and of all torques.
     """
     names = ("transmission_error", "transmission_error_amplitude", "transmission_error_peak_to_peak")
     asked = [float(f"{ratio * scene.load.torque:.4g}") for ratio in TORQUES]

@@ -1,4 +1,4 @@
-"""Controls of a scene, made from its input classes: each key with unit, limits and meaning."""
+"""Controls of a scene, made from its input classes: every key with unit, limits and meaning."""
 
 from __future__ import annotations
 
@@ -18,34 +18,34 @@ from gearbench.schema import Key, keys, parts, unannotated
 
 Kind = Literal["number", "integer", "choice", "switch", "list"]
 
-#: Ends of a slider that starts at zero, by unit.
+#: Half range of a slider whose value is zero, by unit.
 _SPANS = {"µm": 20.0, "mm": 2.0, "°": 10.0, "N·m": 100.0}
-#: Steps of a slider from end to end, at least.
+#: Step of a slider is its range over this number, rounded up to 1, 2 or 5 times a power of ten.
 _STEPS = 200
 
 
 @dataclass(frozen=True, kw_only=True)
 class Control:
-    """One key of a scene as a page shows it.
+    """Control of one key of a scene.
 
     Parameters
     ----------
     path
         Dotted key, e.g. "pair.pinion.teeth".
     label, unit, meaning
-        To show; the unit is "" where it has none.
+        Texts to show; the unit is "" if there is none.
     kind
         Number, whole number, one of ``choices``, switch, or list of numbers.
     value
-        As the scene has it; None where it is absent and a default or a derived value stands.
+        Value in the scene, or the default; None if the key is absent and its value is derived.
     optional
-        Whether it may be absent.
+        Whether the key may be absent.
     low, high, step
-        Ends and step of its slider; None where it has none.
+        Ends and step of the slider; None if there is no slider.
     least, most
-        Limits of the value; None where it has none.
+        Limits of the value; None if there are none.
     choices
-        Values of a choice.
+        Allowed values of a choice.
     """
 
     path: str
@@ -70,15 +70,15 @@ class Group:
     Parameters
     ----------
     path, title, text
-        The table, its heading, and its description.
+        Dotted name of the table, its heading, and its description.
     controls
-        Its keys.
+        Controls of its keys.
     present
         Whether the scene has the table.
     optional
-        Whether it may be left out: an effect.
+        Whether the table may be left out, as effects may.
     inner
-        Whether it is a table within that of an effect: shown with it only.
+        Whether the table is inside an effect's table and shown only with it.
     """
 
     path: str
@@ -91,7 +91,7 @@ class Group:
 
 
 def form(scene: Scene) -> tuple[Group, ...]:
-    """Groups of controls: pair, both gears, load, resolution, then every effect that a page can add or change."""
+    """Groups of controls: pair, both gears, load, resolution, then every effect that the page can add or show."""
     tables = scene.to_mapping()
     groups = []
     for name, kind in TABLES.items():
@@ -100,7 +100,7 @@ def form(scene: Scene) -> tuple[Group, ...]:
         given = tables["effects"].get(name)
         try:
             kind = effect_class(name)
-        except GearbenchError:  # a broken effect of another package: the scene works without it
+        except GearbenchError:  # skip a broken effect of another package; the scene works without it
             continue
         if given is not None or not takes_files(kind):
             shown = kind.example if given is None else given
@@ -111,9 +111,9 @@ def form(scene: Scene) -> tuple[Group, ...]:
 def _groups(
     kind: type, path: str, table: Mapping[str, Any], *, present: bool, optional: bool, inner: bool = False
 ) -> Iterator[Group]:
-    """Groups of an input class: its own values, then the tables within it."""
+    """Yield the group of an input class, then the groups of the tables inside it."""
     fixed = takes_files(kind)
-    # a table that may be absent has controls where the scene has it
+    # an optional inner table has controls only if the scene has it
     below = {
         name: key.table
         for name, key in keys(kind).items()
@@ -135,12 +135,12 @@ def _groups(
 
 
 def takes_files(kind: type) -> bool:
-    """Whether an input class names files: a page shows such a table, and does not change it."""
+    """Whether an input class names files; the page shows the heading of its table but cannot change it."""
     return any(name.endswith("_sha256") for name in keys(kind))
 
 
 def _control(key: Key, path: str, given: Any) -> Control | None:
-    """Control of a value; None where it is of a kind that a page has no control for."""
+    """Make the control of a value; None if the page has no control for its type."""
     if key.table is not None:
         return None
     hints = key.hints
@@ -160,7 +160,7 @@ def _control(key: Key, path: str, given: Any) -> Control | None:
         least, most, above = key.limits
         narrow = path.startswith("pair.") and key.name not in ("profile_shift", "helix_angle")
         low, high, step = _span(value, least, most, unit, whole=plain is int, above=above, narrow=narrow)
-        if path == "load.torque" and value is not None:  # keeps its sign: a torque of 0 loads neither flank
+        if path == "load.torque" and value is not None:  # keep the sign: a torque of 0 loads neither flank
             low, high, step = _same_sign(value, low, high, step)
         kind: Kind = "integer" if plain is int else "number"
         return Control(**common, kind=kind, value=value, least=least, most=most, low=low, high=high, step=step)
@@ -172,9 +172,9 @@ def _control(key: Key, path: str, given: Any) -> Control | None:
 def _span(
     value: float | None, least: float | None, most: float | None, unit: str, *, whole: bool, above: bool, narrow: bool
 ) -> tuple[float | None, float | None, float | None]:
-    """Ends and step of a slider about ``value``: round numbers, within the limits; None where the value is absent.
+    """Ends and step of a slider for ``value``: round numbers within the limits; None if the value is absent.
 
-    From zero to about twice the value; ``narrow``: a fifth to either side.
+    The slider runs from zero to about twice the value, or, if ``narrow``, from 20 % below to 20 % above the value.
     """
     if value is None:
         return None, None, None
@@ -193,7 +193,7 @@ def _span(
 def _same_sign(
     value: float, low: float | None, high: float | None, step: float | None
 ) -> tuple[float | None, float | None, float | None]:
-    """Ends of a slider about a value that is not 0, without 0."""
+    """Restrict the ends of a slider to the sign of ``value``, which is not 0, and exclude 0."""
     assert low is not None
     assert high is not None
     assert step is not None

@@ -1,4 +1,4 @@
-"""The design bench as a page: controls on one side, curves, orders, load, teeth and numbers on the other."""
+"""Layout of the design bench: controls on one side; curves, orders, pressure, teeth and numbers on the other."""
 
 from __future__ import annotations
 
@@ -20,21 +20,21 @@ from gearbench.explore.look import HEIGHT, INK, PALETTE, chart, fitted, fixed, s
 from gearbench.explore.page import answer_data
 from gearbench.scene import Scene
 
-#: Variants kept at most: as many as have colours of their own.
+#: Maximum number of variants kept: one per colour.
 MOST = 6
 
 
 class BenchPage:
-    """The parts of the page, wired in the browser; what it asks is answered by the caller.
+    """Parts of the page, connected by scripts in the browser; the caller answers its questions.
 
     Parameters
     ----------
     scene
-        The gear to begin with; also the baseline.
+        The first gear, which is also the baseline.
     begin
-        Its tables.
+        Tables of the first gear.
     beside
-        Variants to begin with, see ``session.variants``.
+        Initial variants, see ``session.variants``.
     """
 
     def __init__(self, scene: Scene, begin: Tables, beside: Sequence[dict[str, Any]] = ()) -> None:
@@ -45,7 +45,7 @@ class BenchPage:
         self.figures = {**self.gear.figures, "harris": self._harris(), "torque": self._torque()}
 
     def put(self, document: Document, *, live: bool = True) -> None:
-        """Make this the page of a document; one that is not ``live`` has no controls."""
+        """Add the page to a document; a page that is not ``live`` has no controls."""
         groups = form(self.scene)
         document.template = get_env().from_string("{% extends base %}" + text_of("bench/page.html"))
         document.template_variables.update(
@@ -57,12 +57,12 @@ class BenchPage:
         document.title = f"gearbench: {self.scene.name or 'scene'}"
         show = script("answer", answer=self.answer, sources=self.gear.now, before=self.gear.before, sliders=[])
         self.answer.js_on_change("data", show)
-        # scripts of a document alone do not tell the server of the models they work on
+        # models used only by scripts of the document are unknown to the server: tag a figure with them
         self.figures["ste"].tags = [self.question, self.answer]
         document.js_on_event(DocumentReady, self._begin(groups, live), *self.gear.ready)
 
     def _begin(self, groups: tuple[Group, ...], live: bool) -> Any:
-        """The script that brings controls, variants and numbers to life."""
+        """Make the script that runs controls, variants and numbers."""
         added = {
             group.path.partition(".")[2]: dict(effect_class(group.path.partition(".")[2]).example)
             for group in groups
@@ -76,7 +76,7 @@ class BenchPage:
         )  # fmt: skip
 
     def _shown(self) -> list[str]:
-        """Figures in their order; those over errors only where the scene draws errors."""
+        """Names of the figures in display order; the densities over the errors come last."""
         last = [name for name in self.figures if name.endswith("_density")]
         order = ["ste", "stiffness", "ste_orders", "stiffness_orders", "harris", "torque", "pressure", "teeth"]
         return [*order, *last]
@@ -110,7 +110,7 @@ class BenchPage:
 
 
 def _small_legend(plot: Any) -> Any:
-    """Move the legend beside the frame, in small letters."""
+    """Move the legend to the right of the frame, with small letters."""
     plot.add_layout(plot.legend[0], "right")
     plot.legend.label_text_font_size = "11px"
     plot.legend.spacing, plot.legend.padding, plot.legend.border_line_color = 0, 2, None

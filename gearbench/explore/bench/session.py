@@ -1,4 +1,4 @@
-"""The design bench, live or as a file."""
+"""Design bench as a live page or as a file."""
 
 from __future__ import annotations
 
@@ -20,23 +20,23 @@ from gearbench.explore.static import as_file
 from gearbench.scene import Scene
 from gearbench.scene_file import parse_scene
 
-#: Time after which a slider rests, and the fine answer is begun [s].
+#: Time without a slider move after which the fine answer is begun [s].
 REST = 0.12
 
 
 class BenchSession:
-    """One open bench: a question is the tables of a scene.
+    """One open bench. A question holds the tables of a scene.
 
     Parameters
     ----------
     scene
-        The gear to begin with.
+        The first gear.
     begin
-        Its picture.
+        Picture of the first gear.
     document
         The open page.
     beside
-        Pictures of other gears, variants from the beginning.
+        Pictures of other gears, which are the initial variants.
     """
 
     def __init__(self, scene: Scene, begin: Picture, document: Document, beside: Sequence[Picture] = ()) -> None:
@@ -46,21 +46,21 @@ class BenchSession:
 
 
 def bench(scene: Scene, *others: Scene) -> Callable[[Document], object]:
-    """Pages of a bench that begins with ``scene``, ``others`` as variants; all are solved now.
+    """Make a function that opens a bench with ``scene`` first and ``others`` as variants; all are solved at once.
 
     Raises
     ------
     InputError
-        If it has several loads.
+        If ``scene`` has several loads.
     GearbenchError
-        If its contact problem is not solved.
+        If its contact problem cannot be solved.
     """
     begin, beside = picture(scene.one_load), [picture(other) for other in others]
     return lambda document: BenchSession(scene, begin, document, beside)
 
 
 def bench_html(scene: Scene, *others: Scene) -> str:
-    """The bench as one page without a server: results of ``scene`` and its variants, without controls."""
+    """HTML text of a bench without server and controls: results of ``scene`` and its variants."""
     now, solved = outline(scene.one_load)
     shown = {**tables(scattered(now, solved)), **over_torque(scene)}
     beside = [picture(other) for other in others]
@@ -71,7 +71,7 @@ def bench_html(scene: Scene, *others: Scene) -> str:
 
 
 def variants(beside: Sequence[Picture]) -> list[dict[str, Any]]:
-    """Pictures as gears kept beside: name, number, scene, numbers and curves."""
+    """Convert pictures to variants for the page: name, number, scene, numbers and curves."""
     found = []
     for i, each in enumerate(beside, start=1):
         shown = {**tables(each, teeth=False), **over_torque(each.scene)}
@@ -82,5 +82,5 @@ def variants(beside: Sequence[Picture]) -> list[dict[str, Any]]:
 
 
 def example() -> Scene:
-    """A helical pair to begin with where no file is named."""
+    """Read the helical pair that the bench shows if no file is named."""
     return parse_scene(tomllib.loads(text_of("bench/example.toml")))
