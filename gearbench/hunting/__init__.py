@@ -1,1 +1,1 @@
-"""All mesh cycles until the same teeth meet again: pitch errors, run-out and waves, with their side bands."""
+"""All mesh cycles until the same teeth meet again: pitch errors, run-out and waviness, with their side bands."""

@@ -1,8 +1,8 @@
-"""All mesh cycles until the same teeth meet again: pitch errors, run-out and waves, with the side bands that follow.
+"""All mesh cycles until the same teeth meet again: pitch errors, run-out and waviness, with their side bands.
 
-Mesh cycles differ in their gaps alone. Compliance and contact lines are made once; each cycle is a gap vector of the
-batch solver, which starts from the solution without the errors and its derivatives. So every neighbourhood of teeth is
-solved for itself, to the residual of any contact solution: nothing is linearised.
+Mesh cycles differ only in their gaps. Compliance and contact lines are computed once, and each cycle is one gap vector
+for the batch solver. The solver starts from the solution without the errors and its derivatives. Nothing is linearised:
+every cycle is solved to the same residual as a single contact problem.
 """
 
 from __future__ import annotations
@@ -25,16 +25,19 @@ from gearbench.geometry.gear import Gear
 from gearbench.results.cycle import MeshCycle, Phases, fourier_rows
 from gearbench.scene import Scene
 
-#: Mesh cycles at most.
+#: Largest number of mesh cycles.
 MOST_CYCLES = 100_000
-#: Highest mesh order of a spectrum unless told otherwise.
+#: Default highest mesh order of a spectrum.
 ORDERS = 3.0
-#: Contact problems at the same time: that on cells, and that on patches, which says what cells miss.
+#: Memory relative to one contact problem: a problem on cells and one on patches, which corrects the cells, coexist.
 OF_CONTACT = 2.5
 
 
 def known_orders(phases: Phases, cycles: int, orders: float) -> int:
-    """Number of multiples of 1/``cycles`` up to ``orders``; with uniform phases those below half their number."""
+    """Number of orders that are known: multiples of 1/``cycles`` up to ``orders``.
+
+    With uniform phases only orders below half the number of phases are known.
+    """
     if not orders * cycles + 1e-9 >= 1:
         raise InputError("orders", orders, f"must be at least {1 / cycles:.3g}: {cycles} mesh cycles until all repeats")
     known = math.floor(orders * cycles + 1e-9)
@@ -46,8 +49,8 @@ def known_orders(phases: Phases, cycles: int, orders: float) -> int:
 
 
 def hunting_memory(scene: Scene, positions: int, cycles: int, orders: float, modes: int) -> float:
-    """Peak memory [bytes] of mesh cycles whose gaps are sums of ``modes``, and of their orders up to a mesh order."""
-    # uniform phases give no orders from half of their number on
+    """Peak memory [bytes] of mesh cycles with ``modes`` gap modes and of their spectrum up to mesh order ``orders``."""
+    # uniform phases give orders below half of their number only
     highest = orders if scene.resolution.positions is None else min(orders, positions / 2)
     return cycles_memory(positions, cycles, highest, modes) + OF_CONTACT * contact_memory(scene, positions)
 
@@ -55,12 +58,12 @@ def hunting_memory(scene: Scene, positions: int, cycles: int, orders: float, mod
 def require_cycles_memory(
     scene: Scene, effects: Sequence[GapEffect], positions: int, cycles: int, orders: float
 ) -> None:
-    """Refuse mesh cycles, that differ by ``effects``, which need more memory than there may be.
+    """Refuse mesh cycles that need more memory than allowed; ``effects`` are those that differ between the cycles.
 
     Raises
     ------
     MemoryBudgetError
-        Naming numbers of positions or orders that would fit.
+        With numbers of positions or orders that would fit.
     """
     modes = turning_gaps(effects, scene_lines(scene, np.zeros(1)), 1)[1].shape[-1]
     need, limit = hunting_memory(scene, positions, cycles, orders, modes), room()
@@ -73,7 +76,7 @@ def require_cycles_memory(
 
 
 def check_cycles(gears: Sequence[Gear], key: str = "pair.wheel.teeth") -> int:
-    """Mesh cycles until the same teeth of these ``gears`` meet again; ``InputError`` if there are too many."""
+    """Number of mesh cycles until the same teeth of ``gears`` meet again; ``InputError`` if there are too many."""
     count = math.lcm(*(gear.teeth for gear in gears))
     if count > MOST_CYCLES:
         allowed = f"{count} mesh cycles until the same teeth meet: at most {MOST_CYCLES}"
@@ -82,14 +85,14 @@ def check_cycles(gears: Sequence[Gear], key: str = "pair.wheel.teeth") -> int:
 
 
 def unlike(scene: Scene) -> tuple[GapEffect, ...]:
-    """Effects of the loaded flank whose gap is another in each mesh cycle."""
+    """Effects of the loaded flank whose gap changes from mesh cycle to mesh cycle."""
     lines, one = scene_lines(scene, np.zeros(1)), np.zeros(1, dtype=int)
     gaps = (effect for effect in scene.flank_effects if isinstance(effect, GapEffect))
     return tuple(effect for effect in gaps if effect.turning(lines, one) is not None)
 
 
 def turning_gaps(effects: Sequence[GapEffect], lines: ContactLines, count: int) -> tuple[GapModes, NDArray]:
-    """Gaps of the first ``count`` mesh cycles, and how much of each mode they have, (cycle, mode)."""
+    """Gap modes of the first ``count`` mesh cycles, and their amplitudes (cycle, mode)."""
 
     def parts(each: ContactLines) -> list[Turning]:
         found = (effect.turning(each, np.arange(count)) for effect in effects)
@@ -104,7 +107,7 @@ def turning_gaps(effects: Sequence[GapEffect], lines: ContactLines, count: int) 
 
 
 def solve_cycles(scene: Scene, phases: Phases, batch: Batch, amounts: NDArray, threads: int) -> MeshCycle:
-    """δ and k of mesh cycles with the gaps ``amounts`` (cycle, m), (cycle, position)."""
+    """Transmission error and stiffness, (cycle, position), of cycles with gap amplitudes ``amounts`` (cycle, mode)."""
     parts = list(on_threads(partial(solve_one_chunk, batch), chunks(amounts), threads))
     approach, stiffness = (
         np.concatenate([getattr(part, name) for part in parts], axis=1).T[: len(amounts)]
@@ -114,11 +117,12 @@ def solve_cycles(scene: Scene, phases: Phases, batch: Batch, amounts: NDArray, t
 
 
 def order_coefficients(phases: Phases, values: NDArray, count: int) -> NDArray:
-    """c_ν (F8) of the orders ν = 1/N … count/N of values (cycle, position) over N mesh cycles, (order,).
+    """Fourier coefficients c_ν (F8) of ``values`` (cycle, position) for the orders ν = 1/N … count/N, (order,).
 
-    c_{q/N} = 1/N Σ_n e^{−2πi q n/N} ∫₀¹ x_n(τ) e^{−2πi (q/N) τ} dτ: a Fourier transform over the cycles for each mesh
-    phase, which repeats itself after N orders, and one over the phase. Of uniform phases all cycles are one equidistant
-    series: orders from half of its points on mean nothing.
+    N is the number of mesh cycles. c_{q/N} = 1/N Σ_n e^{−2πi q n/N} ∫₀¹ x_n(τ) e^{−2πi (q/N) τ} dτ is computed by a
+    Fourier transform over the cycles at each mesh phase, which repeats after N orders, followed by one over the phase.
+    With uniform phases all cycles form one equidistant series, and orders from half its number of points on are
+    meaningless.
     """
     N, q = len(values), np.arange(1, count + 1)
     by_phase, parts = np.fft.fft(values, axis=0) / N, -(-count // ORDERS_AT_ONCE)
@@ -127,7 +131,7 @@ def order_coefficients(phases: Phases, values: NDArray, count: int) -> NDArray:
 
 
 def _waves(phases: Phases, order: NDArray) -> NDArray:
-    """Values at the phases of a mesh cycle → ∫₀¹ x(τ) e^{−2πiντ} dτ, (order, position)."""
+    """Matrix (order, position) that maps values x at the phases of a mesh cycle to ∫₀¹ x(τ) e^{−2πiντ} dτ."""
     if phases.size is None:
         return np.exp(-2j * np.pi * np.outer(order, phases.phase)) / len(phases.phase)
     return fourier_rows(phases, order)

@@ -1,4 +1,4 @@
-"""Figures of hunting cycles: amplitudes over orders, with the side bands of the mesh orders."""
+"""Figures of hunting cycles: amplitudes over mesh orders with their side bands."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ if TYPE_CHECKING:
 
 #: Decades that a figure shows below the largest amplitude.
 DECADES = 4
-#: Amplitude over the mean below which nothing is shown.
+#: Amplitude relative to the mean below which nothing is shown.
 ROUNDING = 1e-9
 
 
 def curve_of(dataset: xr.Dataset) -> str:
-    """Name of the transmission error of a hunting cycle: of its pair, or of its train."""
+    """Name of the transmission error in the Dataset of a hunting cycle: that of a pair or of a train."""
     return "transmission_error" if "transmission_error" in dataset else "train_transmission_error"
 
 
 def orders_of_gears(dataset: xr.Dataset) -> dict[str, NDArray]:
-    """Mesh orders as orders of each shaft by its name, those that turn alike once."""
+    """Name of a shaft → mesh orders as orders of its rotation; shafts with equal speed appear once."""
     if "member_order" not in dataset.coords:
         return {f"the {name}": dataset[f"{name}_order"].values for name in GEARS}
     found: dict[str, NDArray] = {}
@@ -38,14 +38,14 @@ def orders_of_gears(dataset: xr.Dataset) -> dict[str, NDArray]:
 
 
 def side_bands(dataset: xr.Dataset, axes: Axes, name: str | None = None) -> Axes:
-    """Amplitudes of a curve over mesh orders: those of the mesh, of one shaft, and of none; of the transmission error.
+    """Draw the amplitudes of a curve over mesh orders, coloured as orders of the mesh, of one shaft, or of neither.
 
-    ``name``: of another curve, e.g. "passing_force".
+    The curve is the transmission error unless ``name`` is given, e.g. "passing_force".
     """
     name = name or curve_of(dataset)
     order, values = dataset["mesh_order"].values, dataset[f"{name}_order_amplitude"]
     amplitude = values.values
-    # what hardly varies is rounding
+    # amplitudes that are tiny relative to the mean are rounding errors
     floor = max(10.0**-DECADES * np.nanmax(amplitude), ROUNDING * float(np.abs(dataset[name]).mean()))
     gears = orders_of_gears(dataset)
     colours = dict(zip(gears, (ORANGE, GREEN, PURPLE, *(f"C{n}" for n in range(4, 10))), strict=False))
@@ -67,7 +67,7 @@ def side_bands(dataset: xr.Dataset, axes: Axes, name: str | None = None) -> Axes
 
 
 def draw_side_bands(dataset: xr.Dataset, folder: Path) -> Path:
-    """Write the figure of the side bands of a hunting cycle; of a planetary set also of what the ring feels."""
+    """Write the figure of the side bands of a hunting cycle; for a planetary set also of the passing force."""
     passing = "passing_force" in dataset
     figure, rows = new_figure(1 + passing, 1, (9.0, 4.8 + 3.2 * passing))
     first = side_bands(dataset, rows[0][0])

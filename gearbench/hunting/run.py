@@ -1,4 +1,4 @@
-"""The Dataset of a hunting cycle: of a pair, or of a train whose meshes are one contact problem."""
+"""Dataset of a hunting cycle, for a pair or a train whose meshes form one contact problem."""
 
 from __future__ import annotations
 
@@ -37,13 +37,13 @@ if TYPE_CHECKING:
 
 @single_threaded_blas()
 def hunting_cycle(scene: Scene, *, orders: float = ORDERS, threads: int = 1) -> xr.Dataset:
-    """Static transmission error over all mesh cycles of ``scene`` until the same teeth meet again, and its orders.
+    """Static transmission error and its spectrum over all mesh cycles until the same teeth meet again.
 
     Parameters
     ----------
     scene
-        A scene with effects that differ from tooth to tooth: pitch_errors, waviness. In a planetary set members may
-        be eccentric instead, and planets pass a sensor on the ring whatever the errors.
+        A scene with effects that differ from tooth to tooth: pitch_errors or waviness. A planetary set needs none of
+        them: its members may be eccentric, and its planets always pass a sensor on the ring.
     orders
         Highest mesh order of the spectrum.
     threads
@@ -51,17 +51,18 @@ def hunting_cycle(scene: Scene, *, orders: float = ORDERS, threads: int = 1) -> 
 
     Returns
     -------
-    Dataset with ``transmission_error`` and ``mesh_stiffness`` (cycle, position), and the amplitudes of their orders
-    (mesh_order): all multiples of the frequency at which the same teeth meet, also as orders of either shaft. With
-    x(t) = c_0 + Σ Re(2 c_ν e^{2πiνt}) the amplitude is 2|c_ν|, t in mesh periods. Of parallel paths and planetary sets
-    instead with ``train_transmission_error``, ``load_sharing`` of each mesh and, of sets, ``passing_force``: what a
-    sensor on the ring feels, to which planets add as they pass it. Orders of members are seen from the carrier.
+    Dataset with ``transmission_error`` and ``mesh_stiffness`` (cycle, position), and their amplitudes over
+    ``mesh_order``. The orders are all multiples of the frequency at which the same teeth meet, and are also given as
+    orders of either shaft. With x(t) = c_0 + Σ Re(2 c_ν e^{2πiνt}), t in mesh periods, the amplitude is 2|c_ν|. For
+    parallel paths and planetary sets the Dataset has ``train_transmission_error`` and ``load_sharing`` of each mesh
+    instead. Planetary sets also have ``passing_force``, the force of the passing planets at a sensor on the ring.
+    Orders of members are relative to the carrier.
 
     Raises
     ------
     InputError
-        If no effect differs from tooth to tooth, shafts bear the gears, there are more than 100 000 mesh cycles, or
-        none of the ``orders`` is known.
+        If no effect differs from tooth to tooth, the gears are on shafts, there are more than 100 000 mesh cycles, or
+        no order up to ``orders`` is known.
     """
     import xarray as xr
 
@@ -103,7 +104,7 @@ def _of_train(scene: Scene, orders: float, threads: int) -> tuple[Phases, Column
 
 
 def _spectra(phases: Phases, curves: Columns, orders: float) -> tuple[Columns, Columns]:
-    """Coordinates of cycles and orders, and the amplitudes of the orders of each of the ``curves``."""
+    """Coordinates ``cycle`` and ``mesh_order``, and the order amplitudes of the ``curves``."""
     amplitudes: Columns = {}
     count = next(iter(curves.values()))[1].shape[-2]
     order = np.arange(1, known_orders(phases, count, orders) + 1) / count
@@ -116,7 +117,7 @@ def _spectra(phases: Phases, curves: Columns, orders: float) -> tuple[Columns, C
 
 
 def _all_cycles(scene: Scene, orders: float, threads: int) -> MeshCycle:
-    """δ and k of all mesh cycles, (cycle, position)."""
+    """Transmission error and mesh stiffness of a pair in all mesh cycles, (cycle, position)."""
     if scene.has_shafts:
         raise InputError("system.shafts", "given", "hunting cycles are of gears without shafts")
     count = check_cycles(scene.pair.gears)

@@ -1,1 +1,1 @@
-"""A scene over ranges of its keys: loads above all."""
+"""Simulation of a scene over ranges of its keys, loads in particular."""

@@ -1,4 +1,4 @@
-"""Keys of a scene that are swept, and the scenes at the points of their grid."""
+"""Axes of a sweep: the swept keys of a scene, their values, and the points of their grid."""
 
 from __future__ import annotations
 
@@ -15,27 +15,27 @@ from gearbench.errors import InputError
 from gearbench.scene_file import TABLES, scene_key
 from gearbench.schema import keys
 
-#: Name of the axis of several meshes.
+#: Name of the axis over several meshes.
 MESH = "mesh"
-#: Points of a grid at most.
+#: Largest number of grid points.
 MOST_POINTS = 100_000
 
 
 @dataclass(frozen=True, kw_only=True)
 class SweepAxis:
-    """A key that is swept.
+    """A swept key with its values.
 
     Parameters
     ----------
     name
-        As given, and as the dimension of the Dataset is called: a dotted key, or the last part of one of ``[load]``,
-        ``[pair]`` or ``[resolution]``.
+        Name of the key as given, which is also the dimension of the Dataset: a dotted key, or the last part of a key of
+        ``[load]``, ``[pair]`` or ``[resolution]``.
     path
-        The dotted key; items of lists count from 0, as in "effects.waviness.pinion.0.amplitude".
+        The dotted key. List items count from 0, as in "effects.waviness.pinion.0.amplitude".
     values
-        Its values, ascending, in the unit of the key; names of meshes in their order.
+        Values in the unit of the key, ascending; for meshes their names in the order of the scene.
     unit
-        Unit of the key, "" where it has none.
+        Unit of the key; "" if it has none.
     """
 
     name: str
@@ -45,12 +45,12 @@ class SweepAxis:
 
 
 def axis(name: str, values: Sequence[float] | NDArray) -> SweepAxis:
-    """SweepAxis of the numeric key ``name``; whole numbers where the key takes no others.
+    """Axis of the numeric key ``name``; values are converted to integers if the key requires them.
 
     Raises
     ------
     InputError
-        If there is no such key, it is no number, or ``values`` are none, not finite, or not all different.
+        If the key does not exist or is not numeric, or if ``values`` are empty, not finite, or not all different.
     """
     path = name
     if "." not in name:
@@ -68,14 +68,14 @@ def axis(name: str, values: Sequence[float] | NDArray) -> SweepAxis:
 def axes_of(
     swept: Mapping[str, Sequence[float] | NDArray], meshes: Sequence[str] = (), *, coupled: bool = False
 ) -> tuple[SweepAxis, ...]:
-    """The axes of a sweep in the order given, and one of the ``meshes`` by their names, where there are several.
+    """Axes of a sweep in the given order, followed by an axis of the names of the ``meshes`` if there are several.
 
-    ``coupled`` meshes are no axis: each point has all of them.
+    ``coupled`` meshes do not form an axis, because they are solved together at every point.
 
     Raises
     ------
     InputError
-        As ``axis``; if there is none, a key is given twice, or the grid has more than 100 000 points.
+        Like ``axis``; also if no key is swept, a key is swept twice, or the grid has more than 100 000 points.
     """
     found = tuple(axis(name, values) for name, values in swept.items())
     if len(meshes) > 1 and not coupled:
@@ -92,5 +92,5 @@ def axes_of(
 
 
 def grid(axes: Sequence[SweepAxis]) -> list[dict[str, Any]]:
-    """Points of the grid of ``axes``, the last one fastest; each the values by dotted key."""
+    """Points of the grid of ``axes``, with the last axis varying fastest; a point maps dotted keys to values."""
     return [dict(zip((each.path for each in axes), point, strict=True)) for point in product(*(a.values for a in axes))]

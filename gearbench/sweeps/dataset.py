@@ -1,4 +1,4 @@
-"""The Dataset of a sweep: those of its points side by side, and what several loads have in common."""
+"""Dataset of a sweep: the results of its points combined, and statistics over several loads."""
 
 from __future__ import annotations
 
@@ -16,15 +16,16 @@ from gearbench.sweeps.axes import SweepAxis
 if TYPE_CHECKING:
     import xarray as xr
 
-#: What a Dataset says of its missing values.
+#: Attribute of a Dataset that explains its missing values.
 MISSING = "positions, pairs and segments that a point does not have are NaN; such positions have the phase_weight 0"
 
 
 def combined(points: Mapping[tuple[float, ...], Point], axes: Sequence[SweepAxis]) -> xr.Dataset:
-    """The Datasets of ``points``, by their values of the ``axes``, as one whose first dimensions are the axes.
+    """Combine the results at ``points`` into one Dataset whose first dimensions are the ``axes``.
 
-    Missing points are NaN, as are positions, pairs and segments that a point does not have; these have the
-    weight 0. The attribute ``missing`` says so. Coordinates follow those axes alone along which they change.
+    ``points`` maps values along the axes to results. Missing points are NaN, as are positions, pairs and segments that
+    a point does not have; these positions have the weight 0. The attribute ``missing`` says so. A coordinate depends
+    only on the axes along which it changes.
     """
     import xarray as xr
 
@@ -47,7 +48,7 @@ def combined(points: Mapping[tuple[float, ...], Point], axes: Sequence[SweepAxis
 
 
 def over_loads(dataset: xr.Dataset, loads: Sequence[WeightedLoad]) -> xr.Dataset:
-    """With the weighted mean and the greatest value over several ``loads`` of each response, and their weights."""
+    """Add the weighted mean and the maximum of each response over several ``loads``, and the weights of the loads."""
     if not loads:
         return dataset
     weight = dataset["torque"].copy(data=load_weights(loads))
@@ -64,7 +65,7 @@ def over_loads(dataset: xr.Dataset, loads: Sequence[WeightedLoad]) -> xr.Dataset
 
 
 def _statistics(name: str, values: xr.DataArray, sampler: Any) -> dict[str, xr.DataArray]:
-    """Statistics over the samples, with their standard errors."""
+    """Statistics of ``values`` over the samples, with their standard errors."""
     first = values.isel(sample=0, drop=True)
     rows = [
         summarise(row, sampler) for row in values.transpose(..., "sample").values.reshape(-1, values.sizes["sample"])

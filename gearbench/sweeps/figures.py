@@ -1,4 +1,4 @@
-"""Figures of a load range: Harris map, orders over the torque, peak-to-peak transmission error and its least."""
+"""Figures of a load range: Harris map, mesh orders and peak-to-peak transmission error over the torque."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
 
-#: Curves of a Harris map, and orders shown over the torque, at most.
+#: Largest number of curves of a Harris map, and of orders shown over the torque.
 CURVES, ORDERS = 8, 5
 
 
 def harris_map(dataset: xr.Dataset, axes: Axes, *, about_mean: bool = False) -> Axes:
     """STE over the roll angle of the pinion at several torques, as in Harris 1958, over two mesh periods.
 
-    ``about_mean``: less its mean at each torque.
+    ``about_mean``: subtract the mean at each torque.
     """
     from matplotlib import colormaps
 
@@ -60,7 +60,7 @@ def orders_over_torque(dataset: xr.Dataset, axes: Axes) -> Axes:
 
 
 def peak_to_peak_over_torque(dataset: xr.Dataset, axes: Axes) -> Axes:
-    """Peak-to-peak STE over the torque, its least marked; a curve for each value of any other key that is swept."""
+    """Peak-to-peak STE over the torque with its minimum marked; one curve per point of the other swept keys."""
     points, load = _points(dataset), dataset["torque"].values
     points = [
         points[i] for i in np.unique(np.linspace(0, len(points) - 1, min(CURVES, len(points))).round().astype(int))
@@ -83,7 +83,7 @@ def peak_to_peak_over_torque(dataset: xr.Dataset, axes: Axes) -> Axes:
 def draw_sweep(dataset: xr.Dataset, folder: Path) -> list[Path]:
     """Write the figures of a load range.
 
-    Where other keys are swept too, Harris map and orders are at the first of their values, which the titles say.
+    If other keys are swept too, Harris map and orders show the first of their values, as the titles say.
     """
     if not (points := _points(dataset)):  # interrupted before the torques of one point were done
         return []
@@ -113,7 +113,7 @@ def draw_sweep(dataset: xr.Dataset, folder: Path) -> list[Path]:
 
 
 def _points(dataset: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
-    """The values of the other keys in words, and the load range at them, where it was solved at all."""
+    """Points of the other swept keys that have results: their values as text, and the load range there."""
     others = [str(dim) for dim in dataset["transmission_error_peak_to_peak"].dims if dim != "torque"]
     found = []
     for place in np.ndindex(*(dataset.sizes[dim] for dim in others)):

@@ -1,8 +1,8 @@
-"""A scene under many loads: contact lines and compliance are made once for all loads that do not change them.
+"""A scene under many loads: contact lines and compliance are computed once for all loads that do not change them.
 
-Where flanks may part on the line of action the mesh phases follow the load, but the contact problem of a phase does
-not: it is assembled once at the phases of all loads, and each position is solved under its own. So a point of a sweep
-is what ``simulate`` gives.
+If flanks may part on the line of action, the mesh phases depend on the load, but the contact problem at a phase does
+not. It is assembled once at the phases of all loads, and each position is solved under its load. A point of a sweep
+therefore equals the result of ``simulate``.
 """
 
 from __future__ import annotations
@@ -35,17 +35,17 @@ from gearbench.threads import single_threaded_blas
 
 #: Dotted key of the torque.
 TORQUE = "load.torque"
-#: Most compliances kept at once: gears or resolutions may take turns within a grid.
+#: Largest number of compliances kept, because gears or resolutions may alternate within a grid.
 KEPT = 8
-#: Bytes of the compliance between the nodes of all positions that are solved together: more do not stay in the cache.
+#: Largest size [bytes] of the compliance matrices of positions solved together: more do not fit into the cache.
 LARGEST = 16e6
 
 
 def under_loads(scene: Scene, torques: Sequence[float]) -> list[list[Scene]]:
-    """``scene`` under each of the torques [N·m], in groups of those that are solved together.
+    """``scene`` under each of the torques [N·m], in groups that are solved together.
 
-    Drive and coast flanks are separate groups. Off the line of action, where the load decides how far contact lines
-    reach, and on shafts, whose bearings it loads, each torque stands alone.
+    Drive and coast flanks are separate groups. Every torque is a separate group off the line of action, where the load
+    determines the length of contact lines, and with shafts, whose bearings it loads.
     """
     scenes = [scene_at(scene, {TORQUE: torque}) for torque in torques]
     if _alone(scene):
@@ -54,19 +54,19 @@ def under_loads(scene: Scene, torques: Sequence[float]) -> list[list[Scene]]:
 
 
 def _alone(scene: Scene) -> bool:
-    """Whether the load decides more than where flanks part."""
+    """Whether the load affects more than the separation of flanks, so that every load is solved separately."""
     return scene.has_shafts or scene.effect("off_line_contact") is not None
 
 
 def _share_phases(scene: Scene) -> bool:
-    """Whether phases are the same under all loads of one direction."""
+    """Whether the mesh phases are the same under all loads of one direction."""
     return scene.resolution.positions is not None or scene.resolution.accuracy is not None or conforming(scene)
 
 
 def solve_group(scenes: Sequence[Scene], shared: Shared) -> Iterator[Solved]:
-    """Solution of each scene of a group of ``under_loads``, as that of ``solve_scene``; a few at a time.
+    """Solve the scenes of a group of ``under_loads``, a few at a time; results equal those of ``solve_scene``.
 
-    Loads that share their phases are one solution, whose arrays have them as their first dimension.
+    Loads with the same phases give one solution, whose arrays have the load as their first dimension.
     """
     scene = scenes[0]
     if _alone(scene):
@@ -86,16 +86,16 @@ def solve_group(scenes: Sequence[Scene], shared: Shared) -> Iterator[Solved]:
 
 
 def _most_positions(scene: Scene) -> int:
-    """The most positions that are solved at the same time, unless one load has more."""
+    """Largest number of positions solved at the same time; a single load may have more."""
     nodes = smooth_nodes(scene_lines(scene, np.array([0.5]))) * pairs_of_teeth(scene)
     return int(LARGEST / (8.0 * nodes * nodes))
 
 
 @single_threaded_blas()
 def _together(scenes: Sequence[Scene], found: Sequence[tuple], shared: Shared) -> list[Solved]:
-    """Solutions of scenes that differ in the load alone, at the phases ``found`` for each; one if shared."""
+    """Solve scenes that differ only in the load, each at its phases ``found``; one solution if they share phases."""
     counts, alike = [len(phase) for phase, _, _ in found], all(each is found[0] for each in found)
-    # panels far from what the load changes have the same phases under all loads
+    # loads share the phases on panels that the load does not change
     phase, position = np.unique(np.concatenate([phase for phase, _, _ in found]), return_inverse=True)
     at = shared.assembled(scenes[0], phase)
     shares = np.array([scene.F_bn / at.problem.force for scene in scenes])
@@ -120,40 +120,40 @@ def _together(scenes: Sequence[Scene], found: Sequence[tuple], shared: Shared) -
 
 @dataclass(frozen=True, kw_only=True)
 class Assembled:
-    """A contact problem on its contact lines, in the units of any load."""
+    """A contact problem on its contact lines, scaled for any load."""
 
     lines: ContactLines
     problem: ContactProblem
 
     def robust(self, scene: Scene, weight: NDArray) -> RobustProblem:
-        """The problem of error samples of ``scene``, with the weights of the positions."""
+        """Problem for error samples of ``scene``; ``weight`` are the weights of the positions."""
         return prepare_problem(scene, self.lines, weight, under_force(self.problem, scene.F_bn))
 
 
 @dataclass(frozen=True)
 class Shared:
-    """Contact problems of many scenes; the compliance is kept where only loads and gaps differ."""
+    """Cache of contact problems: scenes that differ only in loads and gaps share the compliance."""
 
     _known: dict[Hashable, Assembled] = field(default_factory=dict)
 
     def samples(self, scenes: Sequence[Scene]) -> Iterator[RobustProblem]:
-        """Problem of the error samples of each scene of a group of ``under_loads``."""
+        """Problem for error samples of each scene of a group of ``under_loads``."""
         phase, weight = mesh_phases(scenes[0])
         at = self.assembled(scenes[0], phase)
         return (at.robust(scene, weight) for scene in scenes)
 
     def assembled(self, scene: Scene, phase: NDArray) -> Assembled:
-        """Contact problem of ``scene`` at mesh phases."""
+        """Contact problem of ``scene`` at the mesh phases ``phase``."""
         lines = scene_lines(scene, phase)
         stiff = tuple(effect for effect in scene.effects if isinstance(effect, ComplianceEffect))
-        # lines end and bend where gaps do; a separation is kept by those that use it, and so is its identity
+        # gaps determine the panels of lines; cached lines keep their separation alive, so its id stays valid
         nodes = (lines.u.tobytes(), lines.y.tobytes(), lines.length.tobytes())
         key = (scene.pair, stiff, nodes, lines.cells, lines.coast, id(lines.separation), lines.typical_load)
         known = self._known.get(key)
         if known is not None:
             return Assembled(lines=known.lines, problem=with_gaps(known.problem, scene.acting_effects, known.lines))
         found = Assembled(lines=lines, problem=assemble(scene, lines))
-        if not scene.has_shafts:  # their compliance depends on the load: bearings are at rest under the torque
+        if not scene.has_shafts:  # with shafts the compliance depends on the load, by the equilibrium of the bearings
             while len(self._known) >= KEPT:
                 self._known.pop(next(iter(self._known)))
             self._known[key] = found

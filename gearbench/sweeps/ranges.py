@@ -1,4 +1,4 @@
-"""Ranges of values as people write them: 20:300:20, or 50,100,200."""
+"""Parsing of value ranges: 20:300:20, or 50,100,200."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ import numpy as np
 from gearbench.errors import InputError
 
 _FORM = "must be FIRST:LAST:STEP, or numbers separated by commas, e.g. 20:300:20 or 50,100,200"
-#: Values of one range at most.
+#: Largest number of values of a range.
 _MOST = 100_000
 
 
 def parse_range(key: str, text: str) -> list[float]:
-    """Values of a range; the last one is included where the steps reach it.
+    """Values of a range; LAST is included if the steps reach it.
 
-    Steps of a torque pass over 0, at which neither flank carries.
+    A torque range skips 0, where neither flank carries load.
 
     Raises
     ------
     InputError
-        If ``text`` is no range, naming ``key``.
+        If ``text`` is not a range; the error names ``key``.
     """
     try:
         parts = [float(part) for part in text.split(":" if ":" in text else ",")]
@@ -34,7 +34,7 @@ def parse_range(key: str, text: str) -> list[float]:
     first, last, step = parts
     if step <= 0 or last < first:
         raise InputError(key, text, "must rise from FIRST to LAST by a positive STEP")
-    # 20:300:20 ends at 300 whatever the rounding of its steps
+    # tolerance: 20:300:20 ends at 300 despite rounding
     steps = (last - first) / step
     if steps >= _MOST:
         raise InputError(key, text, f"must be at most {_MOST} values")
@@ -45,12 +45,12 @@ def parse_range(key: str, text: str) -> list[float]:
 
 
 def parse_setting(text: str) -> tuple[str, list[float]]:
-    """Key and values of KEY=RANGE.
+    """Parse KEY=RANGE into the key and its values.
 
     Raises
     ------
     InputError
-        If ``text`` is none.
+        If ``text`` does not have this form.
     """
     key, equals, values = text.partition("=")
     if not equals or not key.strip():

@@ -1,4 +1,4 @@
-"""Tip relief and crowning chosen for a range of torques."""
+"""Choice of tip relief and crowning for a range of torques."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
 
-#: Torques over that of the scene, unless others are asked for.
+#: Default torques relative to that of the scene.
 TORQUES = (0.25, 0.5, 0.75, 1.0, 1.25)
-#: Grid that the search begins with, as shares of the largest amount, length and crowning.
+#: Initial grid of the search, as fractions of the largest amount, length and crowning.
 GRID = ((0.0, 0.2, 0.4, 0.7), (0.35, 0.65, 1.0), (0.0, 0.15, 0.5))
-#: Evaluations of the method of Nelder and Mead after it.
+#: Evaluations of the Nelder–Mead method after the grid.
 STEPS = 50
-#: Longest relief over the tooth height.
+#: Longest relief relative to the tooth height.
 LONGEST = 0.45
-#: Error samples at each torque of a scene that draws errors.
+#: Error samples at each torque, if the scene has random errors.
 SAMPLES = 64
-#: Steps of the amounts [µm] and of the length [mm] that are chosen.
+#: Chosen amounts are multiples of ``STEP_AMOUNT`` [µm], the chosen length of ``STEP_LENGTH`` [mm].
 STEP_AMOUNT, STEP_LENGTH = 0.1, 0.01
 
 _DESIGNS = ("as given", "chosen", "best evaluated at each torque")
@@ -47,27 +47,27 @@ def relieve(
     *,
     progress: Callable[[int, int], None] = lambda done, of: None,
 ) -> xr.Dataset:
-    """Tip relief, the same on both gears, and crowning with the least transmission error over a range of torques.
+    """Find the tip relief (equal on both gears) and crowning with the least transmission error over a torque range.
 
-    The largest peak-to-peak STE among the torques is minimised; where the scene draws manufacturing errors, the largest
-    mean of the RMS of STE over error samples. A grid over amount, length and crowning is refined by the method of
-    Nelder and Mead.
+    The search minimises the largest peak-to-peak STE among the torques. If the scene has random manufacturing errors,
+    it minimises the largest mean, over error samples, of the RMS of STE. A grid over amount, length and crowning is
+    refined by the Nelder–Mead method.
 
     Parameters
     ----------
     scene
-        Scene to relieve. The shape of a tip relief it has is kept, its amounts and those of its crowning are not.
+        Scene to relieve. The shape of its tip relief is kept; the amounts of tip relief and crowning are replaced.
     torque
-        Torques on the pinion [N·m], positive; 0.25 to 1.25 of the scene's by default.
+        Positive torques on the pinion [N·m]; by default 0.25 to 1.25 times that of the scene.
     progress
-        Called with the evaluations done and their largest number.
+        Called with the number of evaluations done and the largest possible number.
 
     Returns
     -------
     Dataset over ``design`` ("as given", "chosen", "best evaluated at each torque") and ``torque``: the minimised
-    quantity, ``tip_relief_amount`` µm, ``tip_relief_length`` mm, ``crowning_amount`` µm, and of the first two designs
-    ``flank_pressure_max`` MPa, which is not minimised. The attribute ``scene`` is the chosen scene. A search at one
-    torque alone finds better designs for it than the best of those evaluated here.
+    quantity, ``tip_relief_amount`` µm, ``tip_relief_length`` mm, ``crowning_amount`` µm, and, for the first two
+    designs, ``flank_pressure_max`` MPa, which is not minimised. The attribute ``scene`` is the chosen scene. A search
+    at a single torque finds a better design for this torque than the best one evaluated here.
 
     Raises
     ------
@@ -108,7 +108,7 @@ def relieve(
     points, values = np.array(search.points), np.array(search.values)
     nearest = int(np.flatnonzero((np.abs(points - chosen) < 1e-12).all(axis=1))[-1])
     each = values.argmin(axis=0)
-    known = np.full((3, len(torques)), np.nan)  # amounts of the scene as given may differ from gear to gear
+    known = np.full((3, len(torques)), np.nan)  # NaN for the scene as given, whose amounts may differ between the gears
     grid_dims = ("design", "torque")
     variables: dict[str, tuple] = {
         search.name: (grid_dims, np.stack([given, values[nearest], values[each, np.arange(len(torques))]]))
@@ -128,7 +128,7 @@ def relieve(
 
 
 def _legs(point: NDArray) -> NDArray:
-    """Directions of the other corners of the first simplex, into the cube."""
+    """Directions from ``point`` to the other corners of the first simplex, towards the inside of the unit cube."""
     return np.diag(np.where(point > 0.5, -1.0, 1.0))
 
 
@@ -154,14 +154,14 @@ class _Search:
         return "transmission_error_rms_mean" if self.samples else "transmission_error_peak_to_peak"
 
     def largest_values(self) -> NDArray:
-        """Largest amount [µm], length [mm] and crowning [µm] searched: the mean STE, and a part of the tooth height."""
+        """Upper limits (3,) of amount [µm], length [mm] and crowning [µm], from the mean STE and the tooth height."""
         mean = sweep(self.scene, torque=[self.torques[-1]], outputs=("transmission_error_mean",))
         deflection = float(mean["transmission_error_mean"].max())
         height = min(gear.tooth_height for gear in self.scene.pair.gears)
         return np.array([1.5 * deflection, LONGEST * height, deflection])
 
     def scene_with(self, point: NDArray) -> Scene:
-        """The scene with tip relief and crowning of a point."""
+        """The scene with the tip relief and crowning of ``point`` (amount, length, crowning)."""
         amount, length, crowning = (float(f"{value:.10g}") for value in point)
         before = self.scene.effect(TipRelief.name)
         shape = before.shape if isinstance(before, TipRelief) else "linear"
@@ -173,7 +173,7 @@ class _Search:
         return replace(self.scene, effects=tuple(kept))
 
     def at(self, point: NDArray) -> NDArray:
-        """Metric of a point at each torque, remembered."""
+        """Metric of ``point`` at each torque; point and metric are recorded."""
         self.points.append(np.asarray(point, dtype=float))
         self.values.append(self.metric(self.scene_with(point)))
         return self.values[-1]
@@ -192,7 +192,7 @@ class _Search:
 
 
 def draw_relief(dataset: xr.Dataset, folder: Path) -> list[Path]:
-    """Write the figure of a choice: what it gains over the torque, and what would be best at each torque."""
+    """Write the figure of a choice: its gain over the torque, and the best amounts at each torque."""
     name, scene = dataset.attrs["minimised"], scene_of(dataset)
     figure, ((gain, choice),) = new_figure(1, 2, (11.0, 4.4))
     _gain(dataset, gain)
@@ -213,14 +213,14 @@ def _gain(dataset: xr.Dataset, axes: Axes) -> None:
 
 
 def _choice(dataset: xr.Dataset, axes: Axes) -> None:
-    """Amounts over the torque; the chosen ones are lines."""
+    """Draw the amounts over the torque; the chosen amounts are lines."""
     chosen, best = (dataset.sel(design=design) for design in _DESIGNS[1:])
     for variable, label, colour in (("tip_relief_amount", "tip relief", BLUE), ("crowning_amount", "crowning", GREEN)):
         value = float(chosen[variable][0])
         axes.axhline(value, color=colour, lw=1.6, label=f"{label}, chosen: {value:.1f} µm")
         axes.plot(dataset["torque"], best[variable], "o", color=colour, label=f"{label}, best evaluated at each torque")
     axes.set(xlabel="torque on the pinion [N·m]", ylabel="amount [µm]")
-    axes.set_ylim(bottom=-0.03 * axes.get_ylim()[1])  # an amount of 0 is a line of the figure, not its frame
+    axes.set_ylim(bottom=-0.03 * axes.get_ylim()[1])  # a line at 0 stays visible above the frame
     if float(chosen["tip_relief_amount"][0]) > 0:
         length = float(chosen["tip_relief_length"][0])
         axes.set_title(f"chosen length of the tip relief {length:.2f} mm", fontsize=10)

@@ -1,4 +1,4 @@
-"""A scene over a grid of its keys: what does not depend on a key is computed once."""
+"""Simulation of a scene over a grid of its keys. Parts that do not depend on a key are computed once."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from gearbench.robustness.sampling import Sampler
     from gearbench.trains.solve import SolvedTrain
 
-#: Times the duration of keeping a part of the Dataset until it is kept again, and seconds at least.
+#: Pause between two saves of the partial Dataset: a multiple of the duration of a save, and a least number of seconds.
 KEEP_SHARE, KEEP_LEAST = 20.0, 2.0
 
 
@@ -62,28 +62,32 @@ def sweep(
     Parameters
     ----------
     scene
-        What is varied. Where it has several loads, and the torque is not swept, the torque is the last key; where it
-        has several meshes, these are the last dimension, ``mesh``.
+        Scene to vary. If it has several loads and the torque is not swept, the torque is added as last key. If it has
+        several meshes, the last dimension is ``mesh``.
     ranges, **keys
-        Values of each key that is swept, several at once: ``torque=[100, 200]``, or, where a key has a dot,
-        ``**{"effects.tip_relief.amount": [0, 5]}``; lists by number. No dot: ``[load]``, ``[pair]``, ``[resolution]``.
+        Values of the swept keys: ``torque=[100, 200]``, or ``**{"effects.tip_relief.amount": [0, 5]}`` for a key with
+        dots, where list items are numbers. Keys without a dot belong to ``[load]``, ``[pair]`` or ``[resolution]``.
     outputs, samples, seed, sampler, threads
-        As for ``simulate``; with ``samples``, the same at every point as for ``robust``, and responses for outputs.
+        As for ``simulate``. With ``samples`` every point is computed like ``robust``, with the same samples at all
+        points, and ``outputs`` are responses.
     progress, keep
-        Called with the points done and their number; and now and then with the Dataset so far, in case of a kill.
+        ``progress`` is called with the number of points done and of all points. ``keep`` is called from time to time
+        with the Dataset so far, so that an interruption loses little.
 
     Returns
     -------
-    Dataset of ``simulate``, or, with samples, of ``robust`` less the errors drawn, with the swept keys as its first
-    dimensions, named as given, values ascending. Positions, pairs and segments that a point does not have are NaN, of
-    weight 0; after Ctrl-C, so is what was not computed, and ``complete`` is 0. Over several loads, with the shares
-    ``load_weight``, each response has its mean ``…_load_mean`` and its greatest value ``…_load_max``. Settings for
-    ``resolution.accuracy`` are those of all torques that share contact lines; each point of other keys has its own.
+    Dataset of ``simulate``, or, with samples, of ``robust`` without the drawn errors. Its first dimensions are the
+    swept keys, named as given, with ascending values. Positions, pairs and segments that a point does not have are NaN
+    with the weight 0. After Ctrl-C points that were not computed are NaN, and ``complete`` is 0. For several loads with
+    the shares ``load_weight``, each response also has its mean ``…_load_mean`` and maximum ``…_load_max``. With
+    ``resolution.accuracy`` the settings are chosen once for all torques that share contact lines, and separately for
+    each point of the other keys.
 
     Raises
     ------
     InputError
-        If a key is no number of the scene, a value not allowed, ``samples`` meet an accuracy, or memory is short.
+        If a key is not a number of the scene, a value is not allowed, ``samples`` are combined with
+        ``resolution.accuracy``, or memory does not suffice.
 
     Examples
     --------
@@ -113,14 +117,14 @@ def sweep(
 
 @dataclass(kw_only=True)
 class _Keeper:
-    """Keeps the Dataset as far as it is, now and then."""
+    """Saves the partial Dataset from time to time."""
 
     keep: Callable[[xr.Dataset], object] | None
     whole: Callable[[Mapping[tuple[float, ...], Point]], xr.Dataset]
     due: float = field(default_factory=lambda: time.perf_counter() + KEEP_LEAST)
 
     def look(self, found: Mapping[tuple[float, ...], Point]) -> None:
-        """Keep the points ``found``, where it is time."""
+        """Save the points ``found`` if the pause since the last save is over."""
         if self.keep is None or (begun := time.perf_counter()) < self.due:
             return
         self.keep(self.whole(found))
@@ -132,7 +136,7 @@ class _Keeper:
 def _solved(
     groups: Sequence[dict[tuple[float, ...], Scene]], solver: _Solver, advance: Callable[[int], None], keeper: _Keeper
 ) -> dict[tuple[float, ...], Point]:
-    """Points by their values of the axes; after Ctrl-C those until then."""
+    """Solve the groups: values along the axes → result. After Ctrl-C the points done so far are returned."""
     found: dict[tuple[float, ...], Point] = {}
     try:
         for group in groups:
@@ -148,18 +152,19 @@ def _solved(
 
 @dataclass(kw_only=True)
 class _Solver:
-    """Solves groups of scenes, see ``sweeps.loads.under_loads``.
+    """Solver for groups of scenes, see ``sweeps.loads.under_loads``.
 
     Parameters
     ----------
     outputs
-        Of ``simulate``; with samples, responses that get statistics.
+        Outputs as for ``simulate``; with samples, the responses to evaluate statistically.
     draws
-        Number of samples, seed and sampler; empty: none.
+        Number of samples, seed and sampler; empty without samples.
     threads
         Number of threads.
     attrs
-        Attributes of the Dataset: settings chosen for an accuracy, positions solved once more, samples rescued.
+        Attributes of the Dataset, collected over the groups: settings chosen for an accuracy, number of positions
+        solved again, number of rescued samples.
     """
 
     outputs: Sequence[str]
@@ -169,7 +174,7 @@ class _Solver:
     _shared: Shared = field(default_factory=Shared)
 
     def solve(self, group: Sequence[Scene]) -> Iterator[Point]:
-        """One scene of ``group`` after the other."""
+        """Solve the scenes of ``group`` one after the other."""
         if group[0].coupled:
             from gearbench.trains.dataset import train_point
 
@@ -193,7 +198,7 @@ class _Solver:
         return choice.run
 
     def _chosen(self, group: Sequence[Scene]) -> list[Solved]:
-        """Solutions at the resolution that the accuracy asks for."""
+        """Solutions at a resolution that meets the requested accuracy."""
         from gearbench.accuracy.choose import choose
 
         def run(scene: Scene) -> list[Solved]:
@@ -204,7 +209,7 @@ class _Solver:
         return choice.run
 
     def _note(self, choice: Choice) -> None:
-        """Attributes of one more choice: the worst error, all the settings, the sums of trials and seconds."""
+        """Add a choice to the attributes: worst estimated error, all settings, total trials and seconds."""
         new, old = choice.attrs, self.attrs
         worst = max((each for each in (old, new) if each), key=lambda attrs: attrs["accuracy_estimated"])
         settings = dict.fromkeys([*old.get("accuracy_settings", "").split("; "), new["accuracy_settings"]])
@@ -226,7 +231,7 @@ class _Solver:
 
 
 def _solver(scene: Scene, outputs: Sequence[str], draws: dict[str, Any], threads: int | None) -> _Solver:
-    """Solver of the groups, without or with samples, whose responses are those among the outputs."""
+    """Create the solver for the groups. With samples, only the responses among ``outputs`` are kept."""
     if (samples := draws["samples"]) < 0:
         raise InputError("samples", samples, "must be at least 0")
     if samples and scene.resolution.accuracy is not None:
@@ -237,9 +242,9 @@ def _solver(scene: Scene, outputs: Sequence[str], draws: dict[str, Any], threads
 
 
 def _groups(scene: Scene, axes: Sequence[SweepAxis], *, sampled: bool) -> list[dict[tuple[float, ...], Scene]]:
-    """Scenes at the points of the grid, by their values of the ``axes``, in groups that are solved together.
+    """Scenes at the grid points in groups that are solved together; a group maps values along the axes to scenes.
 
-    Solutions without samples are kept, and must fit into the memory.
+    Without samples all solutions are kept, and must fit into memory.
     """
     base = scene.under(scene.load) if scene.loads else scene
     if not sampled:
@@ -264,7 +269,7 @@ def _groups(scene: Scene, axes: Sequence[SweepAxis], *, sampled: bool) -> list[d
 
 
 def _require_memory(scene: Scene, points: int) -> None:
-    """Refuse more points than the memory holds at the resolution of ``scene``, the default one for an accuracy."""
+    """Refuse more points than fit into memory at the resolution of ``scene`` (default resolution with an accuracy)."""
     if scene.resolution.accuracy is not None:
         scene = replace(scene, resolution=Resolution())
     each = kept_memory(scene, len(mesh_phases(scene)[0]))
@@ -272,7 +277,7 @@ def _require_memory(scene: Scene, points: int) -> None:
 
 
 def _warning(scene: Scene, axes: Sequence[SweepAxis]) -> dict[str, str]:
-    """The warning of the greatest torque, where it has one."""
+    """Attribute ``warning`` for the largest torque, if there is a warning."""
     torques = [value for each in axes if each.path == TORQUE for value in each.values]
     scene = scene.under(Load(torque=float(max(torques, key=abs)))) if torques else scene
     warning = beyond_elasticity(scene)

@@ -1,1 +1,1 @@
-"""Shafts, bearings and inertias around a gear pair. Nothing of this is imported by a scene without ``[system]``."""
+"""Shafts, bearings and inertias around a gear pair; imported only for scenes with ``[system]``."""

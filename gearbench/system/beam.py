@@ -1,7 +1,7 @@
 """Timoshenko beam elements of circular section, exact in statics.
 
 Source: Przemieniecki, Theory of Matrix Structural Analysis (1968), §5.6, §11.3; shear coefficient by Cowper (1966).
-Each end moves by (u_x, u_y, u_z, φ_x, φ_y, φ_z): z along the axis; mm, rad, N, N·mm, masses in tonnes (N·s²/mm).
+Each end moves by (u_x, u_y, u_z, φ_x, φ_y, φ_z), with z along the axis. Units: mm, rad, N, N·mm, tonnes (N·s²/mm).
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ _FLEXIBILITY, _MASS = leggauss(12), leggauss(6)
 
 @dataclass(frozen=True, kw_only=True)
 class Beam:
-    """A piece of shaft, hollow or not, of constant or linearly tapering section.
+    """A solid or hollow piece of a shaft with constant or linearly tapering section.
 
     Parameters
     ----------
@@ -61,12 +61,12 @@ class Beam:
         return (K + K.T) / 2
 
     def twist(self) -> float:
-        """Rotation of one end against the other per torque [rad/(N·mm)]."""
+        """Rotation of one end relative to the other per torque [rad/(N·mm)]."""
         return float(self._whole[5, 5])
 
     @cached_property
     def _whole(self) -> NDArray:
-        """Flexibility (6, 6) of its far end."""
+        """Flexibility (6, 6) of the far end, with the start held."""
         return self._flexibility(np.array([1.0]))[0]
 
     def shapes(self, s: ArrayLike) -> NDArray:
@@ -74,12 +74,12 @@ class Beam:
         t = np.asarray(s, dtype=float)
         L = self.length
         rigid = np.swapaxes(_carry(t * L), -1, -2)
-        # forces at the far end that produce its motion relative to the rigid one, times the flexibility up to s
+        # flexibility up to s times the far-end forces that produce the far end's motion relative to rigid motion
         bent = self._flexibility(t) @ np.linalg.inv(self._whole)
         return np.concatenate([rigid - bent @ _carry(L).T, bent], axis=-1)
 
     def mass(self) -> NDArray:
-        """Consistent mass (12, 12), rotary inertia included."""
+        """Consistent mass matrix (12, 12), including rotary inertia."""
         node, weight = _MASS
         s = (node + 1) / 2
         A, I, _ = self.section(s)
@@ -89,7 +89,7 @@ class Beam:
         return (M + M.T) / 2
 
     def _flexibility(self, s: NDArray) -> NDArray:
-        """Motion (…, 6, 6) at s of the element held at its start, per force and moment at its far end."""
+        """Motion (…, 6, 6) at s of the element held at its start, per unit force and moment at its far end."""
         L, node, weight = self.length, *_FLEXIBILITY
         t = s[..., None] * (node + 1) / 2
         w = s[..., None] * weight / 2 * L
@@ -111,7 +111,10 @@ class Beam:
 
 
 def _carry(distance: ArrayLike) -> NDArray:
-    """Force and moment at the start (…, 6, 6) per force and moment at the distance z; its transpose moves rigidly."""
+    """Force and moment at the start per unit force and moment at the ``distance`` z, (…, 6, 6).
+
+    The transpose gives the motion at z due to a rigid motion of the start.
+    """
     z = np.asarray(distance, dtype=float)
     T = np.zeros((*z.shape, 6, 6))
     T[..., range(6), range(6)] = 1.0

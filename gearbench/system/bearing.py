@@ -1,4 +1,4 @@
-"""Bearings of a shaft: constant stiffness, measured curves, or rolling bearings by their dimensions."""
+"""Bearings of a shaft: constant stiffness, load–deflection curves, or rolling bearings given by their dimensions."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from gearbench.schema import STRICT
 from gearbench.system.body import BodyNode
 from gearbench.system.rolling import Rolling
 
-#: N/mm in 1 N/µm, and N·mm in 1 N·m.
+#: Conversion factors: N/µm to N/mm, N·m to N·mm.
 PER_MICROMETRE, METRE = 1e3, 1e3
 Stiffness = Annotated[float, Field(ge=0.0, le=1e12)]
 Loads = tuple[Annotated[float, Field(gt=0.0)], ...]
@@ -45,7 +45,7 @@ class LoadDeflection:
                 raise InputError(key, list(getattr(self, key)), "must ascend")
 
     def at(self, deflection: float) -> tuple[float, float]:
-        """Load [N] at a deflection ≥ 0 [mm], and its slope [N/mm]."""
+        """Load [N] at a ``deflection`` ≥ 0 [mm], and the slope of the curve [N/mm]."""
         x, F = np.array([0.0, *self.deflection]) / PER_MICROMETRE, np.array([0.0, *self.load])
         k = min(int(np.searchsorted(x, deflection, side="right")), len(x) - 1)
         slope = (F[k] - F[k - 1]) / (x[k] - x[k - 1])
@@ -118,18 +118,18 @@ class Bearing:
 
     @property
     def is_linear(self) -> bool:
-        """Whether its stiffness is the same under any load."""
+        """Whether the stiffness is independent of the load."""
         return self.rolling is None and self.radial_curve is None and self.axial_curve is None
 
     def force(self, q: NDArray) -> tuple[NDArray, NDArray]:
-        """Force (5,) [N, N·mm] that moves its rings against each other by q = (u_x, u_y, u_z, φ_x, φ_y), and ∂F/∂q."""
+        """Force F (5,) [N, N·mm] for the relative motion q = (u_x, u_y, u_z, φ_x, φ_y) of the rings, and ∂F/∂q."""
         if self.rolling is not None:
             return self.rolling.force(q)
         if self.matrix is not None:
             K = np.array(self.matrix, dtype=float)
             return K @ q, K
         radial, axial = PER_MICROMETRE * (self.radial_stiffness or 0.0), PER_MICROMETRE * (self.axial_stiffness or 0.0)
-        # N·m/mrad is N·mm/rad · 1e6
+        # 1 N·m/mrad = 1e6 N·mm/rad
         tilt = 1e6 * (self.tilting_stiffness or 0.0)
         K = np.diag([radial, radial, axial, tilt, tilt])
         F = K @ q

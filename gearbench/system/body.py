@@ -1,4 +1,4 @@
-"""Bodies of other programs, condensed to nodes: a housing, a carrier, a piece of a shaft."""
+"""Bodies condensed to nodes by other programs, such as a housing, a carrier or a part of a shaft."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ Text = Annotated[str, Field(min_length=1, max_length=1000)]
 Digest = Annotated[str, Field(pattern="[0-9a-f]{64}")]
 Axis = tuple[float, float, float]
 
-#: Share of the largest entry by which a matrix may differ from its transpose, and an eigenvalue lie below zero:
-#: punched numbers have ten digits, and rigid bodies the difference of large ones.
+#: Tolerance for asymmetry and for negative eigenvalues, relative to the largest entry: punched numbers have ten digits,
+#: and stiffness against rigid motions is a small difference of large numbers.
 ROUNDED = 1e-6
-#: Numbers beyond this are of no body; products of larger ones overflow.
+#: Largest entry of a matrix; products of larger numbers would overflow.
 LARGEST = 1e60
 
 
@@ -107,12 +107,12 @@ class Body:
             condensed.check(joint.node, f"joints.{number}.node")
             if [other.node for other in self.joints].count(joint.node) > 1:
                 raise InputError(f"joints.{number}.node", joint.node, "joined twice: each node to one section")
-        # no field: the hashes tell the contents of the files
+        # not a field: the hashes of the files already identify the contents
         object.__setattr__(self, "_condensed", condensed)
 
     @property
     def condensed(self) -> Condensed:
-        """Its matrices, in this scene's units and axes."""
+        """Matrices of the body in the units and axes of this scene."""
         return self.__dict__["_condensed"]
 
     def _read(self) -> Matrices:
@@ -142,7 +142,7 @@ class Body:
         object.__setattr__(self, f"{key}_sha256", digest)
 
     def _turn(self) -> NDArray:
-        """Rows: the scene's axes in the coordinates of the body (3, 3)."""
+        """Rotation matrix (3, 3) whose rows are the scene's axes in the coordinates of the body."""
         x, z = np.array(self.x), np.array(self.z)
         for key, axis in (("x", x), ("z", z)):
             if not abs(np.linalg.norm(axis) - 1) <= 1e-6:
@@ -154,14 +154,14 @@ class Body:
 
 @plain_dataclass(frozen=True, kw_only=True, eq=False)
 class Condensed:
-    """M η̈ + K η = Rᵀ f; its nodes move by R η. Of modes, η are their amplitudes.
+    """Condensed body, M η̈ + K η = Rᵀ f, whose nodes move by R η. For modes, η are the modal amplitudes.
 
     Parameters
     ----------
     mass, stiffness
-        (n, n): η such that energies are in N·mm.
+        M and K, (n, n), scaled so that energies are in N·mm.
     nodes
-        Motion of each node in x, y, z, rx, ry, rz [mm, rad] per coordinate, (6, n): zeros in directions it lacks.
+        R of each node: motion in x, y, z, rx, ry, rz [mm, rad] per coordinate, (6, n); 0 in directions the node lacks.
     """
 
     mass: NDArray
@@ -170,12 +170,12 @@ class Condensed:
 
     @classmethod
     def of(cls, found: Matrices, units: str, turn: NDArray) -> Condensed:
-        """From the matrices of a file.
+        """Create the body from the matrices of a file.
 
         Raises
         ------
         InputError
-            If they are no stiffness and mass, or name nothing.
+            If the matrices are not a valid stiffness and mass, or no node is named.
         """
         # 1 J is 1000 N·mm, 1 m is 1000 mm
         scale = 1e3 if units == "m" else 1.0
@@ -205,7 +205,7 @@ class Condensed:
         return cls(mass=M, stiffness=K, nodes=nodes)
 
     def check(self, node: str, key: str) -> None:
-        """Refuse a node that it does not have."""
+        """Refuse a node that the body does not have."""
         if node not in self.nodes:
             raise InputError(key, node, f"must be one of {', '.join(sorted(self.nodes))}")
 
@@ -215,12 +215,14 @@ class Condensed:
         return len(self.stiffness)
 
     def with_coordinates(self, nodes: tuple[str, ...]) -> tuple[Condensed, tuple[tuple[int, int], ...]]:
-        """The same body, whose first coordinates are the motions of ``nodes``, (number of node, direction) each.
+        """Transform the body so that its first coordinates are the motions of ``nodes``.
+
+        Also returns these motions as (index of the node, direction).
 
         Raises
         ------
         InputError
-            If they do not move independently of one another: too few modes.
+            If the motions are not independent because there are too few modes.
         """
         if not nodes:
             return self, ()
@@ -249,7 +251,7 @@ def _bounded(name: str, A: NDArray) -> NDArray:
 
 
 def _checked(name: str, A: NDArray) -> NDArray:
-    """Symmetric part of a matrix that is one of an energy, but for rounding."""
+    """Symmetric part of a matrix; refuse one that is not symmetric and positive semidefinite up to rounding."""
     largest = np.abs(_bounded(name, A)).max(initial=0.0)
     if np.abs(A - A.T).max(initial=0.0) > ROUNDED * largest:
         raise InputError(name, "not symmetric", "must be symmetric")

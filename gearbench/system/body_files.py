@@ -1,4 +1,4 @@
-"""Bodies from files: matrices or modes of another program, in netCDF, Matrix Market or Nastran's punched DMIG."""
+"""Reader of bodies: matrices or modes of other programs, in netCDF, Matrix Market or Nastran's punched DMIG."""
 
 from __future__ import annotations
 
@@ -19,26 +19,26 @@ from gearbench.system.dmig import Punched, read_dmig
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Directions of a node's motions: along the axes, and rotations about them.
+#: Directions of the motions of a node: translations along the axes, and rotations about them.
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
-#: Coordinates that a body may have.
+#: Largest number of coordinates of a body.
 MOST = 2000
-#: Numbers and symmetries of Matrix Market files that are read.
+#: Supported number types and symmetries of Matrix Market files.
 KINDS, SYMMETRIES = ("real", "double", "integer", "unsigned-integer"), ("general", "symmetric")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Matrices:
-    """A body as its file has it, in the file's units and axes.
+    """Contents of a body's file, in the units and axes of the file.
 
     Parameters
     ----------
     mass, stiffness
-        (n, n), not yet checked; no mass where there is none in the file.
+        Unchecked matrices (n, n); no mass if the file has none.
     rows
-        Motion of each labelled degree of freedom per coordinate, (label, n).
+        Motion of each labelled degree of freedom per unit of each coordinate, (label, n).
     labels
-        Node and direction of each.
+        Node and direction of each degree of freedom; the direction is empty if it belongs to no node.
     """
 
     mass: NDArray | None
@@ -48,17 +48,17 @@ class Matrices:
 
 
 def read_body(key: str, name: str) -> tuple[Matrices, str]:
-    """Body in a netCDF or punch file, and the SHA-256 of that.
+    """Read a body from a netCDF or punch file; also returns the SHA-256 of the file.
 
-    A netCDF file has ``stiffness`` and ``mass`` (both (dof, dof)), or the frequencies of modes, ``frequency`` (mode)
-    [Hz], and their ``shape`` (mode, dof), of unit modal mass; besides ``node`` and ``direction`` (dof): x, y, z, rx,
-    ry, rz, or nothing of a coordinate that is no node's. A punch file has one matrix K… and at most one M… (KAAX,
-    MAAX); its nodes are called by their numbers, scalar points are coordinates of no node.
+    A netCDF file has ``stiffness`` and optionally ``mass``, both (dof, dof). Instead it may have modes: ``frequency``
+    (mode) [Hz] and ``shape`` (mode, dof), with unit modal mass. In both cases it also has ``node`` and ``direction``
+    (dof). A direction is x, y, z, rx, ry or rz, or empty for a coordinate that belongs to no node. A punch file has one
+    matrix K… and at most one M… (KAAX, MAAX). Its nodes are named by their numbers; scalar points belong to no node.
 
     Raises
     ------
     InputError
-        Keyed ``key``, naming the file and what it lacks.
+        With the key ``key``, the name of the file, and the fault in it.
     """
     data, digest = content(key, name)
     try:
@@ -113,7 +113,7 @@ def _from_punch(text: str) -> Matrices:
     at = {place: number for number, place in enumerate(places)}
 
     def full(punched: Punched) -> NDArray:
-        """The whole matrix of what was punched: one triangle where it is symmetric."""
+        """Full matrix from the punched entries, which are only one triangle of a symmetric matrix."""
         out = np.zeros((len(places), len(places)))
         for (row, column), value in punched.entries.items():
             out[at[row], at[column]] = value
@@ -127,12 +127,12 @@ def _from_punch(text: str) -> Matrices:
 
 
 def read_matrix(key: str, name: str) -> tuple[NDArray, str]:
-    """Square matrix of a Matrix Market file (n, n), and the file's SHA-256.
+    """Read a square matrix (n, n) from a Matrix Market file; also returns the SHA-256 of the file.
 
     Raises
     ------
     InputError
-        Keyed ``key``, naming the file.
+        With the key ``key`` and the name of the file.
     """
     from scipy.io import mminfo
 
@@ -147,15 +147,15 @@ def read_matrix(key: str, name: str) -> tuple[NDArray, str]:
             return _matrix(data, rows, count, sparse=form == "coordinate", symmetric=symmetry == "symmetric"), digest
     except InputError:
         raise
-    except Exception as error:  # scipy and NumPy say it with several
+    except Exception as error:  # SciPy and NumPy raise several kinds
         reason = (str(error) or type(error).__name__).splitlines()[0]
         raise InputError(key, name, f"must be a Matrix Market file ({reason})") from None
 
 
 def _matrix(data: bytes, n: int, count: int, *, sparse: bool, symmetric: bool) -> NDArray:
-    """Matrix (n, n) of the lines below the header.
+    """Matrix (n, n) from the lines below the header.
 
-    scipy.io.mmread reads beyond its memory where a damaged file has another number of entries than its header says.
+    scipy.io.mmread reads beyond its memory if a damaged file has a different number of entries than its header states.
     """
     lines = [line for line in data.decode("ascii").splitlines()[1:] if line.strip() and not line.startswith("%")][1:]
     expected = (count, 3) if sparse else (n * (n + 1) // 2 if symmetric else n * n, 1)
@@ -170,7 +170,7 @@ def _matrix(data: bytes, n: int, count: int, *, sparse: bool, symmetric: bool) -
             raise ValueError("rows and columns must be whole numbers")
         if not ((row >= 0) & (row < n) & (column >= 0) & (column < n)).all():
             raise ValueError(f"rows and columns must be 1 to {n}")
-    else:  # column by column, of symmetric ones from the diagonal on
+    else:  # column by column; symmetric matrices start each column at the diagonal
         column, row = np.triu_indices(n) if symmetric else np.divmod(np.arange(n * n), n)
     out = np.zeros((n, n))
     np.add.at(out, (row, column), values[:, -1])

@@ -1,8 +1,8 @@
-"""Matrices that Nastran punches: DMIG entries of a bulk data file.
+"""Reader of matrices punched by Nastran: DMIG entries of a bulk data file.
 
 Source: MSC Nastran Quick Reference Guide, bulk data entry DMIG. A header ``NAME, 0, IFO, TIN, TOUT, POLAR, , NCOL``
 declares a matrix; every column is an entry ``NAME, GJ, CJ, , G1, C1, A1, B1``, continued by ``G2, C2, A2, B2`` and so
-on. Fields are 8 or (with ``*``) 16 characters wide, or stand between commas.
+on. Fields are 8 or (with ``*``) 16 characters wide, or separated by commas.
 """
 
 from __future__ import annotations
@@ -13,23 +13,23 @@ from dataclasses import dataclass, field
 
 from gearbench.errors import InputError
 
-#: Grid point and component 1 … 6; 0 of a scalar point.
+#: Grid point and component 1 … 6; the component of a scalar point is 0.
 Place = tuple[int, int]
 
-#: Forms of a matrix: square, and symmetric, of which one triangle is punched. Types: real, single and double.
+#: Forms of a matrix: square, and symmetric with one triangle punched. Types: real in single and double precision.
 SQUARE, SYMMETRIC, REAL = 1, 6, (0, 1, 2)
-#: 1.5+7 and 1.5D+07 are 1.5E7.
+#: Exponent of a number: 1.5+7 and 1.5D+07 mean 1.5E7.
 _EXPONENT = re.compile(r"(?<=[\d.])[DdEe]?([+-]\d+)$")
 
 
 @dataclass
 class Punched:
-    """A matrix as it was punched.
+    """Punched entries of a matrix.
 
     Parameters
     ----------
     symmetric
-        Whether only one triangle of it is there.
+        Whether only one triangle is punched.
     entries
         (row, column) → value.
     """
@@ -39,17 +39,17 @@ class Punched:
 
     @property
     def places(self) -> list[Place]:
-        """Rows and columns, in ascending order."""
+        """All rows and columns with entries, in ascending order."""
         return sorted({place for entry in self.entries for place in entry})
 
 
 def read_dmig(text: str) -> dict[str, Punched]:
-    """Real square matrices of a punch file by their names; entries other than DMIG are passed over.
+    """Read the real square matrices of a punch file by name; entries other than DMIG are ignored.
 
     Raises
     ------
     InputError
-        Without key, naming the line, where an entry is none.
+        With an empty key and the line number, if an entry is invalid.
     """
     found: dict[str, Punched] = {}
     for number, fields in _entries(text):
@@ -61,7 +61,7 @@ def read_dmig(text: str) -> dict[str, Punched]:
 
 
 def _entries(text: str) -> Iterator[tuple[int, list[str]]]:
-    """Line number and fields of each DMIG entry with its continuations: its name, then the fields after it."""
+    """Line number and fields of each DMIG entry, continuations included; the first field is the name."""
     current: tuple[int, list[str]] | None = None
     for number, line in enumerate(text.splitlines(), 1):
         line = line.partition("$")[0].rstrip()
@@ -83,10 +83,10 @@ def _entries(text: str) -> Iterator[tuple[int, list[str]]]:
 
 
 def _fields(line: str) -> tuple[str, list[str]]:
-    """First field of a line, and those after it that hold data, as many as the line has room for."""
+    """First field of a line, and all its data fields, blank ones included."""
     if "," in line:
         head, *fields = (part.strip() for part in line.split(","))
-        # a field after the last names the continuation
+        # a field after the last data field names the continuation
         room = 4 if "*" in head else 8
         return head, (fields + [""] * room)[:room]
     line = line.expandtabs(8)

@@ -1,4 +1,4 @@
-"""Doubts about a system: values that can be computed with, and are hardly meant."""
+"""Warnings about implausible values of a system, which are valid but probably input errors."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from gearbench.system.mechanics import steel_disc
 from gearbench.system.schema import Shaft, System
 from gearbench.system.shaft_model import INERTIA
 
-#: Inertia over that of the gear as a steel disc: of gears, both ways; of what is coupled to a shaft.
+#: Plausible inertia relative to the gear as a steel disc: largest factor (and inverse) for gears; for coupled inertias.
 GEAR, COUPLED = 100.0, 1e5
-#: Clearance of a bearing [µm] below which it is hardly in that unit, and its largest over the diameter of the balls.
+#: Smallest plausible bearing clearance [µm], and largest relative to the diameter of balls or rollers.
 LEAST, MOST = 0.5, 0.02
 
 
 def doubts_of_wheels(system: System, pair: Pair) -> Iterator[str]:
-    """Doubts about two wheels without shafts, one line each."""
+    """Warnings about two wheels without shafts, one line each."""
     for name, gear in zip(("pinion", "wheel"), pair.gears, strict=True):
         inertia = getattr(system, name).inertia
         disc = steel_disc(gear.pitch_radius, 0.0, gear.face_width)[1] / INERTIA
@@ -26,7 +26,7 @@ def doubts_of_wheels(system: System, pair: Pair) -> Iterator[str]:
 
 
 def doubts_of_shafts(box: Gearbox) -> Iterator[str]:
-    """Doubts about shafts and their bearings, one line each."""
+    """Warnings about shafts and their bearings, one line each."""
     joined = {joint.shaft for body in box.system.bodies for joint in body.joints}
     largest = 0.0
     for (mesh, gear), (number, seat) in box.seats.items():

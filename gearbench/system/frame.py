@@ -1,6 +1,6 @@
-"""A mesh in the frame of the shafts: where its forces act and in which direction (W7).
+"""A mesh in the frame of the shafts: points of action and directions of its forces (W7).
 
-The frame: z along the shafts, x and y across, right-handed. Seen along z a clockwise rotation is positive.
+The frame is right-handed, with z along the shafts. A rotation that is clockwise when viewed along z is positive.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ class MeshFrame:
     across
         Unit vector (x, y) from the pinion's axis to the wheel's.
     turn
-        +1 where the pinion turns clockwise, −1 otherwise; of coast flanks the other way round.
+        +1 if the pinion turns clockwise, −1 otherwise; reversed for coast flanks.
     hand
         +1 for a right-handed pinion (and for spur gears), −1 for a left-handed one.
     middle
         Middles of the faces of pinion and wheel on their shafts [mm].
     coast
-        Whether its coast flanks are loaded, whose face coordinate counts from the other end.
+        Whether the coast flanks are loaded. Their face coordinate counts from the other end.
     """
 
     pair: Pair
@@ -43,7 +43,7 @@ class MeshFrame:
 
     @property
     def along(self) -> int:
-        """+1 where the pair's face coordinate y counts like the shafts' positions, −1 otherwise."""
+        """+1 if the face coordinate y of the pair increases with the positions on the shafts, −1 otherwise."""
         return self.turn * self.hand
 
     @property
@@ -63,10 +63,10 @@ class MeshFrame:
         return math.sin(alpha) * x + math.cos(alpha) * y
 
     def wrench(self, index: int, u: ArrayLike) -> NDArray:
-        """Force and moment (…, 6) about the axis of one of the gears, its section moving with the flank.
+        """Force and moment (…, 6) about the axis of gear ``index`` per unit of transverse force.
 
-        Per unit of transverse force, at the contact point u on the path of contact; signs as on the wheel for the
-        wheel, reversed for the pinion: the work of both is the deflection along the line of action.
+        The force acts at the contact point u on the path of contact. On the wheel the sign is that of the real force,
+        on the pinion it is reversed, so that the work on both is the deflection along the line of action.
         """
         x, y = self._axes
         alpha, r_b = self.pair.meshing.alpha_wt, self.pair.gears[0].base_radius
@@ -81,6 +81,6 @@ class MeshFrame:
         return both if index == 1 else -both
 
     def position(self, index: int, y: ArrayLike) -> NDArray:
-        """Position on the shaft of one of the gears [mm] of the face coordinate y [mm]."""
+        """Position on the shaft of gear ``index`` [mm] at the face coordinate y [mm]."""
         own = np.asarray(y, dtype=float) + self.pair.overhangs[index][int(self.coast)]
         return self.middle[index] + self.along * (own - self.pair.gears[index].face_width / 2)

@@ -1,4 +1,4 @@
-"""All shafts of a system and how they mesh: axes, senses of rotation, speeds and torques."""
+"""Shafts of a system and their meshes: axes, senses of rotation, speeds and torques."""
 
 from __future__ import annotations
 
@@ -23,23 +23,23 @@ FACE_POINTS = np.polynomial.legendre.leggauss(32)
 
 @dataclass(frozen=True, kw_only=True)
 class Gearbox:
-    """A system with shafts, and the pairs that mesh in it.
+    """A system with shafts, and the gear pairs in mesh on them.
 
     Parameters
     ----------
     system
-        ``[system]`` of the scene; it has shafts.
+        Table ``[system]`` of the scene, with shafts.
     pairs
-        Name of each mesh → its pair; "pair" is the scene's own, and comes first.
+        Name of a mesh → its pair. The first, "pair", is the pair of the scene itself.
     torque
-        On the pinion of the scene's own pair [N·m].
+        Torque on the pinion of "pair" [N·m].
     preferred
-        Torque on the pinion of each further mesh, where the shafts leave a choice [N·m].
+        Preferred torque on the pinion of each further mesh [N·m], used if the shafts leave a choice.
 
     Raises
     ------
     InputError
-        Where axes, ratios or torques do not fit each other.
+        If axes, ratios or torques contradict each other.
     """
 
     system: System
@@ -54,7 +54,7 @@ class Gearbox:
 
     @cached_property
     def seats(self) -> dict[tuple[str, int], tuple[int, Seat]]:
-        """(mesh, gear) → number of its shaft, and its seat there."""
+        """(mesh, index of the gear) → number of its shaft, and its seat on the shaft."""
         return {
             (seat.mesh, GEARS.index(seat.gear)): (number, seat)
             for number, shaft in enumerate(self.system.shafts)
@@ -63,7 +63,7 @@ class Gearbox:
 
     @cached_property
     def train(self) -> Train:
-        """Gears and meshes; without names, one number of teeth at one position of a shaft is one gear."""
+        """Gears and meshes. Unnamed seats with equal teeth at the same position of a shaft are the same gear."""
         gears, given = {}, {item.name: item.phase for item in self.system.meshes}
         for (mesh, index), (number, seat) in self.seats.items():
             body = self.pairs[mesh].gears[index]
@@ -100,7 +100,7 @@ class Gearbox:
 
     @cached_property
     def frames(self) -> dict[str, MeshFrame]:
-        """Orientation of each pair between its shafts; for coast flanks as if it turned the other way."""
+        """Mesh → orientation of its pair between the shafts; for coast flanks with reversed sense of rotation."""
         hands = self._hands
         frames = {}
         for mesh, pair in self.pairs.items():
@@ -131,21 +131,21 @@ class Gearbox:
 
     @cached_property
     def structures(self) -> tuple[Structure, ...]:
-        """Sets of shafts that bodies connect: each shaft by itself where there are none."""
+        """Groups of shafts connected by bodies; without bodies every shaft is a separate group."""
         return structures(dict(enumerate(self.models)), self.system.bodies)
 
     @cached_property
     def torques(self) -> dict[str, float]:
-        """Torque on the pinion of each mesh [N·m], from the balance of the shafts that no coupling drives.
+        """Torque on the pinion of each mesh [N·m], from the torque balance of shafts without coupling.
 
-        Where that leaves a choice, as in split paths, they are as near as can be to those preferred.
+        If this leaves a choice, as with split paths, the torques are as close as possible to ``preferred``.
         """
         free = [shaft.name for shaft in self.system.shafts if shaft.coupling is not None]
         preferred = {name: abs(torque / self.torque) for name, torque in self.preferred.items()}
         return {name: share * self.torque for name, share in self.train.torques(free, preferred).items()}
 
     def seen_from(self, mesh: str) -> System:
-        """The system with a further ``mesh`` as the scene's own pair, and that one as a further mesh."""
+        """The system with the pair of a further ``mesh`` in the role of "pair", and "pair" as a further mesh."""
         own = "the scene's own pair"
         names = dict(zip(self.names, self.names, strict=True)) | {PAIR: own, mesh: PAIR}
         hands = self._hands
@@ -173,11 +173,11 @@ class Gearbox:
 
     @cached_property
     def phases(self) -> dict[str, float]:
-        """Mesh phase of each mesh when that of the scene's own pair is zero [mesh periods] (D8)."""
+        """Mesh → its mesh phase at phase 0 of "pair" [mesh periods] (D8)."""
         return self.train.phases(coast=self.coast)
 
     def face_rows(self, mesh: str, index: int, model: ShaftModel) -> NDArray:
-        """Rows (point, size) of the model's motions: work of a unit force at each of the points of the face (W8)."""
+        """Rows (point, size): work of a unit transverse force at each point of the face on the model's motions (W8)."""
         frame, η = self.frames[mesh], FACE_POINTS[0]
         y = frame.pair.meshing.face_width * (η + 1) / 2
         return model.rows(
@@ -185,11 +185,11 @@ class Gearbox:
         )
 
     def wrench(self, mesh: str, index: int, model: ShaftModel) -> NDArray:
-        """Row (size,) of the model's motions: work of a unit transverse force spread evenly over the face."""
+        """Row (size,): work of a unit transverse force, spread evenly over the face, on the model's motions."""
         return FACE_POINTS[1] / 2 @ self.face_rows(mesh, index, model)
 
     def torque_from(self, mesh: str, index: int) -> float:
-        """Position on its shaft where the torque of a gear comes from or goes to [mm]."""
+        """Position on the shaft from which the torque of a gear comes, or to which it goes [mm]."""
         number, own = self.seats[(mesh, index)]
         shaft = self.system.shafts[number]
         if shaft.coupling is not None:
@@ -204,9 +204,9 @@ class Gearbox:
         return np.arange(first, last + 1)
 
     def spin(self, mesh: str, index: int, model: ShaftModel) -> NDArray:
-        """Row (size,) of the model's motions: what the spin of a gear adds to the transmission error.
+        """Row (size,): contribution of the spin of a gear to the transmission error, per unit of the model's motions.
 
-        It is that of the section of its face where its torque enters.
+        The spin is that of the section of the face at which the torque enters.
         """
         nodes, frame, row = self.face_nodes(mesh, index, model), self.frames[mesh], np.zeros(model.size)
         at = nodes[np.argmin(np.abs(model.nodes[nodes] - self.torque_from(mesh, index)))]

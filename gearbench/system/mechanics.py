@@ -1,4 +1,4 @@
-"""Matrices of a system about its point of rest, and its rows: how meshes load it, how bearings feel it."""
+"""Matrices of a system about its static equilibrium, and rows for mesh forces and bearing forces."""
 
 from __future__ import annotations
 
@@ -18,22 +18,22 @@ from gearbench.system.shaft_model import DENSITY, DYNAMIC_ELEMENTS, INERTIA, MET
 from gearbench.system.static import Settled, external_load
 from gearbench.system.structure import Structure
 
-#: Directions in which the force on a bearing is given.
+#: Directions of the force on a bearing.
 DIRECTIONS = ("x", "y", "axial")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Part:
-    """A spring of a system, of any number of motions: a shaft or a bearing.
+    """An elastic part of a system: a shaft or a bearing.
 
     Parameters
     ----------
     name
         Name in results.
     rows
-        Its motions by those of the system (m, n).
+        Motions of the part per unit motion of the system, (m, n).
     stiffness
-        Matrix (m, m) of these.
+        Stiffness (m, m) against the motions of the part.
     """
 
     name: str
@@ -43,29 +43,31 @@ class Part:
 
 @dataclass(frozen=True, kw_only=True)
 class Mechanics:
-    """M q̈ + K q = Σ a_m f_m + loads, of the system whose meshes are cut: each f_m presses both its gears apart.
+    """Equations of motion M q̈ + K q = Σ a_m f_m + loads of a system without its meshes.
+
+    The mesh force f_m pushes the two gears of mesh m apart.
 
     Parameters
     ----------
     mass, stiffness
-        (n, n) [t, N/mm and rad alike].
+        M and K, (n, n), in t, N, mm and rad.
     damping
-        Viscous dampers of the bearings: rows (d, n) and their constants (d,) [N·s/mm].
+        Viscous dampers of the bearings: rows (d, n) and constants (d,) [N·s/mm].
     mesh
-        a_m, one or two rows for each mesh (row, n): relative motion along the line of action, and relative tilt, are
-        −a_m · q.
+        a_m, one or two rows per mesh, (row, n). −a_m · q is the relative motion of the gears along the line of action,
+        and, with a second row, their relative tilt.
     spin
-        The same of the transmission error, for each mesh (mesh, n).
+        Rows (mesh, n) for the transmission error of each mesh, with the same sign.
     bearing
-        Force on each bearing per motion, (bearing, 3, n) [N/mm].
+        Force on each bearing per unit motion, (bearing, 3, n) [N/mm].
     bearing_names
-        Of the bearings, in order.
+        Names of the bearings, in order.
     bearing_load
-        Mean force on each (bearing, 3) [N].
+        Mean force on each bearing, (bearing, 3) [N].
     push
-        Load of the amplitude of each ripple (ripple, n) [N, N·mm].
+        Load amplitude of each ripple, (ripple, n) [N, N·mm].
     parts
-        Shafts and bearings.
+        Elastic parts: shafts and bearings.
     """
 
     mass: NDArray
@@ -81,7 +83,7 @@ class Mechanics:
 
 
 def two_wheels(system: System, pair: Pair) -> Mechanics:
-    """Two rigid wheels that only turn: the motions are their rotations times their base radii [mm] (D2)."""
+    """Two rigid wheels that only rotate; motions are rotations times base radii [mm] (D2)."""
     masses, inertias = [], (system.pinion.inertia, system.wheel.inertia)
     for index, (gear, inertia) in enumerate(zip(pair.gears, inertias, strict=True)):
         J = INERTIA * inertia if inertia is not None else steel_gear(pair, index, 0.0)[1]
@@ -98,17 +100,17 @@ def two_wheels(system: System, pair: Pair) -> Mechanics:
 
 
 def steel_disc(radius: float, hole: float, width: float) -> tuple[float, float, float]:
-    """Mass [t], inertia about the axis and about a diameter [t·mm²] of a steel disc with a hole [mm]."""
+    """Mass [t], axial inertia and inertia about a diameter [t·mm²] of a steel disc; sizes in mm, ``hole`` a radius."""
     m = 7.85 * DENSITY * math.pi * (radius**2 - hole**2) * width
     squares = radius**2 + hole**2
     return m, m * squares / 2, m * (squares / 4 + width**2 / 12)
 
 
 def shafts_at_rest(box: Gearbox, own: tuple[NDArray, NDArray] | None = None) -> tuple[Settled, ...]:
-    """Each shaft in its bearings under the mean forces of its meshes and its other loads.
+    """Equilibrium of each shaft in its bearings under mean mesh forces and other loads, in the order of the shafts.
 
-    Shafts that bodies connect are settled together, and share their answer. ``own`` are the loads of the scene's own
-    pair on the nodes of its pinion's and its wheel's shaft, (size,); forces are spread evenly over the face otherwise.
+    Shafts connected by bodies share one equilibrium. ``own`` are the nodal loads (size,) of "pair" on the shafts of its
+    pinion and wheel; all other mesh forces, and those of "pair" without ``own``, are spread evenly over the face.
     """
     settled: dict[int, Settled] = {}
     for structure in box.structures:
@@ -128,9 +130,9 @@ def shafts_at_rest(box: Gearbox, own: tuple[NDArray, NDArray] | None = None) -> 
 
 
 def mechanics(box: Gearbox, settled: tuple[Settled, ...], spread: Sequence[NDArray]) -> Mechanics:
-    """Matrices of all shafts and bodies, bearings as stiff as they are where they settled, and the couplings' inertias.
+    """Equations of motion of all shafts, bodies and couplings, with the bearing stiffness at equilibrium.
 
-    ``spread``: loads at the points of the face (row, point) per force and moment, of each mesh.
+    ``spread``: for each mesh, loads at the points of the face per unit of force and moment, (row, point).
 
     Raises
     ------
@@ -189,7 +191,7 @@ def mechanics(box: Gearbox, settled: tuple[Settled, ...], spread: Sequence[NDArr
 
 
 def _push(ripple: Ripple, model: ShaftModel, motions: slice, size: int) -> NDArray:
-    """Load (size,) of the amplitude of a ripple on the motions of its shaft; torque on a coupling comes later."""
+    """Load amplitude (size,) of a ripple on its shaft; the caller adds a torque on the coupling."""
     load = np.zeros(size)
     at, torque = ripple.position, ripple.torque * METRE
     if at is None:
@@ -200,7 +202,7 @@ def _push(ripple: Ripple, model: ShaftModel, motions: slice, size: int) -> NDArr
 
 
 def _supports(whole: Structure, settled: tuple[Settled, ...], K: NDArray) -> tuple[list[Part], NDArray, NDArray]:
-    """The bearings, and rows and constants of dampers; the bearings' stiffness is added to ``K``."""
+    """Bearings as parts, and rows and constants of their dampers. Adds the bearing stiffness to ``K``."""
     n, names, parts, dampers, constants = len(K), [], [], [], []
     for number, model in whole.shafts.items():
         mine = (support for support in whole.supports if support.shaft == number)
@@ -219,7 +221,7 @@ def _supports(whole: Structure, settled: tuple[Settled, ...], K: NDArray) -> tup
 
 
 def _without_massless(found: Mechanics, whole: Structure) -> Mechanics:
-    """The same system without coordinates of bodies that have no mass: they follow the others at once."""
+    """Eliminate coordinates of bodies without mass by static condensation."""
     own = np.concatenate([np.empty(0, int), *whole.own_coordinates.values()])
     light = own[~found.mass[own].any(axis=1)]
     if not len(light):
@@ -228,7 +230,7 @@ def _without_massless(found: Mechanics, whole: Structure) -> Mechanics:
         allowed = "a damper on a body without mass: give the body its mass, or no damping"
         raise InputError("system.shafts.bearings.damping", "given", allowed)
     keep = np.setdiff1d(np.arange(len(found.mass)), light)
-    # statics is solved with the body as it is: what nothing holds was refused there
+    # the block is regular: statics already refused unsupported bodies
     follow = -np.linalg.solve(found.stiffness[np.ix_(light, light)], found.stiffness[np.ix_(light, keep)])
     T = np.zeros((len(found.mass), len(keep)))
     T[keep, range(len(keep))], T[light] = 1.0, follow
@@ -246,7 +248,7 @@ def _without_massless(found: Mechanics, whole: Structure) -> Mechanics:
 
 
 def _mass(box: Gearbox, number: int, model: ShaftModel) -> NDArray:
-    """Mass of a shaft with its gears, each gear once even if it meshes twice."""
+    """Mass matrix of a shaft with its gears; a gear in several meshes counts once."""
     M, seen = model.mass.copy(), set()
     for (mesh, index), (here, seat) in box.seats.items():
         gear = box.train[mesh].gears[index]
@@ -256,7 +258,7 @@ def _mass(box: Gearbox, number: int, model: ShaftModel) -> NDArray:
             z = model.nodes[nodes] - model.nodes[nodes].mean()
             share = np.convolve(np.diff(z), [0.5, 0.5]) / np.ptp(z)
             disc = _gear_disc(box.pairs, mesh, index, seat, model)
-            # the body moves with the sections of the shaft under it: its slices tilt, and move, as they do
+            # slices of the gear body move and tilt with the shaft sections under them
             across = max(disc.transverse_inertia - disc.mass * (share @ z**2) / METRE**2, 0.0)
             for node, part in zip(nodes, share, strict=True):
                 add_disc(
@@ -268,7 +270,10 @@ def _mass(box: Gearbox, number: int, model: ShaftModel) -> NDArray:
 
 
 def steel_gear(pair: Pair, index: int, hole: float) -> tuple[float, float, float]:
-    """Steel disc from the ``hole`` to the pitch circle; from there to the outside, or the root circle, of a ring."""
+    """Mass and inertias, as of ``steel_disc``, of a gear as a steel disc from the ``hole`` to the pitch circle.
+
+    A ring reaches from the pitch circle to its outer diameter, or to the root circle if none is given.
+    """
     gear, outside = pair.gears[index], pair.members[index].outer_diameter
     if gear.teeth < 0:
         return steel_disc(outside / 2 if outside else -gear.root_radius, -gear.pitch_radius, gear.face_width)

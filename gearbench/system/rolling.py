@@ -1,7 +1,7 @@
-"""Rolling bearings from their inner or catalogue dimensions: loads on balls and rollers. Source: ISO/TS 16281:2008.
+"""Rolling bearings from their inner or catalogue dimensions: loads on balls and rollers.
 
-The inner ring moves by q = (u_x, u_y, u_z, φ_x, φ_y) against the outer one; forces on it and their derivatives are
-those of the elastic energy of the contacts (W5), (W6).
+The inner ring moves by q = (u_x, u_y, u_z, φ_x, φ_y) relative to the outer ring. The force on it and its derivative
+follow from the elastic energy of the contacts (W5), (W6). Source: ISO/TS 16281:2008.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ from gearbench.errors import InputError
 from gearbench.schema import STRICT
 
 Dimension = Annotated[float, Field(gt=0.0, le=5000.0)]
-#: Laminae of a roller (the norm asks for at least 30), and its line contact stiffness per length^(8/9).
+#: Number of laminae of a roller (the standard requires at least 30), and line contact stiffness per length^(8/9).
 LAMINAE, LINE_CONTACT = 40, 35948.0
-#: Static capacity [N] over i Z D_w² of radial ball bearings: f_0 of ISO 76 in the middle of its table.
+#: Static capacity [N] of radial ball bearings divided by i Z D_w²: f_0 of ISO 76, from the middle of its table.
 _BALL_CAPACITY = 13.5
-#: Angle that the balls of a deep groove bearing fill as it is put together [rad].
+#: Angle that the balls of a deep groove bearing fill during assembly [rad].
 _FILLED = math.radians(186.0)
-#: Balls or rollers of a bearing at most.
+#: Largest number of balls or rollers of a bearing.
 MOST_ELEMENTS = 500
-#: Moduli of bearing steel in the norm [N/mm²].
+#: Elastic constants of bearing steel in the standard: E [N/mm²] and ν.
 YOUNGS_MODULUS, POISSON_RATIO = 207e3, 0.3
 
 
@@ -96,17 +96,17 @@ class Rolling:
 
     @property
     def is_ball(self) -> bool:
-        """Point contacts."""
+        """Whether the bearing has balls (point contacts)."""
         return self.kind.endswith("ball")
 
     @property
     def angled(self) -> bool:
-        """Whether it carries axial load in one direction only."""
+        """Whether the bearing carries axial load in only one direction."""
         return self.kind in ("angular_contact_ball", "tapered_roller")
 
     @property
     def D_w(self) -> float:
-        """Diameter of balls or rollers [mm]: given, or the share of the ring's section usual for the kind."""
+        """Diameter of balls or rollers [mm]: given, or the usual fraction of D − d for the kind."""
         if self.element_diameter is not None:
             return self.element_diameter
         outside, bore = self._rings
@@ -115,7 +115,7 @@ class Rolling:
 
     @property
     def D_pw(self) -> float:
-        """Pitch diameter [mm]: given, or the middle of the rings."""
+        """Pitch diameter [mm]: given, or the mean of bore and outside diameter."""
         if self.pitch_diameter is not None:
             return self.pitch_diameter
         outside, bore = self._rings
@@ -123,7 +123,7 @@ class Rolling:
 
     @property
     def _rings(self) -> tuple[float, float]:
-        # given wherever an inner dimension is not: __post_init__ has seen to it
+        # __post_init__ requires both if an inner dimension is missing
         return self.outside or 0.0, self.bore or 0.0
 
     @property
@@ -134,10 +134,10 @@ class Rolling:
 
     @property
     def Z(self) -> int:
-        """Number of balls or rollers: given, or from the static capacity (balls), or the cage's usual gap.
+        """Number of balls or rollers: given, or from the static capacity (balls), or from the usual gap of the cage.
 
-        Deep groove balls are filled in from one side, the inner ring eccentric: no more than that lets in. Source:
-        Harris, Rolling Bearing Analysis, ch. 1 (Conrad assembly).
+        Deep groove bearings are filled with the inner ring eccentric, which limits the number of balls. Source: Harris,
+        Rolling Bearing Analysis, ch. 1 (Conrad assembly).
         """
         if self.elements is not None:
             return self.elements
@@ -162,17 +162,17 @@ class Rolling:
 
     @property
     def points(self) -> int:
-        """Contacts counted: balls, or rollers times laminae."""
+        """Number of contacts: balls, or rollers times laminae."""
         return self.Z if self.is_ball else self.Z * LAMINAE
 
     def force(self, q: NDArray) -> tuple[NDArray, NDArray]:
-        """Force (5,) [N, N·mm] that moves the inner ring by q (5,) [mm, rad], and its derivative (5, 5)."""
+        """Force (5,) [N, N·mm] at the motion q (5,) [mm, rad] of the inner ring, and its derivative (5, 5)."""
         held = np.array([1, 1, not self.floating, 1, 1], dtype=float)
         F, K = self._balls(held * q) if self.is_ball else self._rollers(held * q)
         return held * F, held[:, None] * K * held
 
     def _around(self) -> tuple[NDArray, NDArray, NDArray]:
-        """cos θ, sin θ of the elements, and rows (Z, 5) of φ_θ = φ_y cos θ − φ_x sin θ."""
+        """cos θ and sin θ of the elements (Z,), and rows (Z, 5) of the tilt φ_θ = φ_y cos θ − φ_x sin θ."""
         theta = 2 * math.pi * np.arange(self.Z) / self.Z
         c, s = np.cos(theta), np.sin(theta)
         turn = np.zeros((self.Z, 5))
@@ -212,7 +212,7 @@ class Rolling:
         rows = np.zeros((self.Z, LAMINAE, 5))
         rows[..., 0], rows[..., 1], rows[..., 2] = cos_a * c[:, None], cos_a * s[:, None], sin_a
         rows += (cos_a * p_z - sin_a * p_r)[:, None] * turn[:, None, :]
-        # logarithmic profile of the norm, on both raceways
+        # logarithmic profile of the standard, on both raceways
         profile = 0.00035 * self.D_w * np.log(1 / (1 - (2 * x / self.L_we) ** 2))
         deep = rows @ q - self.clearance / 2e3 * cos_a + self.preload / 1e3 * abs(sin_a) - 2 * profile
         deep = np.maximum(deep, 0.0)
@@ -223,7 +223,7 @@ class Rolling:
 
     @property
     def point_stiffness(self) -> float:
-        """c_P of a ball between both raceways, Q = c_P δ^1.5 [N/mm^1.5] (W5)."""
+        """Stiffness c_P of a ball between both raceways, Q = c_P δ^1.5 [N/mm^1.5] (W5)."""
         gamma = self.D_w * math.cos(self.alpha) / self.D_pw
         rings = ((gamma / (1 - gamma), self.inner_conformity), (-gamma / (1 + gamma), self.outer_conformity))
         return sum(hertz_point_stiffness(self.D_w, g, f) ** (-2 / 3) for g, f in rings) ** -1.5
@@ -231,7 +231,10 @@ class Rolling:
 
 @lru_cache
 def hertz_point_stiffness(D_w: float, curving: float, conformity: float) -> float:
-    """Q/δ^1.5 of a ball in a groove whose other radius of curvature is D_w/(2·curving). Source: Hertz; Harris ch. 6."""
+    """Stiffness Q/δ^1.5 of a ball in a groove with the radius D_w·conformity across and D_w/(2·curving) along it.
+
+    Source: Hertz; Harris ch. 6.
+    """
     from scipy.optimize import brentq
     from scipy.special import ellipe, ellipk
 

@@ -1,4 +1,4 @@
-"""``[system]`` of a scene: shafts with their gears, bearings and loads, inertias, damping, further meshes."""
+"""Table ``[system]`` of a scene: shafts with gears, bearings and loads, inertias, damping, further meshes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from gearbench.system.body import Body
 
 Position = Annotated[float, Field(ge=0.0, le=50000.0)]
 Size = Annotated[float, Field(ge=1e-3, le=20000.0)]
-#: Length of a shaft over its least diameter at most: beyond, it is a wire that bears no gear.
+#: Largest ratio of the length of a shaft to its smallest diameter; a longer shaft would be a wire.
 MOST_SLENDER = 300
 Inertia = Annotated[float, Field(ge=0.0, le=1e9)]
 Vector = tuple[float, float, float]

@@ -1,4 +1,4 @@
-"""A shaft as a chain of beam elements: nodes, stiffness, mass, and the rows that read or load any of its sections."""
+"""A shaft as a chain of beam elements: nodes, stiffness, mass, and rows that read or load any section."""
 
 from __future__ import annotations
 
@@ -15,20 +15,23 @@ from gearbench.errors import InputError
 from gearbench.system.beam import Beam
 from gearbench.system.schema import Disc, Shaft
 
-#: Elements across the face of a gear: where its load is distributed, and in the dynamic system.
+#: Number of elements across the face of a gear, in statics and in dynamics.
 FACE_ELEMENTS, DYNAMIC_ELEMENTS = 12, 12
-#: Elements of a stretch without marks, at most: enough for twenty modes of it alone, each far below those of a stretch
-#: as stiff as it is thick.
+#: Largest number of elements between two marked positions. They resolve twenty modes of the stretch; a stretch that
+#: would need more is so slender that these modes have low frequencies.
 MOST_ELEMENTS = 40
-#: Nodes closer than this share of the shaft's length are one.
+#: Nodes closer than this fraction of the shaft length are merged.
 _SAME = 1e-9
-#: t/mm³ in 1 g/cm³, t·mm² in 1 kg·m², t in 1 kg, mm in 1 m.
+#: Conversion factors: g/cm³ to t/mm³, kg·m² to t·mm², kg to t, m to mm.
 DENSITY, INERTIA, MASS, METRE = 1e-9, 1e3, 1e-3, 1e3
 
 
 @dataclass(frozen=True, kw_only=True)
 class Face:
-    """The stretch of a shaft that carries a gear: from start to end [mm], with its diameter where it has its own."""
+    """Stretch of a shaft under a gear, from ``start`` to ``end`` [mm].
+
+    ``diameter`` [mm] replaces that of the shaft sections if given.
+    """
 
     start: float
     end: float
@@ -37,18 +40,18 @@ class Face:
 
 @dataclass(frozen=True, kw_only=True)
 class ShaftModel:
-    """Beam model of a shaft; motions (6 of each node, node by node) as in ``beam``.
+    """Beam model of a shaft. Motions are ordered by node, six per node as in ``beam``.
 
     Parameters
     ----------
     shaft
-        What it is made of.
+        The shaft to model.
     faces
-        Stretches that carry gears.
+        Stretches under gears.
     face_elements
-        Elements across each of them.
+        Number of elements across a face.
     joints
-        Positions where bodies are joined [mm].
+        Positions at which bodies are joined [mm].
     """
 
     shaft: Shaft
@@ -79,13 +82,13 @@ class ShaftModel:
         coarse = marks[keep]
         fine = [coarse[:1]]
         for a, b in pairwise(coarse):
-            # elements no longer than their diameter: modes of shafts to some ten kHz
+            # elements no longer than their diameter resolve modes up to some ten kHz
             count = math.ceil((b - a) / self._diameters(a, b)[0][0] - 1e-9)
             fine.append(np.linspace(a, b, min(max(count, 1), MOST_ELEMENTS) + 1)[1:])
         return np.concatenate(fine)
 
     def _diameters(self, a: float, b: float) -> tuple[tuple[float, float], float]:
-        """Outer diameters at both ends of a stretch that lies within one section, and its bore [mm]."""
+        """Outer diameters at both ends of the stretch from a to b within one section, and its bore [mm]."""
         middle, start = (a + b) / 2, 0.0
         for section in self.shaft.sections:
             if middle <= start + section.length or section is self.shaft.sections[-1]:
@@ -126,7 +129,7 @@ class ShaftModel:
         return 6 * len(self.nodes)
 
     def node(self, position: float) -> int:
-        """Node at a position that was asked for by a bearing, load, disc, coupling, joint or end of a face."""
+        """Index of the node at the position of a bearing, load, disc, coupling, joint or end of a face."""
         return int(np.argmin(np.abs(self.nodes - position)))
 
     @cached_property
@@ -149,9 +152,10 @@ class ShaftModel:
         return total
 
     def rows(self, position: NDArray, wrench: NDArray) -> NDArray:
-        """Work (…, size) that wrenches (…, 6) (force, moment) at positions (…,) do on the motions of the nodes.
+        """Rows (…, size): work of wrenches (…, 6) (force, moment) at positions (…,) per unit motion of the nodes.
 
-        Within an element its static shapes are used: a row reads the motion there, and its transpose loads it.
+        Static shape functions apply within an element. A row reads the motion at its position, and its transpose
+        applies the wrench as a load.
         """
         z, w = np.broadcast_arrays(np.asarray(position, dtype=float)[..., None], wrench)
         z, w, shape = z[..., 0].ravel(), w.reshape(-1, 6), w.shape[:-1]
@@ -167,7 +171,7 @@ class ShaftModel:
 
     @cached_property
     def _alike(self) -> NDArray:
-        """The first element of the same length and section, of each (element,)."""
+        """For each element, the index of the first element with equal length and section, (element,)."""
         kinds = [tuple(np.round([beam.length, *beam.diameter, *beam.bore], 9)) for beam in self.beams]
         return np.array([kinds.index(kind) for kind in kinds])
 

@@ -1,4 +1,4 @@
-"""Shafts at rest under their loads: the point where bearings settle, and the compliance about it (W3), (W4)."""
+"""Static equilibrium of shafts in their bearings, and the compliance about this equilibrium (W3), (W4)."""
 
 from __future__ import annotations
 
@@ -13,23 +13,24 @@ from gearbench.system.bearing import Bearing
 from gearbench.system.shaft_model import METRE, ShaftModel
 from gearbench.system.structure import Structure
 
-#: Steps of Newton's method; residual over the load at which bearings have settled, and what rounding may leave of it.
+#: Newton's method: largest number of steps; residual relative to the load at convergence; residual accepted if rounding
+#: prevents further progress.
 STEPS, SETTLED, ROUNDED = 300, 1e-12, 1e-7
-#: Length [mm] that the load moves a shaft by while its bearings carry nothing.
+#: Step length [mm] of a shaft under its load while no bearing carries it.
 SHORT_STEP = 0.01
-#: Eigenvalue of the stiffness, its diagonal scaled to 1, below which a motion meets no resistance.
+#: Eigenvalue of the stiffness, scaled to a unit diagonal, below which a motion counts as unsupported.
 SOFT = 1e-13
 _WAYS = ("across (x)", "across (y)", "axially", "tilting about x", "tilting about y")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Settled:
-    """Shafts in their bearings under a load; the spin of every shaft is left out (it is held).
+    """Equilibrium of shafts in their bearings under a load. The spin of every shaft is held.
 
     Parameters
     ----------
     structure
-        The shafts, one or those that bodies connect.
+        A single shaft, or the shafts connected by bodies.
     load
         Forces and moments (size,) on its motions [N, N·mm].
     """
@@ -39,7 +40,10 @@ class Settled:
 
     @cached_property
     def _free(self) -> NDArray:
-        """Motions that are solved for: all but the spin, and the axial one where nothing holds or pushes a shaft."""
+        """Indices of the unknown motions: all but the spins.
+
+        A shaft with neither axial support nor axial load has its first node held axially.
+        """
         structure = self.structure
         free = np.ones(structure.size, dtype=bool)
         joined = {joint.shaft for body in structure.bodies for joint in body.joints}
@@ -49,18 +53,18 @@ class Settled:
             axial = abs(self.load[start + 2 : end : 6].sum())
             unloaded = axial <= 1e-9 * np.abs(self.load[start:end]).max(initial=0.0)
             if unloaded and model.shaft.name not in joined and not any(map(_may_hold_axially, model.shaft.bearings)):
-                free[start + 2] = False  # the first node is held: nothing presses on it
+                free[start + 2] = False  # hold the first node, which carries no load
         return np.flatnonzero(free)
 
     @cached_property
     def motion(self) -> NDArray:
-        """Motion (size,) [mm, rad]: the least of a convex energy, by Newton's method."""
+        """Motion (size,) [mm, rad] in equilibrium: the minimum of a convex energy, by Newton's method."""
         u, scale = np.zeros(self.structure.size), float(np.abs(self.load).max(initial=0.0))
         residual, K = self._residual(u)
         for _ in range(STEPS):
             if np.abs(residual).max(initial=0.0) <= SETTLED * scale:
                 return u
-            # bearings that carry nothing yet have no stiffness: steps of a few µm until they do
+            # bearings have no stiffness until they carry load: take steps of a few µm until then
             soft = not _stiffer_than(_balanced(K), SOFT)
             step = np.linalg.solve(K + soft * scale / SHORT_STEP * np.eye(len(K)), residual)
             trial = u.copy()
@@ -81,7 +85,7 @@ class Settled:
         raise GearbenchError(f"the bearings of shaft {names} find no balance")
 
     def _residual(self, u: NDArray) -> tuple[NDArray, NDArray]:
-        """Load that nothing balances, and the tangent stiffness, of the free motions."""
+        """Residual force and tangent stiffness of the free motions."""
         F, K = self._bearings(u)
         free, own = self._free, self.structure.stiffness
         return (self.load - own @ u - F)[free], (own + K)[np.ix_(free, free)]
@@ -95,7 +99,7 @@ class Settled:
         return F, K
 
     def bearing_stiffness(self, shaft: int) -> tuple[NDArray, ...]:
-        """Stiffness (5, 5) of each bearing of a shaft at this point."""
+        """Tangent stiffness (5, 5) of each bearing of a shaft at equilibrium."""
         return tuple(stiffness for _, stiffness in self._carried(shaft))
 
     def bearing_force(self, shaft: int) -> tuple[NDArray, ...]:
@@ -107,18 +111,18 @@ class Settled:
         return [support.bearing.force(support.deflection(self.motion)) for support in mine]
 
     def at(self, shaft: int, position: float) -> NDArray:
-        """Motion (5,) of the node of a shaft at a position."""
+        """Motion (5,) of the node of a shaft at ``position`` [mm]."""
         at = self.structure.starts[shaft] + 6 * self.structure.shafts[shaft].node(position)
         return self.motion[at : at + 5]
 
     @cached_property
     def compliance(self) -> NDArray:
-        """Motions per load (size, size) about this point; zero for the spin (W3).
+        """Compliance (size, size) about the equilibrium (W3); zero for the spin.
 
         Raises
         ------
         InputError
-            If the bearings leave a shaft a motion that its load would start.
+            If the bearings do not hold a shaft.
         """
         bearings = self._bearings(self.motion)[1]
         K = self.structure.stiffness + bearings
@@ -130,7 +134,7 @@ class Settled:
         return C
 
     def _check_support(self, bearings: NDArray) -> None:
-        """Refuse a shaft, or shafts with their bodies, that moves without resistance."""
+        """Refuse a shaft, or shafts connected by bodies, with an unsupported motion."""
         if self.structure.bodies:
             self._check_bodies(bearings)
             return
@@ -188,7 +192,7 @@ def _balanced(A: NDArray) -> NDArray:
 
 
 def _stiffer_than(K: NDArray, least: float) -> bool:
-    """Whether all eigenvalues of a symmetric matrix are above ``least``, by a factorisation: they are not known."""
+    """Whether all eigenvalues of a symmetric matrix exceed ``least``; a Cholesky factorisation decides."""
     try:
         np.linalg.cholesky(K - least * np.eye(len(K)))
     except np.linalg.LinAlgError:
@@ -197,7 +201,7 @@ def _stiffer_than(K: NDArray, least: float) -> bool:
 
 
 def external_load(model: ShaftModel) -> NDArray:
-    """Constant loads of a shaft, besides those of its meshes, (size,) [N, N·mm]."""
+    """Constant loads on a shaft other than mesh forces, (size,) [N, N·mm]."""
     load = np.zeros(model.size)
     for item in model.shaft.loads:
         at = 6 * model.node(item.position)
@@ -207,10 +211,10 @@ def external_load(model: ShaftModel) -> NDArray:
 
 
 def twist(model: ShaftModel, nodes: NDArray, reference: float) -> NDArray:
-    """Compliance (n, n) [rad/(N·mm)] of the spin of neighbouring ``nodes``, held at one of them (W4).
+    """Torsional compliance (n, n) [rad/(N·mm)] of neighbouring ``nodes``, with one of them held (W4).
 
-    All torque of the gear passes the section nearest to ``reference`` [mm]: an end of the face, on the side where the
-    torque comes from, unless it comes from within.
+    The held node is the one closest to ``reference`` [mm], the position from which the torque comes. It is therefore an
+    end of the face, unless the torque comes from within the face.
     """
     steps = [0.0, *(beam.twist() for beam in model.beams)]
     angle = np.cumsum(steps)[nodes]

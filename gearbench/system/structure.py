@@ -1,4 +1,4 @@
-"""Shafts, and the bodies that they join or that their bearings sit on, as one set of motions."""
+"""Shafts together with the bodies that are joined to them or carry their bearings, as one set of motions."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ from gearbench.system.bearing import Bearing
 from gearbench.system.body import Body, Condensed
 from gearbench.system.shaft_model import ShaftModel
 
-#: x, y, z, rx, ry of a node: the directions in which a bearing carries.
+#: Indices of x, y, z, rx, ry of a node, the directions in which a bearing carries load.
 _FIVE = np.arange(5)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Support:
-    """A bearing between a shaft and the ground, or a body.
+    """A bearing between a shaft and the ground or a body.
 
     Parameters
     ----------
     shaft
-        Number of its shaft.
+        Number of the shaft.
     bearing
-        It.
+        The bearing.
     index, rows
-        Motions (m,) that it reads, and its deflection per motion (5, m).
+        Indices (m,) of the motions that affect the bearing, and its deflection per unit of these motions (5, m).
     """
 
     shaft: int
@@ -39,26 +39,27 @@ class Support:
     rows: NDArray
 
     def deflection(self, u: NDArray) -> NDArray:
-        """Motion (5,) of its inner ring against its outer one."""
+        """Motion (5,) of the inner ring relative to the outer ring, for the motions u (size,) of the structure."""
         return self.rows @ u[self.index]
 
     def add(self, K: NDArray, stiffness: NDArray) -> None:
-        """Add its stiffness (5, 5) to that of the structure."""
+        """Add the bearing ``stiffness`` (5, 5) to the matrix K of the structure."""
         np.add.at(K, np.ix_(self.index, self.index), self.rows.T @ stiffness @ self.rows)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Structure:
-    """Motions: those of the nodes of each shaft, in order, then coordinates of the bodies.
+    """Shafts connected by bodies.
 
-    A joined node of a body has no motion of its own: it is that of the shaft's section.
+    The motions are those of the nodes of all shafts, in order, followed by the coordinates of the bodies. A joined node
+    of a body adds no motion, because it moves with the section of the shaft.
 
     Parameters
     ----------
     shafts
-        Number in the system → model.
+        Number of a shaft in the system → its model.
     bodies
-        All that touch these shafts, and no others.
+        All bodies connected to these shafts.
     """
 
     shafts: Mapping[int, ShaftModel]
@@ -66,12 +67,12 @@ class Structure:
 
     @cached_property
     def starts(self) -> dict[int, int]:
-        """Number of a shaft → its first motion."""
+        """Number of a shaft → index of its first motion."""
         ends = np.cumsum([0, *(model.size for model in self.shafts.values())])
         return {number: int(start) for number, start in zip(self.shafts, ends, strict=False)}
 
     def motions(self, shaft: int) -> slice:
-        """Motions of a shaft."""
+        """Indices of the motions of a shaft."""
         return slice(self.starts[shaft], self.starts[shaft] + self.shafts[shaft].size)
 
     @cached_property
@@ -82,7 +83,10 @@ class Structure:
 
     @cached_property
     def _attached(self) -> dict[str, tuple[Condensed, NDArray]]:
-        """Bodies by name, their first coordinates the motions of joined nodes, and the motions that these are."""
+        """Name of a body → the body, and the indices of its coordinates among the motions of the structure.
+
+        The first coordinates of the body are the motions of its joined nodes.
+        """
         names = {model.shaft.name: number for number, model in self.shafts.items()}
         found, free = {}, sum(model.size for model in self.shafts.values())
         for body in self.bodies:
@@ -102,29 +106,29 @@ class Structure:
 
     @property
     def own_coordinates(self) -> dict[str, NDArray]:
-        """Motions of each body that are no shaft's."""
+        """Name of a body → indices of its coordinates that are not motions of a shaft."""
         shafts = sum(model.size for model in self.shafts.values())
         return {name: index[index >= shafts] for name, (_, index) in self._attached.items()}
 
     def assembled(self, shafts: Mapping[int, NDArray], of_bodies: Literal["mass", "stiffness"]) -> NDArray:
-        """Sum (size, size) of the matrices of the shafts, by their numbers, and those of the bodies."""
+        """Sum (size, size) of the matrices of the shafts, given by number, and of the bodies."""
         total = np.zeros((self.size, self.size))
         for number, part in shafts.items():
             here = self.motions(number)
             total[here, here] += part
         for condensed, index in self._attached.values():
-            # no two coordinates of a body are one motion: each node is joined once, to sections of their own
+            # two coordinates of a body never map to one motion: every node is joined once, to a separate section
             np.add.at(total, np.ix_(index, index), getattr(condensed, of_bodies))
         return total
 
     @cached_property
     def stiffness(self) -> NDArray:
-        """Stiffness matrix of shafts and bodies without bearings (size, size)."""
+        """Stiffness matrix (size, size) of shafts and bodies, without bearings."""
         return self.assembled({number: model.stiffness for number, model in self.shafts.items()}, "stiffness")
 
     @cached_property
     def supports(self) -> tuple[Support, ...]:
-        """Bearings, shaft by shaft."""
+        """All bearings, ordered by shaft."""
         found = []
         for number, model in self.shafts.items():
             for bearing in model.shaft.bearings:
@@ -139,7 +143,7 @@ class Structure:
 
 
 def structures(models: Mapping[int, ShaftModel], bodies: tuple[Body, ...]) -> tuple[Structure, ...]:
-    """Sets of shafts that bodies connect, each with its bodies, in the order of their first shafts."""
+    """Group the shafts that bodies connect, with these bodies; groups are ordered by their first shaft."""
     touched = {
         body.name: {
             number

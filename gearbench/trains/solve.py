@@ -138,7 +138,7 @@ class SolvedTrain:
 
     @property
     def ratios(self) -> NDArray:
-        """Rotation error of each member per rotation error of the input, if the other ends are held, (member,) [–].
+        """Rotation error of each member relative to that of the input, if the other ends are held, (member,) [–].
 
         Members between the ends have 0.
         """
