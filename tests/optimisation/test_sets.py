@@ -124,6 +124,8 @@ def test_a_design_has_the_numbers_of_robust_and_without_samples_of_simulate():
     assert found["mass"] == mass(whole)
     without = parse_study({**STUDY, "objectives": ["sun_force_amplitude_1_mean"], "robustness": {"samples": 0}})
     sequential = (1, 0, 0)  # 35 and 94 teeth, three planets
+    *_, last = scene_of(without, sequential).meshes.values()
+    assert last.pair.gears[1].teeth == -94
     dataset = simulate(scene_of(without, sequential), outputs=["sun_force_amplitude_1"])
     (force,) = evaluate(without, sequential).objectives(without)
     assert force == float(dataset["sun_force_amplitude_1"]) > 1.0

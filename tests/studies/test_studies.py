@@ -18,7 +18,8 @@ from tests.support.stored import stored
 ALL = sorted(module.name for module in iter_modules(studies.__path__) if module.ispkg)
 #: Studies whose quick size takes seconds; those of the fronts and of finite elements have tests of their own.
 QUICK = ("s03_error_modes",)
-LONGER = [pytest.param(name, marks=pytest.mark.slow) for name in ("s01_table2", "s02_sampling", "s04_paper_validation")]
+SLOW = ("s01_table2", "s02_sampling", "s04_paper_validation", "s13_planetary_phasing")
+LONGER = [pytest.param(name, marks=pytest.mark.slow) for name in SLOW]
 
 
 @pytest.mark.parametrize("name", ALL)
