@@ -127,7 +127,7 @@ def condense(along, across, edge, found, routines):
 
 @part(FUSED)
 def _lend(P, low, softness):
-    """Replace P (n, low) by P L⁻ᵀ, with L Lᵀ = ``softness`` − P[low]."""
+    """Replace P (n, low) by P L⁻ᵀ, with L Lᵀ = ``softness`` · 1 − P[low]: lends the springs to the tooth."""
     count = len(low)
     L = np.empty((count, count))
     for i in range(count):
@@ -153,7 +153,7 @@ def join(every, taken, tooth, same, other, routines):
     Parameters
     ----------
     every, taken
-        Entries of all matrices of the waves, (m, …), and the indices of those that make up B, (n, n).
+        Independent entries of the matrices of all waves, (m, …), and the indices of those that make up B, (n, n).
     tooth
         S_σ⁻¹ (n, n); S_σ⁻¹ Φᵀ (n, flank), first phase before second; number of functions of the first phase;
         Φ S_σ⁻¹ Φᵀ; indices of the motions on springs; and 1/σ.

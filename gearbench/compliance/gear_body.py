@@ -67,8 +67,8 @@ class ToothedRing:
     lugs
         Lugs that hold an otherwise free ring (``support`` 0, 0). The compliance then differs from tooth to tooth.
     both_flanks
-        Whether results have the polynomials of the right flank followed by those of the left flank. The left flank is
-        seen with the gear turned over.
+        Whether the flank polynomials are those of the right flank followed by those of the left flank. The left flank
+        is seen with the gear turned over.
     """
 
     tooth: SolidTooth
@@ -143,8 +143,7 @@ class ToothedRing:
         """Factors of B(m) (R4): weights (m, pair of k ≤ l, …) and computed harmonics (…, field·j·field·j).
 
         B(m) is their product. Every harmonic is a weighted sum of computed harmonics. Harmonic −n is the conjugate of
-        harmonic n; expressed in the phases of the functions, its entries only change sign, by the squares ±1 of the
-        phases.
+        harmonic n, with the signs ±1 of the squared phases of the functions.
         """
         gear = self.tooth.gear
         across, axis = self.tooth.order[0], self.axis_order

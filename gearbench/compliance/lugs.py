@@ -37,7 +37,7 @@ class Lugs:
     Parameters
     ----------
     angles
-        Angles of the middles of the lugs from tooth 0 [rad].
+        Arc angles of the middles of the lugs, counted from tooth 0 [rad].
     length
         Length of a lug along the circumference [mm].
     springs
@@ -64,7 +64,7 @@ class Anchors:
     Parameters
     ----------
     reach
-        R: value of the functionals under unit flank polynomials on each tooth, (tooth, p·q, functional) [mm/N].
+        R: displacement of the functionals under flank polynomials on each tooth, (tooth, p·q, functional) [mm/N].
     own
         C + K⁻¹, (functional, functional).
     """

@@ -190,7 +190,10 @@ class Linkage:
         return self.carried_on(-np.einsum("...m,mba->...ba", force, self.of_bodies))
 
     def carried_on(self, loads: NDArray) -> NDArray:
-        """Add the forces on carried bodies to the carrier, to which the pins transmit them; ``loads`` (…, body, 3)."""
+        """Force and torque on each body, (…, body, 3), after pins transmit the forces on carried bodies to the carrier.
+
+        ``loads`` (…, body, 3) are the forces and torques without this transmission.
+        """
         found = loads.copy()
         for name in self.carried:
             own, (x, y) = found[..., self.bodies.index(name), :], self.train.places[name]

@@ -270,7 +270,7 @@ class PlanetarySet:
             ahead = sense * np.array([-out[1], out[0]])
             found[f"pin_tangential {name}"] = 1e-3 * linkage.displaced({name: ahead})
             found[f"pin_radial {name}"] = 1e-3 * linkage.displaced({name: out})
-            # half of the thickness belongs to either flank; the approach counts along the line of action
+            # each flank gets half of the thickness deviation, projected on the line of action
             own = ((name in mesh.gears, mesh.pair.gears[0]) for mesh in linkage.train.meshes)
             half = [on * math.cos(gear.alpha_t) / math.cos(gear.beta) / 2 for on, gear in own]
             found[f"planet_thickness {name}"] = 1e-3 * np.array(half)

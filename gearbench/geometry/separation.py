@@ -147,7 +147,7 @@ class Separation:
         return tuple(curve for curve in found if curve is not None)
 
     def _resolved(self, touch: Callable[[NDArray], TouchingCurve | None], nodes: NDArray) -> TouchingCurve | None:
-        """Curve through ``nodes``, refined by up to ``FINER`` near base circles, where the curvature is high.
+        """Curve through ``nodes``, refined up to ``FINER`` times near base circles, where the curvature is high.
 
         There roll lengths vary like the root of u. Their linear interpolation has an error of the order h²/R³, where h
         is the distance of nodes and R the radius of curvature. The error of the cubics is about h⁴/R³.

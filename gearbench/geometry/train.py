@@ -282,7 +282,7 @@ class Train:
                     raise InputError("gears", gear, allowed)
 
     def begun(self, *, coast: bool = False) -> dict[str, tuple[int, int]]:
-        """Mesh → by how many teeth its driver and driven gear begin later than in the first mesh of each gear."""
+        """Mesh → numbers of teeth by which its driver and its driven gear begin later than in their first meshes."""
         phases, known, found = self.phases(coast=coast), {}, {}
         for mesh in self.meshes:
             lead = [self.leading(mesh.name, gear, phases[mesh.name], coast=coast) for gear in mesh.gears]

@@ -29,7 +29,7 @@ from gearbench.scene import Scene
 MOST_CYCLES = 100_000
 #: Default highest mesh order of a spectrum.
 ORDERS = 3.0
-#: Memory relative to one contact problem: a problem on cells and one on patches, which corrects the cells, coexist.
+#: Contact problems in memory at the same time: one on cells, and one on patches, which corrects the first.
 OF_CONTACT = 2.5
 
 
@@ -50,7 +50,7 @@ def known_orders(phases: Phases, cycles: int, orders: float) -> int:
 
 def hunting_memory(scene: Scene, positions: int, cycles: int, orders: float, modes: int) -> float:
     """Peak memory [bytes] of mesh cycles with ``modes`` gap modes and of their spectrum up to mesh order ``orders``."""
-    # uniform phases give orders below half of their number only
+    # uniform phases resolve only orders below half their number
     highest = orders if scene.resolution.positions is None else min(orders, positions / 2)
     return cycles_memory(positions, cycles, highest, modes) + OF_CONTACT * contact_memory(scene, positions)
 

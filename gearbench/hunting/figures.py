@@ -38,7 +38,7 @@ def orders_of_gears(dataset: xr.Dataset) -> dict[str, NDArray]:
 
 
 def side_bands(dataset: xr.Dataset, axes: Axes, name: str | None = None) -> Axes:
-    """Draw the amplitudes of a curve over mesh orders, coloured as orders of the mesh, of one shaft, or of neither.
+    """Draw the amplitudes of a curve over mesh orders, coloured by origin: mesh, one shaft, or neither.
 
     The curve is the transmission error unless ``name`` is given, e.g. "passing_force".
     """

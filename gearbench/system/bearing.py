@@ -1,4 +1,4 @@
-"""Bearings of a shaft: constant stiffness, load–deflection curves, or rolling bearings given by their dimensions."""
+"""Bearings of a shaft: constant stiffness, load–deflection curves, or rolling bearings by their dimensions."""
 
 from __future__ import annotations
 

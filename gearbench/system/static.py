@@ -42,7 +42,7 @@ class Settled:
     def _free(self) -> NDArray:
         """Indices of the unknown motions: all but the spins.
 
-        A shaft with neither axial support nor axial load has its first node held axially.
+        A shaft without axial load, axial support and joined bodies has its first node held axially.
         """
         structure = self.structure
         free = np.ones(structure.size, dtype=bool)

@@ -49,7 +49,7 @@ class Support:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Structure:
-    """Shafts connected by bodies.
+    """A single shaft, or several shafts and the bodies that connect them.
 
     The motions are those of the nodes of all shafts, in order, followed by the coordinates of the bodies. A joined node
     of a body adds no motion, because it moves with the section of the shaft.

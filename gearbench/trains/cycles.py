@@ -74,9 +74,9 @@ class TrainCycles:
 
 
 def gears_apart(scene: Scene) -> dict[str, Gear]:
-    """Gears that are different at the start of each mesh cycle, by name.
+    """Name → gear, for gears whose state differs from one mesh cycle to the next.
 
-    They have unequal teeth, are eccentric, or are the ring of a planetary set, whose planets move along it.
+    They have unequal teeth, are eccentric, or are the ring of a planetary set, along which the planets move.
     """
     assert scene.train is not None
     short, found = scene.train.planetary, {}

@@ -70,7 +70,7 @@ class SolvedTrain:
     even: NDArray
 
     def statics(self, more: NDArray) -> Statics:
-        """Coupling of the meshes with ``more`` (…, mesh) [mm] added to the approach of each mesh."""
+        """Coupling of the meshes for samples: ``spread`` is subtracted, and ``more`` (…, mesh) [mm] added, in g."""
         return replace(self.own, offset=self.own.offset - self.spread + more)
 
     def begun(self, samples: int) -> NDArray:
