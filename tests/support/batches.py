@@ -7,7 +7,7 @@ from gearbench.contact.batch import Batch, BatchSolution, chunks, solve_one_chun
 
 
 def solve_batch(batch: Batch, draws: NDArray) -> BatchSolution:
-    """Solve every position for the errors ``draws`` − mean, (sample, error), on this thread."""
+    """Solve every position for ``draws``, errors minus their means (sample, error), on this thread."""
     parts = [solve_one_chunk(batch, chunk) for chunk in chunks(draws)]
     names = ("approach", "stiffness", "force", "slope")
     joined = {name: np.concatenate([getattr(p, name) for p in parts], axis=-1)[..., : len(draws)] for name in names}

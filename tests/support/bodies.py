@@ -8,7 +8,7 @@ ENDS = ("near", "middle", "far")
 
 
 def piece(length=80.0, diameter=40.0, support=()):
-    """K, M of a free shaft of two elements, springs [N/mm] of ``support`` (x, y, z, rx, ry) at its far end."""
+    """K and M of a free shaft of two elements, with ``support`` springs (x, y, z, rx, ry) [N/mm] at the far end."""
     model = ShaftModel(shaft=Shaft(name="s", sections=(ShaftSection(length=length, diameter=diameter),)), faces=())
     assert len(model.nodes) == 3
     K = model.stiffness.copy()
@@ -22,7 +22,7 @@ def labels(nodes=ENDS, more=0):
 
 
 def netcdf(path, labels, **variables):
-    """``stiffness``, ``mass``: (dof, dof); ``frequency``, ``shape``: of modes."""
+    """Write a body: ``stiffness`` and ``mass`` (dof, dof), ``frequency`` (mode,) and ``shape`` (mode, dof)."""
     import xarray as xr
 
     dims = {
@@ -46,7 +46,10 @@ def matrix_market(folder, **matrices):
 
 
 def punch(path, places, *, wide=True, **matrices):
-    """Lower triangles; ``places``: (grid point, component) of each row; fields of 16 or 8 characters."""
+    """Write the lower triangles of ``matrices`` as DMIG, in fields of 16 characters, or of 8 unless ``wide``.
+
+    ``places`` holds the (grid point, component) of each row.
+    """
     lines = ["$ punched"]
     for name, A in matrices.items():
         lines.append(f"DMIG    {name:<8}{0:>8}{6:>8}{2:>8}{0:>8}{'':8}{len(A):>8}")

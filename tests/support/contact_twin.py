@@ -1,4 +1,4 @@
-"""Readable NumPy twin of the compiled contact solvers, one position at a time."""
+"""Readable NumPy version of the compiled contact solvers, for one position at a time."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from gearbench.contact.problem import ContactProblem, full_factor
 
 
 def solve_one(problem: ContactProblem, position: int, steps: int = 200) -> tuple[NDArray, float, float]:
-    """Forces of the existing segments, δ and ∂F/∂δ of one position, by Newton's method on J(q, δ)."""
+    """Forces of the existing segments, δ and ∂F/∂δ of one position, found by Newton's method on J(q, δ)."""
     active = problem.active[position]
     fields = problem.gap, problem.a, problem.h, problem.sigma
     gap, a, h, sigma = (x[position][active] for x in fields)

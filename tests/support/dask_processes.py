@@ -1,4 +1,4 @@
-"""Schedulers and workers of dask as processes of their own, to be killed."""
+"""Dask schedulers and workers in separate processes that a test can kill."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from tests.support.paths import ROOT
 
 @contextmanager
 def dask(*words: str, path: Path = ROOT) -> Iterator[subprocess.Popen]:
-    """A scheduler or worker of dask, importing gearbench from ``path``."""
+    """Run a dask scheduler or worker that imports gearbench from ``path``."""
     environment = {**os.environ, "PYTHONPATH": str(path), "PYTHONSAFEPATH": "1"}
     quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
     command = [sys.executable, "-m", "distributed.cli.dask_" + words[0], *words[1:]]
@@ -39,7 +39,7 @@ def scheduler() -> Iterator[tuple[str, subprocess.Popen]]:
 
 
 def wait_for(port: int) -> None:
-    """Until somebody listens at a port of this machine; a minute at most."""
+    """Wait until a process listens at ``port`` of this machine, one minute at most."""
     for _ in range(600):
         try:
             socket.create_connection(("127.0.0.1", port), 1.0).close()

@@ -1,4 +1,4 @@
-"""Scenes on which default settings are judged: pairs in use and drawn ones, modified, under many loads."""
+"""Scenes that judge the default settings: pairs in use and random pairs, with modifications, under many loads."""
 
 from __future__ import annotations
 
@@ -32,13 +32,13 @@ from studies.s05_tooth_models.pairs import draw, in_use
 from tests.support.paths import EXAMPLES
 
 CURVES = ("transmission_error", "mesh_stiffness")
-#: Harmonics that hold at default settings, pairs drawn beside those in use, and torques over those of the scenes.
+#: Highest harmonic judged, number of random pairs beside the pairs in use, and torques over the torque of the scene.
 HIGHEST, DRAWN, TORQUES = 8, 24, (0.1, 0.3, 1.0, 2.0)
 EXAMPLES = EXAMPLES / "gears"
 
 
 def drawn_scenes(folder: Path, seed: int) -> Iterator[tuple[str, Scene]]:
-    """(name, scene): nine variants of pairs in use and of those drawn by ``seed``; grids are files in ``folder``."""
+    """Names and scenes: nine variants of all pairs in use and of random pairs by ``seed``; grids go to ``folder``."""
     pairs = [(path.stem, read_scene(path).without("off_line_contact")) for path in sorted(EXAMPLES.glob("*.toml"))]
     for i, scene in enumerate(islice(draw(in_use, seed), DRAWN)):
         bending, hertz = scene.effects
@@ -54,7 +54,7 @@ def drawn_scenes(folder: Path, seed: int) -> Iterator[tuple[str, Scene]]:
 
 
 def _variants(scene: Scene, rng: np.random.Generator, path: Path) -> dict[str, tuple[list[Effect], bool]]:
-    """What is added to a pair, and whether it touches off the line of action, by name."""
+    """Effects added to a pair, and whether it has contact off the line of action, by name of the variant."""
     m, b = scene.pair.normal_module, scene.pair.meshing.face_width
 
     def micrometres(low: float, high: float) -> float:
@@ -86,7 +86,7 @@ def _variants(scene: Scene, rng: np.random.Generator, path: Path) -> dict[str, t
 
 
 def _grid(scene: Scene, rng: np.random.Generator, path: Path) -> Effect:
-    """Topography of the pinion: crowned both ways, twisted and rough."""
+    """Topography of the pinion: crowned along profile and face, twisted and rough."""
     gear, m = scene.pair.gears[0], scene.pair.normal_module
     radius = np.linspace(max(gear.base_radius * 1.001, gear.root_radius * 1.02), gear.tip_radius, 9)
     face = np.linspace(0, scene.pair.meshing.face_width, 11)
@@ -101,7 +101,7 @@ def _grid(scene: Scene, rng: np.random.Generator, path: Path) -> Effect:
 
 
 def converged(scene: Scene, segments: int = 45) -> MeshCycle:
-    """More segments on a line, and panels that end at uniform phases too, the denser the nearer to a birth."""
+    """Converged cycle: more segments, and panels that also end at uniform phases and ever closer to each birth."""
     fine = replace(scene, resolution=Resolution(segments=segments))
     coarse, transitions.MORE_PHASES = transitions.MORE_PHASES, 96
     transitions.transitions.cache_clear()
@@ -125,9 +125,9 @@ def converged(scene: Scene, segments: int = 45) -> MeshCycle:
 
 
 def misses(cycle: MeshCycle, exact: MeshCycle, name: str) -> tuple[float, float]:
-    """Greatest error of a harmonic over max(5 % of itself, 0.2 % of peak-to-peak); relative error of peak-to-peak."""
+    """Greatest error of a harmonic over max(5 % of itself, 0.2 % of peak-to-peak), and error of peak-to-peak [-]."""
     found, wanted = (2 * coefficients(c.phases, getattr(c, name), HIGHEST) for c in (cycle, exact))
-    # of the samples: where nodes of a spur pair touch one after the other, polynomials of tiny panels overshoot
+    # span of the samples: the polynomials of tiny panels overshoot where nodes of a spur pair touch one by one
     span = float(np.ptp(getattr(exact, name)))
     allowed = np.maximum(0.05 * np.abs(wanted), 0.002 * span)
     whole = float(peak_to_peak(cycle.phases, getattr(cycle, name)))
@@ -135,6 +135,6 @@ def misses(cycle: MeshCycle, exact: MeshCycle, name: str) -> tuple[float, float]
 
 
 def missed(scene: Scene, exact: MeshCycle) -> float:
-    """How many times default settings miss the worst limit of the ``exact`` curves, 1 where they just hold it."""
+    """Largest error of the default settings over its limit, against the ``exact`` curves; up to 1 is allowed."""
     found = solve_scene(scene).cycle
     return max(max(harmonics, whole / 0.01) for harmonics, whole in (misses(found, exact, name) for name in CURVES))

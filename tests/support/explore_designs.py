@@ -1,4 +1,4 @@
-"""Stored studies for the tests of the explorer: a few designs that are gears, or very many."""
+"""Stored studies for the tests of the explorer, with few or very many designs."""
 
 from functools import cache
 from itertools import product
@@ -19,7 +19,7 @@ from tests.support.paths import STUDY
 
 @cache
 def macro_geometries() -> tuple[tuple[int, int, int], ...]:
-    """Codes of teeth, addendum and helix angle that are gears."""
+    """Codes of teeth, addendum and helix angle that make a valid pair."""
     study, found = read_study(STUDY), []
     for code in product((1, 2, 3), (4, 6, 8), (0, 1, 2, 3)):
         try:
@@ -31,9 +31,9 @@ def macro_geometries() -> tuple[tuple[int, int, int], ...]:
 
 
 def front(count: int, seed: int = 0, study: OptimisationStudy | None = None) -> xr.Dataset:
-    """Designs of the small example drawn at random; what is stored of them is made up, with one that is no gear.
+    """Random designs of the small example with invented results; the last one is not a valid pair.
 
-    Variables that ``study`` has beside those of the example take their first value in the first design.
+    Further variables of ``study`` have their first value in the first design and their second value in all others.
     """
     study = study or read_study(STUDY)
     random = np.random.default_rng(seed)
@@ -59,5 +59,5 @@ def front(count: int, seed: int = 0, study: OptimisationStudy | None = None) -> 
 
 
 def stored(count: int, seed: int = 0) -> Stored:
-    """The same, as the explorer holds it."""
+    """The ``front`` as the explorer stores it."""
     return of_designs(Designs(front(count, seed)), "front.nc")

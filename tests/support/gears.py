@@ -1,9 +1,9 @@
-"""Gears for tests: the standard one, and what a test changes of it."""
+"""Gears for tests: a standard gear, of which a test changes some keys."""
 
 from gearbench.geometry.gear import Gear
 
 
 def standard_gear(teeth: int = 17, width: float = 4.0, *, helix: float = 0.0, **changes: float) -> Gear:
-    """Gear of the standard basic rack, normal module 1; ``changes``: keys of ``Gear``. mm, degrees, normal modules."""
+    """Gear of the standard basic rack with module 1; ``changes`` are keys of ``Gear`` [mm, degrees, normal modules]."""
     rack = {"normal_module": 1.0, "pressure_angle": 20.0, "addendum": 1.0, "dedendum": 1.25, "fillet_radius": 0.38}
     return Gear(teeth=teeth, face_width=width, helix_angle=helix, **{"profile_shift": 0.0} | rack | changes)

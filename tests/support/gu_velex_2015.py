@@ -11,8 +11,9 @@ def relative_stiffness(
 ) -> NDArray:
     """k(τ) over its mean: 1 + 2 Σ Ξ_k sinc(k ε_β) cos[πk(2τ − ε_α − ε_β)].
 
-    Ξ_k are the harmonics of a stiffness per unit length that falls parabolically along the profile from the middle of
-    the path of contact by 45 % of its mean, k′ ∝ 1.15 − 0.45 (2s − 1)², the norm's single and mean stiffness at once.
+    Ξ_k are the harmonics of a stiffness per unit length that falls parabolically along the path of contact, from its
+    middle to its ends by 45 % of the mean: k′ ∝ 1.15 − 0.45 (2s − 1)². This agrees with both the single and the mean
+    stiffness of the norm.
     """
     tau = np.asarray(mesh_phase, dtype=float)[..., None]
     k = np.arange(1, terms + 1)

@@ -1,4 +1,4 @@
-"""Mesh stiffness by ISO 6336-1:2019, method B, for gears of steel; N/(mm·µm)."""
+"""Mesh stiffness [N/(mm·µm)] by ISO 6336-1:2019, method B, for steel gears."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ class NormStiffness:
     Parameters
     ----------
     theoretical
-        c′_th, single stiffness of a pair of teeth on solid discs.
+        c′_th, single stiffness of a tooth pair on solid discs.
     single
-        c′, with the corrections of the norm.
+        c′, single stiffness with the corrections of the norm.
     mesh
         c_γα, mean mesh stiffness.
     """
@@ -28,9 +28,9 @@ class NormStiffness:
 
 
 def norm_stiffness(pair: Pair, contact_ratio: float | None = None) -> NormStiffness:
-    """Stiffness of ``pair`` by the norm; ``contact_ratio`` ε_α where it is not to be the pair's own.
+    """Stiffness of ``pair`` by the norm, with the ``contact_ratio`` ε_α; by default that of the pair.
 
-    Valid for external gears of steel with x_1 ≥ x_2 and −0.5 ≤ x_1 + x_2 ≤ 2.
+    Valid for external steel gears with x_1 ≥ x_2 and −0.5 ≤ x_1 + x_2 ≤ 2.
     """
     beta, alpha_n = math.radians(pair.helix_angle), pair.pressure_angle
     z_n1, z_n2 = (g.teeth / (math.cos(pair.meshing.beta_b) ** 2 * math.cos(beta)) for g in pair.gears)

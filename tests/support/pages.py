@@ -1,9 +1,9 @@
-"""Pages of docs/ that are run: their files are written, their commands and programs run, what they print is compared.
+"""Runner for pages of docs/: writes their files, runs their commands and programs, and compares the output.
 
-A fenced block is a file if its first line is a remark with nothing but a name (``# scene.toml``; ``# scene.toml, at its
-end`` adds to it). ``sh`` blocks are commands of gearbench, ``python`` blocks are programs that share their names; a
-``text`` block right behind one of them is what it prints, where a line ``…`` stands for any lines, a word ``…`` for
-any words, and a word with … in it for any such word; numbers agree to 1 %.
+A fenced block is a file if its first line is a comment that holds only a file name (``# scene.toml``; ``# scene.toml,
+at its end`` appends to it). ``sh`` blocks are commands of gearbench. ``python`` blocks are programs; the programs of a
+page share their variables. A ``text`` block right after one of them is the expected output: a line ``…`` stands for any
+lines, a word ``…`` for any words, and … within a word for any letters. Numbers must agree to 1 %.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from typing import Any
 from tests.support.paths import ROOT
 
 DOCS = ROOT / "docs"
-#: Relative difference of numbers printed and numbers shown; they are shown with few digits.
+#: Allowed relative difference between printed and shown numbers; pages show few digits.
 TOLERANCE = 0.01
 
 _FENCE = re.compile(r"^```(\w+)\n(.*?)^```$", flags=re.DOTALL | re.MULTILINE)
@@ -31,7 +31,7 @@ _FILE = re.compile(r"# ([\w.-]+\.\w+)(, at its end)?\n")
 
 @dataclass(frozen=True)
 class Block:
-    """A fenced block of a page: its language, text and line, and whether only empty lines part it from the last one."""
+    """A fenced block of a page: language, text, line, and whether only empty lines separate it from the one before."""
 
     language: str
     text: str
@@ -40,7 +40,7 @@ class Block:
 
 
 def blocks(page: str, language: str | None = None) -> list[Block]:
-    """Fenced blocks of docs/``page``, or those of one language."""
+    """Fenced blocks of docs/``page``, all or only those of one ``language``."""
     text = (DOCS / page).read_text(encoding="utf-8")
     found, end = [], 0
     for match in _FENCE.finditer(text):
@@ -51,7 +51,7 @@ def blocks(page: str, language: str | None = None) -> list[Block]:
 
 
 def run_command(line: str) -> int:
-    """Run a command of gearbench in this process; its exit code."""
+    """Run a command of gearbench in this process and return its exit code."""
     from gearbench.cli import main
 
     arguments = sys.argv
@@ -67,7 +67,7 @@ def run_command(line: str) -> int:
 
 
 def follow(page: str, *, programs: bool = True) -> Iterator[Block]:
-    """Do what the page says, in the current folder, its programs or its commands alone; yields each block when done."""
+    """Follow a page in the current folder, with or without its ``programs``; yields each block after it has run."""
     names: dict[str, Any] = {"__name__": "__main__"}
     printed = ""
     for block in blocks(page):
@@ -83,11 +83,11 @@ def follow(page: str, *, programs: bool = True) -> Iterator[Block]:
 
 
 def _printed(block: Block, page: str, names: dict[str, Any]) -> str:
-    """Run a block of commands or a program; what it prints."""
+    """Run a block of commands or a program and return its output."""
     out = io.StringIO()
     with contextlib.redirect_stdout(out):
         if block.language == "python":
-            # behind as many empty lines, so that a traceback names the line of the page
+            # leading empty lines make a traceback name the line of the page
             exec(compile("\n" * block.line + block.text, page, "exec"), names)
         else:
             for line in block.text.replace("\\\n", " ").splitlines():
@@ -96,7 +96,7 @@ def _printed(block: Block, page: str, names: dict[str, Any]) -> str:
 
 
 def compare(shown: str, printed: str, where: str) -> None:
-    """Assert that ``printed`` is what the page shows."""
+    """Assert that the output ``printed`` agrees with the block ``shown`` on the page."""
     lines = [line.split() for line in printed.splitlines() if line.strip()]
     skip = False
     for line in (line.split() for line in shown.splitlines() if line.strip()):

@@ -1,4 +1,4 @@
-"""Readable twin of the search for patches of contact (``gearbench.contact._patch_kernels``)."""
+"""Readable version of the search for contact patches in ``gearbench.contact._patch_kernels``."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from gearbench.geometry.quadrature import gauss
 
 
 def patch_nodes(lines: ContactLines, s: NDArray, nodes: int) -> tuple[NDArray, NDArray]:
-    """Nodes y and widths of ``nodes`` Gauss points on the patches of each line, (position, pair, node) [mm].
+    """Positions y and widths of ``nodes`` Gauss points on the patches of each line, (position, pair, node) [mm].
 
-    ``s`` is the compression at the beginning, middle and end of each segment. Patches end where it changes its sign, or
-    where the gap has a kink.
+    ``s`` is the compression at the beginning, middle and end of each segment. Patches end where ``s`` changes sign or
+    the gap has a kink.
     """
     positions, pairs, segments = lines.shape
     assert lines.panel is not None
@@ -32,7 +32,7 @@ def patch_nodes(lines: ContactLines, s: NDArray, nodes: int) -> tuple[NDArray, N
     line, begin, end = np.nonzero(first)[0], low[first], high[last]
     count = _counts(line, end - begin, nodes)
     y, width = np.zeros((2, len(loaded) * nodes))
-    # places of the nodes of a patch: behind those of the patches before it on the same line
+    # the nodes of a patch follow the nodes of earlier patches on the same line
     before = np.cumsum(count) - count
     start = line * nodes + before - before[np.searchsorted(line, line)]
     for n in np.unique(count):
@@ -44,9 +44,9 @@ def patch_nodes(lines: ContactLines, s: NDArray, nodes: int) -> tuple[NDArray, N
 
 
 def _loaded_part(s: NDArray) -> tuple[NDArray, NDArray]:
-    """Where each half of a cell is loaded, from −1 at its beginning to 1 at its end, (…, half); empty where low = high.
+    """Begin and end of the loaded part of each half of a cell (…, half), on the scale from −1 to 1 of the whole cell.
 
-    s (…, 3) is taken to be the parabola through its values.
+    The part is empty if both are equal. s is the parabola through the values (…, 3).
     """
     begin, middle, end = np.moveaxis(s, -1, 0)
     linear, square = (end - begin) / 2, (end + begin) / 2 - middle
@@ -65,13 +65,13 @@ def _loaded_part(s: NDArray) -> tuple[NDArray, NDArray]:
 
 
 def _counts(line: NDArray, width: NDArray, nodes: int) -> NDArray:
-    """Nodes of each patch: those of its line shared in proportion to the roots of the widths."""
+    """Number of nodes of each patch: the nodes of a line are shared in proportion to the roots of the widths."""
     root = np.sqrt(width)
     whole = np.bincount(line, root)[line]
     on_line = np.bincount(line)[line]
     least = np.minimum(2, nodes // on_line)
     count = least + np.floor((nodes - least * on_line) * root / whole + 1e-9).astype(int)
-    # what is left over goes to the widest
+    # the remaining nodes go to the widest patches
     left = nodes - np.bincount(line, count).astype(int)
     order = np.lexsort((-width, line))
     rank = np.arange(len(line)) - np.searchsorted(line, line)

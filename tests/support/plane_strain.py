@@ -1,4 +1,4 @@
-"""Plane strain by the condensed sector: constant along the axis, no displacement along it."""
+"""Plane strain solution with the condensed sector: displacements are constant along the axis, and axially zero."""
 
 import math
 
@@ -13,9 +13,10 @@ from gearbench.geometry.material import Material
 
 
 def centre_line_compliance(body: Body, material: Material, radius: float, half_width: float, degree: int = 6) -> float:
-    """Displacement along the line of action, where it meets the centre line, under a unit line load [mm²/N].
+    """Displacement of the tooth centre line along the line of action, under a unit line load [mm²/N].
 
-    Hertz's pressure over ``half_width`` either side of ``radius`` on the flank; all teeth, one millimetre of the gear.
+    The load is Hertz's pressure over ``half_width`` to both sides of ``radius`` on the flank. The gear has all its
+    teeth and a width of one millimetre.
     """
     section = Section(body=body, grain=Grain(degree=degree))
     there = np.zeros((len(section.positions), 3, 2), dtype=bool)
@@ -28,7 +29,7 @@ def centre_line_compliance(body: Body, material: Material, radius: float, half_w
 
 
 def _strip(section: Section, radius: float, half_width: float) -> np.ndarray:
-    """Nodal forces of Hertz's pressure p ∝ √(1 − (s/a)²), of unit sum along the line of action."""
+    """Nodal forces of Hertz's pressure p ∝ √(1 − (s/a)²); they sum to 1 along the line of action."""
     gear, n = section.body.gear, section.grain.degree
     turn = np.arange(1, 41) * math.pi / 41
     weight = 2 / 41 * np.sin(turn) ** 2  # Gauss's rule for the weight √(1 − x²)
@@ -47,7 +48,7 @@ def _strip(section: Section, radius: float, half_width: float) -> np.ndarray:
 
 
 def _at_centre_line(section: Section, radius: float) -> np.ndarray:
-    """Displacement at θ = 0 along the line of action through ``radius`` on the flank."""
+    """Functional for the displacement at θ = 0 along the line of action through ``radius`` on the flank."""
     gear, n, half = section.body.gear, section.grain.degree, np.array(0.5)
     gamma = float(gear.load_angle(radius))
     R = gear.base_radius / math.cos(gamma)

@@ -1,4 +1,4 @@
-"""Datasets of studies that are kept in the repository: the pages of results stand on them."""
+"""Datasets of studies that are kept in the repository; the pages of results are based on them."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ RIGID = 1e9
 
 
 def wheels(mass, meshes=1):
-    """Two rigid wheels of twice the mass each, so that they move against each other like one of that mass."""
+    """Two rigid wheels of twice the ``mass``; their relative motion is that of one body with ``mass``."""
     return Mechanics(
         mass=np.diag([2 * mass, 2 * mass]),
         stiffness=np.zeros((2, 2)),
@@ -26,7 +26,7 @@ def wheels(mass, meshes=1):
 
 
 def excitation(k_mean, k_orders, x_orders, force, harmonics):
-    """Excitation of one mesh from its first orders."""
+    """Excitation by one mesh, from the first orders of its stiffness and motion."""
     k, x = np.zeros((1, 1, 2 * harmonics + 1), complex), np.zeros((1, harmonics + 1), complex)
     k[..., 0], k[0, 0, 1 : len(k_orders) + 1] = k_mean, k_orders
     x[0, : len(x_orders)] = x_orders
@@ -34,13 +34,13 @@ def excitation(k_mean, k_orders, x_orders, force, harmonics):
 
 
 def series(orders, omega, t):
-    """Σ ŷ_n e^{inωt} of orders 0 … H at times t."""
+    """Values Σ ŷ_n e^{inωt} at times t, from the orders 0 … H."""
     n = np.arange(1, len(orders))
     return orders[0].real + 2 * (np.exp(1j * omega * np.multiply.outer(t, n)) @ orders[1:]).real
 
 
 def spur_scene(system=None, *, helix=0.0, width=40.0, torque=300.0, effects=None, **resolution):
-    """z 25/40, m 3 on a linear contact law, so that shafts are all that varies over the face."""
+    """Pair with z = 25/40 and m = 3 on a linear contact law, so that only shafts cause variation over the face."""
     tables = {
         "pair": {
             "normal_module": 3.0,
@@ -58,7 +58,7 @@ def spur_scene(system=None, *, helix=0.0, width=40.0, torque=300.0, effects=None
 
 
 def shafts(pinion=None, wheel=None, **system):
-    """Pinion between two supports, wheel on a shaft that does not yield; tables of either may be changed."""
+    """Pinion between two bearings, wheel on a rigid shaft; ``pinion`` and ``wheel`` change keys of the two shafts."""
     support = {"radial_stiffness": RIGID, "axial_stiffness": RIGID}
     first = {
         "name": "input",

@@ -1,6 +1,6 @@
-"""Scenes as text, to which tests add what they are about."""
+"""Scenes as text, to which tests append their subject."""
 
-#: A helical pair under a torque, nothing in it yields but the contact.
+#: A helical pair under a torque, in which only the contact is compliant.
 HELICAL = """
 [pair]
 normal_module = 2.0

@@ -1,4 +1,4 @@
-"""Solid teeth, and teeth on their ring, of the gears that tests of gear bodies share."""
+"""Solid teeth, alone and on a ring, that the tests of gear bodies share."""
 
 from __future__ import annotations
 
@@ -19,6 +19,6 @@ def tooth(g: Gear | None = None, order=(4, 5, 5), **options) -> SolidTooth:
 
 
 def body(g: Gear | None = None, bore=0.6, order=(4, 5, 5), along=8, **options) -> ToothedRing:
-    """Bore radius in root radii."""
+    """Ring with teeth; ``bore`` is the bore radius over the root radius."""
     t = tooth(g, order, **options)
     return ToothedRing(tooth=t, bore_radius=bore * t.gear.root_radius, order=along)

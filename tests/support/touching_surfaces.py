@@ -1,4 +1,4 @@
-"""First touch of two flanks by search: explicit points in polar coordinates, no tangents, no normals, no tables."""
+"""First touch of two flanks by brute-force search over points in polar coordinates, without tangents or normals."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _PRECISE = {"xatol": 1e-13}
 
 @dataclass(frozen=True)
 class Flank:
-    """Flank as a curve of points; roll lengths only name them."""
+    """Flank as a curve of points, with the roll length as parameter."""
 
     gear: Gear
     modifications: tuple[Modification, ...]
@@ -34,26 +34,26 @@ class Flank:
         return total + self.rounded_off(roll)
 
     def rounded_off(self, roll: NDArray) -> NDArray:
-        """What a tip rounding takes along each tangent: from the involute to a circle whose centre is a point."""
+        """Material that a tip rounding removes along each tangent, from the involute to the circle of the rounding."""
         r_b, radius = self.gear.base_radius, self.gear.tip_rounding
         if not radius:
             return np.zeros_like(roll)
         start = math.sqrt(self.gear.tip_form_radius**2 - r_b**2)
         begin, turn = start / r_b, roll / r_b
         centre = (start - radius) * np.exp(1j * begin) + 1j * r_b * np.exp(1j * begin)
-        # how far the centre is ahead of the tangent's point on the base circle, and aside
+        # position of the centre relative to the tangent point on the base circle, along the tangent and across it
         seen = centre * np.exp(-1j * turn) - 1j * r_b
         end = seen.real + np.sqrt(np.maximum(radius**2 - seen.imag**2, 0.0))
         return np.where(roll > start, roll - end, 0.0)
 
     def polar(self, roll: NDArray) -> tuple[NDArray, NDArray]:
-        """Radius, and polar angle counted from the point on the base circle at which the involute begins."""
+        """Radius, and polar angle from the start of the involute on the base circle."""
         r_b = self.gear.base_radius
         length = roll - self.missing(roll)
         return np.hypot(length, r_b), roll / r_b - np.arctan2(length, r_b)
 
     def range(self) -> tuple[float, float]:
-        """Roll lengths at the form circle and where the flank, or its rounding, meets the tip circle."""
+        """Roll lengths at the form circle, and at the point where the flank or its rounding meets the tip circle."""
         r_b, r_a = self.gear.base_radius, self.gear.tip_radius
         low, high = (math.sqrt(max(r**2 - r_b**2, 0.0)) for r in (self.gear.form_radius, r_a))
         if self.gear.tip_rounding:  # its last point is on the tip circle, on the ray through its centre
@@ -70,9 +70,9 @@ class Flank:
 
 
 def first_touch(pair: Pair, modifications: tuple[Modification, ...], v: float) -> tuple[float, float]:
-    """Nominal coordinate u and separation g [mm] where the pinion stands at v and the wheel is turned against it.
+    """Nominal coordinate u and separation g [mm] at first touch, with the pinion at v and the wheel turned against it.
 
-    Infinite where no point of the pinion's flank meets the wheel's.
+    The separation is infinite if no point of the pinion's flank meets the wheel's flank.
     """
     own, mate = (Flank(g, tuple(m for m in modifications if m.gear == k)) for k, g in enumerate(pair.gears))
     T, (r_1, r_2) = pair.meshing.tangent_length, (g.base_radius for g in pair.gears)
@@ -98,7 +98,7 @@ def first_touch(pair: Pair, modifications: tuple[Modification, ...], v: float) -
         found = v + r_2 * (math.pi / 2 + mate.polar(other)[1] - angle) - T
         return np.where(outside, np.inf, found)
 
-    # where a point of the pinion meets an end or a kink of the wheel's flank
+    # points of the pinion that meet an end or a kink of the wheel's flank
     grid = np.linspace(low, high, _POINTS)
     marks = [x for x in own.kinks() if low < x < high]
     for limit in (least, most, *mate.kinks()):

@@ -1,4 +1,4 @@
-"""A finite element reference that is not one: the flank of the plate, so that the truth is known."""
+"""Fake of the finite element reference: the flank of the plate, whose result is known."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from gearbench.geometry.gear import Gear
 
 @dataclass(frozen=True, eq=False)
 class PlateFlank:
-    """Takes the place of ``FlankCompliance``: the paper's plate, ``blocks`` times as compliant."""
+    """Stand-in for ``FlankCompliance``: the paper's plate, ``blocks`` times as compliant."""
 
     gear: Gear
     plate: PlateTooth
@@ -40,10 +40,10 @@ class PlateFlank:
 
 
 def plates_for_finite_elements(monkeypatch, softness: float = 1.0, correction: float = 0.0) -> None:
-    """Let the finite elements of this test be the paper's plate, ``correction`` × accuracy of it extrapolated."""
+    """Replace the finite elements by the paper's plate, whose extrapolation adds ``correction`` × accuracy."""
 
     def flank(body, material, accuracy):
         return PlateFlank(body.gear, plate_tooth(body.gear, material, None, False), softness, correction * accuracy)
 
     monkeypatch.setattr(tooth_bending, "meshed_flank", flank)
-    forget_sums()  # those of another softness
+    forget_sums()  # they may come from another softness

@@ -1,4 +1,4 @@
-"""Wide helical pairs with relief on their bodies, drawn at random."""
+"""Random wide helical pairs with gear bodies and relief."""
 
 from __future__ import annotations
 
@@ -23,7 +23,10 @@ WIDE = 10.0
 
 
 def wide_scenes(number: int, seed: int) -> list[Scene]:
-    """Helical pairs on bodies, b/m above ``WIDE``, all relieved, half crowned or sloping, a third off the line."""
+    """Helical pairs with gear bodies, b/m of at least ``WIDE`` and tip relief.
+
+    Half of them are crowned, half have a helix slope, and a third has contact off the line of action.
+    """
     return list(islice(_wide(seed), number))
 
 
