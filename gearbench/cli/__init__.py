@@ -1,4 +1,4 @@
-"""The command line: ``gearbench COMMAND …``; one file a command."""
+"""Command line ``gearbench COMMAND …``; every command has its module."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ import os
 
 from gearbench.interruption import ending
 
-# before numpy is loaded: the matrices are small, and the parallel work is done by gearbench's own threads
+# set before numpy is loaded: matrices are small, and gearbench's own threads do the parallel work.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 __all__ = ["main"]
 
 
 def main() -> None:
-    """Run the command line, which ends by ``SystemExit``; from its first import on Ctrl-C ends it with one line."""
+    """Run the command line, which ends with ``SystemExit``; Ctrl-C ends it with one line, even during imports."""
     with ending():
         from gearbench.cli import app
 

@@ -1,4 +1,4 @@
-"""The application: its commands, and how errors end it."""
+"""Application: its commands, and how errors end it."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from gearbench.cli.options import shows_progress
 from gearbench.doctor import is_first_run
 from gearbench.errors import GearbenchError, InputError, install_extra, plain, shortened
 
-#: 0 done, 1 failed, 2 bad input; 130 and 143 where a signal ended it, see ``gearbench.interruption``.
+#: Exit codes: 0 done, 1 failed, 2 bad input; 130 and 143 after a signal, see ``gearbench.interruption``.
 FAILED, BAD_INPUT = 1, 2
 
-#: Modules that an extra brings.
+#: Module → extra that installs it.
 EXTRAS = {"skfem": "fem", "gmsh": "fem", "meshio": "fem", "platformdirs": "fem"}
 EXTRAS |= {"pymoo": "optimise", "distributed": "optimise", "dask": "optimise", "bokeh": "explore"}
 
-#: Commands in the order of the help; each is a function in the module of its name.
+#: Commands in the order of the help; a command is a function in the module of the same name.
 COMMANDS = (
     "simulate",
     "sweep",
@@ -44,7 +44,7 @@ _QUICK = ("select", "rexs", "check", "doctor")
 
 
 def application(names: Sequence[str] = COMMANDS) -> typer.Typer:
-    """The application with the commands of these names."""
+    """Make the application with the commands ``names``."""
     app = typer.Typer(
         name="gearbench",
         context_settings={"help_option_names": ["-h", "--help"]},
@@ -59,7 +59,7 @@ def application(names: Sequence[str] = COMMANDS) -> typer.Typer:
 
 
 def _command(name: str, function: Callable[..., None]) -> Callable[..., None]:
-    """A command, after a line where the solver was never compiled."""
+    """Wrap a command: before a first run, announce the compilation; add the file to its input errors."""
 
     @wraps(function)
     def run(*args: Any, **options: Any) -> None:
@@ -77,7 +77,7 @@ def _command(name: str, function: Callable[..., None]) -> Callable[..., None]:
 
 
 def _in_its_file(error: InputError, options: Mapping[str, Any]) -> InputError:
-    """The error with the file that the command reads, unless it is of another one or of an option."""
+    """Add the file that the command reads to an error, unless the error names a file or concerns an option."""
     read = (options.get(name) for name in ("scene", "study", "stored", "file"))
     file = next((path for path in read if isinstance(path, Path)), None)
     of_option = error.key.lstrip("-").partition(".")[0].replace("-", "_") in {*options, ""}
@@ -85,7 +85,7 @@ def _in_its_file(error: InputError, options: Mapping[str, Any]) -> InputError:
 
 
 class Interrupted(BaseException):
-    """An interruption that nobody has dealt with; typer would take a ``KeyboardInterrupt`` for its own."""
+    """Interruption that no command has handled; typer would handle a ``KeyboardInterrupt`` itself."""
 
 
 def _version(wanted: bool) -> None:
@@ -105,8 +105,8 @@ def _options(
 
 
 def main() -> None:
-    """Run the command line; every fault is one line on stderr, one that nobody expected leaves a report, too."""
-    # only the command that is called is imported
+    """Run the command line; an error is one line on stderr, and an unexpected one also writes a report."""
+    # import only the command that is called
     called = [name for name in sys.argv[1:2] if name in COMMANDS]
     try:
         app = application(called or COMMANDS)
@@ -117,7 +117,7 @@ def main() -> None:
         module = (error.name or "").partition(".")[0]
         extra = EXTRAS.get(module)
         _end(f"{module} is not installed: {install_extra(extra)}" if extra else error, FAILED)
-    except BrokenPipeError:  # nobody reads on
+    except BrokenPipeError:  # the reader of the output has gone
         sys.exit(FAILED)
     except (GearbenchError, OSError, ImportError) as error:
         _end(error, FAILED)
@@ -126,7 +126,7 @@ def main() -> None:
     except Interrupted:
         raise KeyboardInterrupt from None
     except Exception as error:
-        if (message := getattr(error, "format_message", None)) is not None:  # of typer: an unknown option, say
+        if (message := getattr(error, "format_message", None)) is not None:  # from typer, e.g. an unknown option
             _end(f"{message()} See gearbench {' '.join([*called, '--help'])}", BAD_INPUT)
         from gearbench.cli.report import write_report
 

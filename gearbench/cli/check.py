@@ -49,12 +49,12 @@ def check(files: Files, quiet: Quiet = False, verbose: Verbose = False, json: Js
 
 
 def describe(path: Path) -> str:
-    """Kind and contents of a file in words.
+    """Describe kind and contents of a file.
 
     Raises
     ------
     InputError
-        If it is not whole, or nothing that gearbench reads.
+        If the file is damaged, or gearbench does not read files of its kind.
     """
     from gearbench.errors import InputError, naming
     from gearbench.exchange import is_rexs
@@ -77,7 +77,7 @@ def describe(path: Path) -> str:
 
 
 def _folder(path: Path) -> str:
-    """An optimisation, all of its files looked at."""
+    """Describe the folder of an optimisation after checking all of its files."""
     from gearbench.errors import InputError
     from gearbench.optimisation.store import FRONT, STUDY
     from gearbench.optimisation.study_file import read_study
@@ -106,7 +106,7 @@ def _result(path: Path) -> str:
 
 
 def _kind(dataset: xr.Dataset) -> str:
-    """Kind of a Dataset, from its attributes and dimensions."""
+    """Describe the kind of a Dataset, from its attributes and dimensions."""
     from gearbench.optimisation.designs import Designs
 
     count = dict(dataset.sizes)

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from gearbench.scene import Scene
 
-#: Columns of finite elements alone.
+#: Columns that only scenes with finite elements have.
 FLANK = ("compliance_error", "compliance_error_bar", "unknowns")
 Folder = Annotated[
     Path | None, typer.Option("--output", "-o", metavar="DIR", help="Write cost.nc and plots into this folder.")
@@ -93,7 +93,7 @@ def _print(scene: Scene, dataset: xr.Dataset, written: list[Path]) -> None:
 
 
 def _print_table(title: str, dataset: xr.Dataset) -> None:
-    """One row a level, and after each setting the orders observed."""
+    """Print one row per level; the first row of a setting also has its observed orders."""
     from gearbench.cli.table import print_columns
 
     elements = "compliance_error" in dataset

@@ -72,7 +72,7 @@ def explore(
 def _opened(
     results: list[Path], stage: str | None
 ) -> tuple[dict[str, Any], Callable[[], Callable[..., object]], Callable[[], str]]:
-    """A summary of the results, and the page of them: what opens it, and its text as a file."""
+    """Read the results; return a summary, a function that makes the live page, and one that makes its HTML text."""
     scenes = _scenes(results, stage)
     if scenes:
         from gearbench.explore.bench.session import bench, bench_html
@@ -92,7 +92,9 @@ def _opened(
 
 
 def _scenes(results: list[Path], stage: str | None) -> list[Scene]:
-    """The scenes of a bench: an example, or those of scene files, REXS files and results of one gear; none of studies.
+    """Scenes of a bench from scene files, REXS files and results of one gear; an example without files.
+
+    The list is empty if all files are optimisations.
 
     Raises
     ------
@@ -113,7 +115,7 @@ def _scenes(results: list[Path], stage: str | None) -> list[Scene]:
 
 
 def _scene(path: Path, stage: str | None) -> Scene | None:
-    """The scene of a scene file, of a stage of a REXS file or of a result of one gear; None of a study."""
+    """Scene of a scene file, of a stage of a REXS file, or of a result of one gear; None for an optimisation."""
     from gearbench.cli.rexs import load_any
     from gearbench.exchange import is_rexs
 
@@ -127,7 +129,7 @@ def _scene(path: Path, stage: str | None) -> Scene | None:
 
 
 def _print_json(summary: dict[str, Any], **more: object) -> None:
-    """The results shown, and the address; flushed, because whoever starts the server waits for the address."""
+    """Print summary and address as JSON; flush, because the program that starts the server waits for the address."""
     from gearbench.cli.summary import print_mapping
 
     print_mapping({**summary, **more})

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Orders = Annotated[float, typer.Option("--orders", metavar="N", min=0.01, max=100.0, help="Highest mesh order.")]
-#: Lines of the table of the largest amplitudes.
+#: Number of lines in the table of the largest amplitudes.
 SHOWN = 12
 
 
@@ -69,7 +69,7 @@ def hunting(
 
 
 def _largest(dataset: xr.Dataset) -> list[tuple[float, float, list[str]]]:
-    """Mesh order, amplitude of the transmission error, orders of the gears: the largest amplitudes, in order."""
+    """Largest amplitudes in ascending order of frequency: mesh order, amplitude [µm], and orders of the gears."""
     import numpy as np
 
     from gearbench.hunting.figures import curve_of, orders_of_gears

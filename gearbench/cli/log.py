@@ -1,18 +1,18 @@
-"""Output of ``--verbose``: the log of gearbench and its finite elements, on the error stream."""
+"""Output of ``--verbose``: the log of gearbench and fem_reference, on stderr."""
 
 from __future__ import annotations
 
 import logging
 import sys
 
-#: The packages that log; nothing is shown of others.
+#: Packages whose log is shown.
 _LOGGERS = ("gearbench", "fem_reference")
 _FORMAT = "%(relativeCreated)7.0f ms  %(message)s"
 _NAME = "gearbench.cli"
 
 
 def begin(wanted: bool) -> bool:
-    """Show the log from now on, if it is wanted; time counts from the start of the program."""
+    """Show the log from now on, if ``wanted``, and return ``wanted``; times count from the import of ``logging``."""
     end()
     if wanted:
         handler = logging.StreamHandler(sys.stderr)
@@ -25,7 +25,7 @@ def begin(wanted: bool) -> bool:
 
 
 def end() -> None:
-    """Show it no longer."""
+    """Stop showing the log."""
     for logger in map(logging.getLogger, _LOGGERS):
         for handler in [handler for handler in logger.handlers if handler.get_name() == _NAME]:
             logger.removeHandler(handler)

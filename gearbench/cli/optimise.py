@@ -22,7 +22,7 @@ Folder = Annotated[
 Resume = Annotated[bool, typer.Option("--resume", help="Continue the search in DIR.")]
 Scheduler = Annotated[str | None, typer.Option(metavar="ADDRESS|local:N", help="Evaluate designs on dask.distributed.")]
 Threads = Annotated[int | None, typer.Option(min=1, help="Number of worker processes; by default all processors.")]
-#: Designs of the front that the summary shows.
+#: Number of designs of the front in the summary.
 SHOWN = 12
 
 

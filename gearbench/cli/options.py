@@ -20,14 +20,14 @@ if TYPE_CHECKING:
 
 
 def target(path: Path | None) -> Path | None:
-    """Refuse, before anything is computed, a file that cannot be written."""
+    """Refuse a file that cannot be written, before anything is computed."""
     from gearbench.files import check_target
 
     return None if path is None else check_target(path)
 
 
 def _netcdf(path: Path | None) -> Path | None:
-    """Refuse a file that cannot be written, or has the name of another kind, for a Dataset."""
+    """Refuse a file for a Dataset that cannot be written, or whose name has another ending."""
     from gearbench.errors import InputError
 
     if path is not None and path.suffix.lower() not in ("", ".nc", ".nc4"):
@@ -36,7 +36,7 @@ def _netcdf(path: Path | None) -> Path | None:
 
 
 def to_file(metavar: str, text: str, *names: str) -> Any:
-    """An option that names a file to be written."""
+    """Make an option that names a file to write."""
     return typer.Option(*names, metavar=metavar, callback=target, help=text)
 
 
@@ -62,7 +62,7 @@ AccuracyText = Annotated[
 
 
 def _limit_memory(context: typer.Context, text: str | None) -> str | None:
-    """Let the command, and processes that it starts, take no more memory than this."""
+    """Limit the memory of the command and of the processes that it starts."""
     import os
 
     from gearbench.budget import VARIABLE, parse_memory
@@ -87,18 +87,18 @@ Memory = Annotated[
 
 
 def say(line: str) -> None:
-    """Print a line that may hold names, which are text whatever characters they have."""
+    """Print a line that may hold names from files, with control characters made harmless."""
     print(escaped(line))
 
 
 def shows_progress(*, quiet: bool, json: bool) -> bool:
-    """Whether progress is shown: on a terminal only, and never where nothing or JSON alone was asked for."""
+    """Whether to show progress: only on a terminal, and not with --quiet or --json."""
     return not quiet and not json and sys.stderr.isatty()
 
 
 @contextmanager
 def progress_line(*, quiet: bool, json: bool) -> Iterator[Callable[[str], None]]:
-    """A function that shows a line in place of the one before, where progress is shown; Ctrl-C raises inside."""
+    """Context with a function that replaces the progress line, if progress is shown; Ctrl-C raises inside."""
     shown, last = shows_progress(quiet=quiet, json=json), 0.0
 
     def tell(line: str) -> None:
@@ -117,13 +117,13 @@ def progress_line(*, quiet: bool, json: bool) -> Iterator[Callable[[str], None]]
 
 
 def progress_lines(*, quiet: bool, json: bool) -> Callable[[str], None]:
-    """A function that prints a line of progress on the error stream, where progress is shown."""
+    """Make a function that prints a line of progress on stderr, if progress is shown."""
     shown = shows_progress(quiet=quiet, json=json)
     return lambda line: print(line, file=sys.stderr) if shown else None
 
 
 def share(text: str) -> float:
-    """A number such as "1%" or "0.01".
+    """Read a share such as "1%" or "0.01".
 
     Raises
     ------
@@ -139,7 +139,7 @@ def share(text: str) -> float:
 
 
 def with_accuracy(scene: Scene, text: str | None) -> Scene:
-    """``scene`` with the accuracy given on the command line, "1%" or "0.01", in place of its own, if any is given.
+    """Return ``scene`` with the accuracy of the command line, "1%" or "0.01"; unchanged if none is given.
 
     Raises
     ------
@@ -161,7 +161,7 @@ def with_accuracy(scene: Scene, text: str | None) -> Scene:
 
 
 def plot_folder(folder: Path | None) -> Path | None:
-    """Make the folder for plots; refuse, before anything is computed, one that cannot be made."""
+    """Make the folder for plots; refuse one that cannot be made, before anything is computed."""
     from gearbench.files import make_folder
 
     return None if folder is None else make_folder("plots", folder)

@@ -1,4 +1,4 @@
-"""The report of a fault that nobody expected: a file to send to the people who mend it."""
+"""Report of an unexpected error: a file to send to the developers."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pathlib import Path
 
 
 def write_report(error: BaseException) -> Path:
-    """Write command line, versions and traceback to a new file in the folder for temporary files; its path.
+    """Write command line, versions and traceback to a new file in the temporary folder; return its path.
 
     Raises
     ------

@@ -109,7 +109,7 @@ def response(
 
 
 def _written(dataset: xr.Dataset, output: Path | None, folder: Path | None) -> list[Path]:
-    """Files written: the Dataset, its figures."""
+    """Write the Dataset and its figures; return their paths."""
     from gearbench.results.netcdf import save
 
     written = [save(dataset, output)] if output is not None else []
@@ -123,7 +123,7 @@ def _written(dataset: xr.Dataset, output: Path | None, folder: Path | None) -> l
 def _kind(
     *, nonlinear: bool, revolution: bool, samples: int | None, seed: int, threads: int | None
 ) -> Callable[..., xr.Dataset]:
-    """The analysis asked for."""
+    """Choose the analysis that the options ask for."""
     from functools import partial
 
     from gearbench.errors import InputError
@@ -157,7 +157,7 @@ def _kind(
 
 
 def _load(path: Path, stage: str | None, torque: float | None, load_case: int | None) -> tuple[Scene, tuple[str, ...]]:
-    """Scene of a file; of a REXS file with its shafts."""
+    """Read the scene of a file, with its shafts if it is a REXS file, and notes."""
     from gearbench.exchange import is_rexs
     from gearbench.exchange.rexs_document import read_document
 
@@ -169,7 +169,7 @@ def _load(path: Path, stage: str | None, torque: float | None, load_case: int | 
 
 
 def parse_speeds(text: str) -> NDArray:
-    """Speeds from "3000", "500:6000" (200 of them) or "500:6000:50".
+    """Read speeds from "3000", "500:6000" (200 speeds) or "500:6000:50".
 
     Raises
     ------
@@ -195,13 +195,13 @@ def parse_speeds(text: str) -> NDArray:
 
 
 def _train_rows(dataset: xr.Dataset) -> Iterator[tuple[str, str, str]]:
-    """Rows of a train whose meshes are one problem: what is largest, at which speed."""
+    """Rows of the printed table for a train: largest values, and their speeds."""
     import numpy as np
 
     rms = (dataset["bearing_force_amplitude"] ** 2).sum(["mesh", "direction", "harmonic"], skipna=False) ** 0.5 / 2**0.5
     most = {str(name): float(rms.sel(bearing=name).max()) for name in rms["bearing"].values}
     pins = sorted((name for name in most if name.startswith("planet ")), key=lambda name: most[name])
-    shown = [name for name, force in most.items() if force and name not in pins[:-1]]  # one pin for all
+    shown = [name for name, force in most.items() if force and name not in pins[:-1]]  # show one pin for all
     curves = [
         ("largest force of a mesh over that where all paths share alike, K_γ", dataset["mesh_load_factor"], "1"),
         ("RMS of the transmission error of the train", dataset["train_dynamic_transmission_error_rms"], "µm"),

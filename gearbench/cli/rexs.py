@@ -1,4 +1,4 @@
-"""``gearbench rexs``, and scenes from either kind of file."""
+"""``gearbench rexs``, and scenes from TOML or REXS files."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ To = Annotated[
 def load_any(
     path: Path, stage: str | None = None, torque: float | None = None, load_case: int | None = None
 ) -> tuple[Scene, tuple[str, ...]]:
-    """Scene of a TOML file or of a stage of a REXS file, and notes on the values assumed.
+    """Read the scene of a TOML file or of a stage of a REXS file, and notes on assumed values.
 
     Raises
     ------
@@ -74,7 +74,7 @@ def load_any(
 
 
 def with_torque(scene: Scene, torque: float) -> Scene:
-    """``scene`` under the torque of the command line."""
+    """Return ``scene`` with the torque of the command line."""
     from gearbench.errors import InputError
     from gearbench.scene import Load
     from gearbench.schema import changed, make
@@ -128,7 +128,7 @@ def rexs(
 
 
 def _say(file: Path, files: list[Path], notes: tuple[str, ...], *, quiet: bool, json: bool) -> None:
-    """Files written from ``file``, and notes."""
+    """Print the files written from ``file``, and notes."""
     if json:
         from gearbench.cli.summary import print_mapping
 
@@ -141,7 +141,7 @@ def _say(file: Path, files: list[Path], notes: tuple[str, ...], *, quiet: bool, 
 def _write_scene(
     document: RexsDocument, stage: str, target: Path, torque: float | None, load_case: int | None
 ) -> tuple[list[Path], tuple[str, ...]]:
-    """Write the scene of a stage on its shafts, other stages on them beside it; the files, notes on values assumed."""
+    """Write the scenes of a stage and of other stages on its shafts; return the files, and notes on assumed values."""
     from dataclasses import replace
 
     from gearbench.errors import InputError
@@ -190,7 +190,7 @@ def _list(document: RexsDocument, torque: float | None, load_case: int | None, *
             say(f"stage {row['stage']}: {note}")
 
 
-#: Column of the list → its heading.
+#: Column of the list of stages → its heading.
 _COLUMNS = {
     "stage": "stage",
     "id": "id",
@@ -211,7 +211,7 @@ def _shown(value: object) -> str:
 
 
 def _row(document: RexsDocument, stage: Stage, torque: float | None, load_case: int | None) -> dict[str, Any]:
-    """One stage of the list; its notes say why it cannot be simulated."""
+    """Row of a stage in the list; its notes say why the stage cannot be simulated."""
     from gearbench.errors import InputError
     from gearbench.exchange.rexs import pair_of, stage_scene
 

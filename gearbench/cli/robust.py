@@ -96,7 +96,7 @@ def robust(
 
 
 def _by_load(dataset: xr.Dataset, folder: Path) -> Iterator[tuple[xr.Dataset, Path]]:
-    """The Dataset of each load, and the folder of its plots."""
+    """Yield the Dataset of every load, and the folder of its plots."""
     for torque in dataset["torque"].values:
         at = folder / f"{torque:g}_Nm"
         at.mkdir(exist_ok=True)

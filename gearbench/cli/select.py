@@ -109,7 +109,7 @@ def _print_json(selection: Selection, top: int, targets: list[Path]) -> None:
 
 
 def _print_list(selection: Selection, top: int) -> None:
-    """Print the number of designs left by each condition, and the best of the remaining ones."""
+    """Print how many designs are left after every condition, and the best of the selected designs."""
     import re
 
     from gearbench.cli.table import print_columns

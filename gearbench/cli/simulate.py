@@ -40,7 +40,7 @@ Scale = Annotated[
     typer.Option("--scale", metavar="MPA", min=1e-3, help="Upper end of the colour scale of load maps [MPa]."),
 ]
 
-#: Outputs of the summary beside the usual ones; the root stress of gears that racks have cut.
+#: Additional outputs in the summary; the root stress only for gears that a rack can cut.
 SHOWN, ROOT_STRESS = ("flank_pressure_max", "face_load_factor"), "root_stress"
 
 
@@ -108,7 +108,7 @@ def simulate(
 
 
 def _draw(scene: Scene, dataset: xr.Dataset, folder: Path, scale: float | None) -> list[Path]:
-    """Write the figures of a result."""
+    """Write the figures of a result; return their paths."""
     from gearbench.results.origin import by_itself
 
     if scene.loads:
@@ -130,7 +130,7 @@ def _draw(scene: Scene, dataset: xr.Dataset, folder: Path, scale: float | None) 
 
 
 def _kinds(scene: Scene) -> dict[Pair, Scene]:
-    """The first mesh of each pair of gears: planets are alike."""
+    """Pair → scene of its first mesh: meshes of several planets have the same pair."""
     found: dict[Pair, Scene] = {}
     for each in scene.meshes.values():
         found.setdefault(each.pair, each)
@@ -138,7 +138,7 @@ def _kinds(scene: Scene) -> dict[Pair, Scene]:
 
 
 def _notes(scene: Scene) -> list[str]:
-    """Notes on conventions and models that the numbers depend on."""
+    """Notes on the conventions and models behind the numbers."""
     found = []
     if any(getattr(effect, "positive", "") == "missing" for effect in scene.effects):
         found.append('topography: positive deviations are missing material; for excess: positive = "excess"')
@@ -148,7 +148,7 @@ def _notes(scene: Scene) -> list[str]:
 
 
 def _print(scene: Scene, dataset: xr.Dataset) -> None:
-    """Geometry, then results."""
+    """Print geometry and results."""
     from gearbench.cli import summary
 
     for one in _kinds(scene).values():

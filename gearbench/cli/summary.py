@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from gearbench.geometry.pair import Pair
 
-#: Mesh orders that a summary shows.
+#: Number of mesh orders in a summary.
 ORDERS = 3
 
 
@@ -44,7 +44,7 @@ def print_json(scene: Scene, dataset: xr.Dataset, **more: object) -> None:
 
 
 def print_mapping(mapping: Mapping[str, Any]) -> None:
-    """Print a mapping as JSON; files as text, numbers that are not finite as null, which JSON has no others for."""
+    """Print a mapping as JSON; paths become text, and numbers that are not finite become null."""
     print(json.dumps(_for_json(mapping), indent=2, ensure_ascii=False, allow_nan=False))
 
 
@@ -59,7 +59,7 @@ def _for_json(value: Any) -> Any:
 
 
 def pair_line(scene: Scene) -> str:
-    """One line that says which pair or train this is, under which torque, and the support of its teeth."""
+    """One line with name, pair or train, torque, and support of the teeth."""
     pair = scene.pair
     kind = "spur" if pair.helix_angle == 0 else f"helical {pair.helix_angle:g}°"
     loads = ", ".join(f"{each.load.torque:g}" for each in scene.each_load)
@@ -76,7 +76,7 @@ def pair_line(scene: Scene) -> str:
 
 
 def geometry_rows(scene: Scene) -> list[tuple[str, str, str, str]]:
-    """Rows of the derived geometry: quantity, pinion, wheel, unit; one value where it is the pair's."""
+    """Rows of the derived geometry: quantity, pinion, wheel, unit; quantities of the pair have one value."""
     pair, m = scene.pair, scene.pair.meshing
     body = [member.bore_diameter if member.teeth > 0 else member.outer_diameter for member in pair.members]
     both = (
@@ -115,12 +115,12 @@ def geometry_rows(scene: Scene) -> list[tuple[str, str, str, str]]:
 
 
 def _number(value: float) -> str:
-    """Six digits; rounding errors of a zero are none."""
+    """Format a number with six digits; rounding errors become 0."""
     return f"{value if abs(value) > 1e-9 else 0.0:.6g}"
 
 
 def _sliding(pair: Pair) -> list[float]:
-    """Specific sliding ζ of both gears where it is largest, at the start of their active profiles."""
+    """Specific sliding ζ of both gears at the start of their active profiles, where it is largest."""
     line = pair.meshing.centre_distance * math.sin(pair.meshing.alpha_wt)
     found = []
     for gear, mate, ends in zip(pair.gears, pair.gears[::-1], pair.meshing.active_radii, strict=True):
@@ -130,7 +130,7 @@ def _sliding(pair: Pair) -> list[float]:
 
 
 def forces(scene: Scene) -> dict[str, float]:
-    """Tangential, radial and axial force at the working pitch circles [N], ISO 21771 angles."""
+    """Tangential, radial and axial force at the working pitch circles, with angles of ISO 21771 [N]."""
     pair, m = scene.pair, scene.pair.meshing
     pinion = pair.gears[0]
     working = pinion.base_radius / math.cos(m.alpha_wt)
@@ -143,17 +143,17 @@ def forces(scene: Scene) -> dict[str, float]:
 
 
 def print_geometry(scene: Scene) -> None:
-    """Print the derived geometry, under the line of the pair."""
+    """Print the derived geometry below the line of the pair."""
     print_columns(pair_line(scene), ("geometry", *scene.gear_names, "unit"), geometry_rows(scene), left=(0, 3))
 
 
 def warnings(dataset: xr.Dataset) -> tuple[str, ...]:
-    """Lines on what limits the meaning of a result."""
+    """Warnings of a result, one per line."""
     return tuple(f"warning: {line}" for line in dataset.attrs.get("warning", "").split("\n") if line)
 
 
 def accuracy_line(dataset: xr.Dataset) -> str:
-    """Settings chosen for an accuracy, and the error they leave by estimate."""
+    """Line on the settings chosen for an accuracy, and their estimated error."""
     attrs = dataset.attrs
     return (
         f"accuracy {100 * attrs['accuracy_requested']:.3g} %: {attrs['accuracy_settings']}; "
@@ -162,7 +162,7 @@ def accuracy_line(dataset: xr.Dataset) -> str:
 
 
 def print_points(scene: Scene, dataset: xr.Dataset) -> None:
-    """Print one line for each point of a sweep: peak-to-peak and RMS values."""
+    """Print one line per point of a sweep: peak-to-peak and RMS values."""
     names = [str(dim) for dim in dataset["transmission_error_mean"].dims if dim != "sample"]
     shown = [f"{name}_{suffix}" for name in ("transmission_error_rms", "mesh_stiffness_rms") for suffix in ("mean", "")]
     shown = [
@@ -177,7 +177,7 @@ def print_points(scene: Scene, dataset: xr.Dataset) -> None:
     heads = []
     for name in (*names, *shown):
         unit = dataset[name].attrs["units"]
-        # a key in the lines of its parts
+        # break a dotted key into lines
         key = name.removeprefix("effects.").replace(".", "\n").replace("_", " ")
         heads.append(f"{dataset[name].attrs.get('symbol', key)}\n{'–' if unit == '1' else unit}")
     rows = dataset[[*shown]].to_dataframe().reset_index()[[*names, *shown]].itertuples(index=False)
@@ -191,7 +191,7 @@ def print_table(title: str, rows: list[tuple[str, str, str]]) -> None:
 
 
 def result_rows(dataset: xr.Dataset) -> list[tuple[str, str, str]]:
-    """Rows of every scalar variable, of both gears, and of the first orders, named and with units as in the Dataset."""
+    """Rows of all scalar variables, of variables of both gears, and of the first orders, with units."""
     rows, orders = [], []
     for name, values in dataset.data_vars.items():
         what, unit = str(values.attrs.get("long_name", name)), str(values.attrs.get("units", "1"))
@@ -208,7 +208,7 @@ def result_rows(dataset: xr.Dataset) -> list[tuple[str, str, str]]:
 
 
 def duration(seconds: float) -> str:
-    """A time in the unit that suits it."""
+    """Format a time in a suitable unit."""
     for limit, factor, unit in ((0.9995, 1e3, "ms"), (90.0, 1.0, "s"), (5400.0, 1 / 60, "min")):
         if seconds < limit:
             return f"{seconds * factor:.3g} {unit}"

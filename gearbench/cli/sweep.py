@@ -102,7 +102,7 @@ def sweep(
 
 
 def _print(scene: Scene, dataset: xr.Dataset) -> None:
-    """One line a point, and what several loads have in common."""
+    """Print one line per point, and the values over several loads."""
     from gearbench.cli.summary import print_points, print_table, result_rows
 
     print_points(scene, dataset)
@@ -112,7 +112,7 @@ def _print(scene: Scene, dataset: xr.Dataset) -> None:
 
 @contextmanager
 def _keeping(output: Path | None) -> Iterator[Callable[[xr.Dataset], object] | None]:
-    """Callback that saves the completed points in ``output``; if the sweep fails, a line says so."""
+    """Context with a function that saves completed points in ``output``; if the sweep fails, a line says so."""
     from gearbench.results.netcdf import save
 
     kept: list[Path] = []

@@ -1,4 +1,4 @@
-"""Tables on the terminal: plain columns, two blanks apart."""
+"""Tables on the terminal: plain columns, separated by two blanks."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from gearbench.errors import escaped
 def print_columns(
     title: str, heads: Sequence[str], rows: Sequence[Sequence[str]], left: Collection[int] = (0,)
 ) -> None:
-    """Print ``rows`` under their ``heads``, which may have several lines; the columns ``left`` are flush left."""
+    """Print ``rows`` below ``heads``, which may have several lines; the columns ``left`` are left-aligned."""
     print(escaped(title))
     tall = [head.split("\n") for head in heads]
     lines = [[head[i] if i < len(head) else "" for head in tall] for i in range(max(map(len, tall)))]

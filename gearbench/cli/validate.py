@@ -79,7 +79,7 @@ def validate(
 
 
 def _contact(paths: list[Path], output: Path, phases: int, *, quiet: bool, json: bool) -> None:
-    """Three-way comparison with contact finite elements."""
+    """Compare the fast model with finite elements on lines and with contact finite elements."""
     from gearbench.cli.summary import print_mapping
     from gearbench.files import make_folder
     from gearbench.scene_file import read_scene
