@@ -1,1 +1,1 @@
-"""Results: answers of a solved scene, their names, units, provenance and files."""
+"""Results of a solved scene: outputs, names, units, provenance and files."""

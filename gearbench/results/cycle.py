@@ -1,11 +1,12 @@
-"""Variables over a mesh cycle: means, curves up to the transitions, peak-to-peak values, harmonics.
+"""Curves over a mesh cycle: means, values between the transitions, peak-to-peak values, harmonics.
 
-Gauss points determine a polynomial on each panel between two transitions, whatever is asked for follows from these
-polynomials. Uniform phases are one curve, as they are.
+Transitions are mesh phases at which contact changes. Between two transitions, the values at Gauss points determine a
+polynomial on a panel; means, extremes and harmonics follow from these polynomials. Values at uniform phases are used
+as they are.
 
 Harmonics: x(τ) = c_0 + Σ Re(2 c_n e^{2πi n τ}), n = 1, 2, …, with c_n = ∫₀¹ x(τ) e^{−2πi n τ} dτ. The amplitude is
 2|c_n| in the unit of x, the phase arg c_n in (−π, π]: x(τ) = c_0 + Σ 2|c_n| cos(2π n τ + arg c_n). A positive phase
-puts the crest before τ = 0, where a tooth pair comes into contact.
+means that the crest comes before τ = 0, where a tooth pair comes into contact.
 """
 
 from __future__ import annotations
@@ -25,42 +26,44 @@ if TYPE_CHECKING:
     import xarray as xr
 
 MICROMETRES = 1e3  # per mm
-#: Harmonics that a Dataset holds.
+#: Number of harmonics in a Dataset.
 HARMONICS = 10
-#: Accuracy of the phases at which curves jump [mesh cycles], and what is left of the last change of a curve when the
-#: ends of patches are found once more: measured on gears in use.
+#: LOCATED: accuracy of the phases at which curves jump [mesh cycles]. LEFT: remaining error of a curve, relative to its
+#: change when the ends of the contact patches were located for the last time. Both are measured on gears in use.
 LOCATED, LEFT = 2e-4, 0.1
-#: Largest distance of a Gauss point from its place on the panel [mesh cycles]: rounding only.
+#: Largest distance of a Gauss point from its position on the panel [mesh cycles]: rounding only.
 ON_PANEL = 1e-10
-#: Ratio of each coefficient on a panel to the one before it: least and greatest.
+#: Least and greatest assumed ratio of a Legendre coefficient on a panel to the one before.
 FALLS = (0.3, 0.95)
-#: What the few functions along oblique lines leave of a harmonic, of peak-to-peak and for each module of face width;
-#: the same of the lines of spur pairs, of peak-to-peak; and what is cut off compliances of one of the stiffness, of its
-#: mean: measured on gears in use.
+#: Truncation errors of a harmonic, measured on gears in use. ALONG: few functions along oblique contact lines, relative
+#: to peak-to-peak, per module of face width. ACROSS: the same for spur pairs, relative to peak-to-peak. CUT: truncated
+#: compliance, for a harmonic of the stiffness, relative to the mean stiffness.
 ALONG, ACROSS, CUT = 8e-6, 2e-5, 4e-5
-#: Points on each panel where peak-to-peak values look, and the last third of the coefficients on one, over the range of
-#: the curve, above which they look between its Gauss points and the neighbours only.
+#: FINE: number of points on a panel at which extremes are sought. STEEP: if the last third of the coefficients on a
+#: panel exceeds this share of the range of the curve, its polynomial is not trusted and the extremes are limited, see
+#: ``_within``.
 FINE, STEEP = 201, 2e-2
-#: Error of the mean over a panel that misses a part of its curve, over the last two coefficients there: with five Gauss
-#: points a kink anywhere on it leaves 0.07 of the last one in RMS, a jump 0.17; measured on relieved spur pairs.
+#: Error of the mean over a panel whose polynomial misses a kink or a jump, over the last two coefficients. With five
+#: Gauss points, a kink anywhere on the panel leaves 0.07 of the last coefficient in RMS, a jump 0.17; measured on
+#: relieved spur pairs.
 MISSED = 0.08
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Phases:
-    """Mesh phases at which a cycle is known.
+    """Mesh phases at which the values of a cycle are known.
 
     Parameters
     ----------
     phase, weight
-        Mesh phases in ascending order, and their weights in means over the cycle, which sum to 1, (position,).
+        Mesh phases in ascending order, and their weights in means over the cycle, with sum 1, (position,).
     size
-        Gauss points on each panel between two transitions; None where the phases are uniform.
+        Number of Gauss points on every panel between two transitions; None for uniform phases.
 
     Raises
     ------
     ValueError
-        If the phases are not the Gauss points of panels that follow one another from 0 to 1.
+        If the phases are not the Gauss points of adjacent panels from 0 to 1.
     """
 
     phase: NDArray
@@ -80,23 +83,23 @@ class Phases:
 
     @classmethod
     def of_dataset(cls, dataset: xr.Dataset) -> Phases:
-        """The phases of a Dataset of ``simulate``."""
+        """Read the phases of a Dataset of ``simulate``."""
         phase, weight, start = (dataset[name].values for name in ("mesh_phase", "phase_weight", "panel_start"))
         size = None if np.isnan(start).any() else int(np.sum(start == start[0]))
         return cls(phase=phase, weight=weight, size=size)
 
     @cached_property
     def edges(self) -> NDArray:
-        """Begin and end of each Gauss panel, (panel, 2)."""
+        """Begin and end of the Gauss panels, (panel, 2)."""
         assert self.size is not None, "uniform phases have no panels"
         x, t = self.phase.reshape(-1, self.size), gauss(self.size)[0]
-        # a single point says nothing of the width, its weight does
+        # a single point does not give the width of the panel, but its weight does
         half = (x[:, -1] - x[:, 0]) / (t[-1] - t[0]) if self.size > 1 else self.weight / 2
         return x.mean(axis=1)[:, None] + half[:, None] * np.array([-1.0, 1.0])
 
     @property
     def coordinates(self) -> dict[str, NDArray]:
-        """Coordinates over ``position`` of a Dataset, by name."""
+        """Coordinates of a Dataset over ``position``, by name."""
         unknown = np.full((len(self.phase), 2), np.nan)
         start, end = (unknown if self.size is None else np.repeat(self.edges, self.size, axis=0)).T
         return {"mesh_phase": self.phase, "phase_weight": self.weight, "panel_start": start, "panel_end": end}
@@ -109,7 +112,7 @@ class MeshCycle:
     Parameters
     ----------
     phases
-        Where they are known.
+        Mesh phases of the values.
     transmission_error, mesh_stiffness
         δ [µm] and k [N/µm], (…, position).
     """
@@ -120,7 +123,7 @@ class MeshCycle:
 
     @classmethod
     def of(cls, scene: Scene, phases: Phases, approach: NDArray, stiffness: NDArray) -> MeshCycle:
-        """From the normal approach δ_n [mm] and ∂F_n/∂δ_n [N/mm], (…, position).
+        """Convert the normal approach δ_n [mm] and ∂F_n/∂δ_n [N/mm], (…, position).
 
         δ = δ_n / cos β_b; k = ∂F_bt/∂δ = ∂F_bn/∂δ_n · cos²β_b.
         """
@@ -130,22 +133,22 @@ class MeshCycle:
 
 
 def mean(values: NDArray, weight: NDArray) -> NDArray:
-    """Mean over the mesh cycle, last axis."""
+    """Mean over the mesh cycle (last axis)."""
     return values @ weight
 
 
 def fluctuation_rms(values: NDArray, weight: NDArray) -> NDArray:
-    """RMS over the mesh cycle of the deviation from the mean, last axis."""
+    """RMS of the deviation from the mean over the mesh cycle (last axis)."""
     return np.sqrt(mean((values - mean(values, weight)[..., None]) ** 2, weight))
 
 
 def relative_rms(values: NDArray, weight: NDArray) -> NDArray:
-    """RMS over the mesh cycle of the relative deviation from the mean, last axis [%]."""
+    """RMS of the relative deviation from the mean over the mesh cycle (last axis) [%]."""
     return 100 * fluctuation_rms(values, weight) / mean(values, weight)
 
 
 def curves(phases: Phases, values: NDArray, points: int = 40) -> list[tuple[NDArray, NDArray]]:
-    """Curves (phase, value) of values (position,) between the jumps, up to them; ``points`` on each Gauss panel."""
+    """Split values (position,) into curves (phase, value) between the jumps, with ``points`` on a Gauss panel."""
     if phases.size is None:
         return [(phases.phase, values)]
     t, (start, end) = np.linspace(0, 1, points)[:, None], phases.edges.T
@@ -154,7 +157,7 @@ def curves(phases: Phases, values: NDArray, points: int = 40) -> list[tuple[NDAr
 
 
 def peak_to_peak(phases: Phases, values: NDArray) -> NDArray:
-    """Greatest less least value over the cycle, up to both sides of every transition, last axis."""
+    """Greatest minus least value over the cycle (last axis), with the limits on both sides of every transition."""
     if phases.size is None:
         return np.ptp(values, axis=-1)
     low, high = _extremes(phases, values)
@@ -162,12 +165,12 @@ def peak_to_peak(phases: Phases, values: NDArray) -> NDArray:
 
 
 def peak_to_peak_floor(phases: Phases, values: NDArray, floor: NDArray) -> NDArray:
-    """Estimated error of ``peak_to_peak``, from the ``noise_floor`` (…, harmonic) of the curve.
+    """Estimate the error of ``peak_to_peak``, with ``floor`` = ``noise_floor`` (…, harmonic) of the curve.
 
-    What panels have ``_missed`` where it would move the greatest or the least value: no more than by which the samples
-    there and on both neighbours turn back, since a curve that runs on has no extreme there. Of everything else twice
-    the root sum of squares of the harmonics' floors, which add up where the curve is extreme; orders that uniform
-    phases do not give count like the greatest of those that they do.
+    One part is the error of the extremes from what the polynomials of the panels have ``_missed``. It is limited to the
+    amount by which the samples on the panel and its neighbours turn back, because a monotonic curve has no extreme
+    there. The other part is twice the root sum of squares of the harmonics' floors, which add up at an extreme. For
+    uniform phases, unknown harmonics count as the greatest known one.
     """
     if phases.size is None:
         return 2 * math.sqrt(floor.shape[-1]) * np.fmax.reduce(floor, axis=-1)
@@ -180,18 +183,19 @@ def peak_to_peak_floor(phases: Phases, values: NDArray, floor: NDArray) -> NDArr
 
 
 def _turn(values: NDArray) -> NDArray:
-    """Greatest rise of values above the least before and the least after them, along the last axis."""
+    """Greatest height of a value above both the least value before and the least value after it (last axis)."""
     before = np.minimum.accumulate(values, axis=-1)
     after = np.minimum.accumulate(values[..., ::-1], axis=-1)[..., ::-1]
     return (values - np.maximum(before, after)).max(axis=-1)
 
 
 def _missed(phases: Phases, values: NDArray) -> NDArray:
-    """Estimated distance of the curve from the polynomial of each panel, (…, panel).
+    """Estimated distance of the curve from the polynomial of a panel, (…, panel).
 
-    By the last two coefficients, of which one vanishes where the curve is even or odd on a panel, or by the jumps to
-    both neighbours, whichever says less: where the curve itself jumps the polynomials on either side converge, and
-    where they only fall slowly they still meet.
+    It is the smaller of two estimates: the sum of the last two coefficients (one of them vanishes if the curve is even
+    or odd on the panel), and the jumps to both neighbours. If the curve itself jumps, the polynomials on both sides
+    converge and the coefficients are small. If coefficients only fall slowly, the polynomials still meet and the jumps
+    are small.
     """
     assert phases.size is not None
     by_panel = values.reshape(*values.shape[:-1], -1, phases.size)
@@ -201,13 +205,13 @@ def _missed(phases: Phases, values: NDArray) -> NDArray:
 
 
 def _jumps(by_panel: NDArray) -> NDArray:
-    """Steps of values (…, panel, size) from the end of each panel to the beginning of the next, (…, panel)."""
+    """Steps of values (…, panel, size) from the end of a panel to the beginning of the next, (…, panel)."""
     ends = by_panel @ _to_equidistant(by_panel.shape[-1], 2)
     return np.roll(ends[..., 0], -1, axis=-1) - ends[..., 1]
 
 
 def _extremes(phases: Phases, values: NDArray) -> tuple[NDArray, NDArray]:
-    """Least and greatest value on each panel, (…, panel) each."""
+    """Least and greatest values on the panels, both (…, panel)."""
     assert phases.size is not None
     by_panel, fine = values.reshape(*values.shape[:-1], -1, phases.size), _on_panels(phases, values, FINE)
     coefficient = np.abs(by_panel @ legendre_transform(phases.size).T)
@@ -220,10 +224,10 @@ def _extremes(phases: Phases, values: NDArray) -> tuple[NDArray, NDArray]:
 
 
 def _within(values: NDArray, fine: NDArray, steep: NDArray) -> tuple[NDArray, NDArray]:
-    """Least and greatest value of a curve on panels that it is too steep for, (…, panel) each.
+    """Limits of a curve on panels where it is too steep for a polynomial, both (…, panel).
 
-    Polynomials through it (``fine``) run beyond it at their ends. There it is what the neighbour begins or ends with,
-    or, where that is too ``steep`` too, the less extreme of both.
+    The polynomials (``fine``) overshoot at the ends of such panels. The limits there are the end value of the
+    neighbour or, if the neighbour is too ``steep`` as well, the less extreme of both end values.
     """
     first, last = fine[..., 0], fine[..., -1]
     before, after = np.roll(last, 1, axis=-1), np.roll(first, -1, axis=-1)
@@ -236,10 +240,9 @@ def _within(values: NDArray, fine: NDArray, steep: NDArray) -> tuple[NDArray, ND
 
 
 def coefficients(phases: Phases, values: NDArray, orders: int = HARMONICS) -> NDArray:
-    """Complex Fourier coefficients c_n of the orders 1 … ``orders``, see the module, (…, harmonic).
+    """Complex Fourier coefficients c_n (module docstring) of the orders 1 … ``orders``, (…, harmonic).
 
-    On Gauss panels the polynomials of the panels are integrated; uniform phases give orders below half their number,
-    NaN above.
+    On Gauss panels the polynomials are integrated. Uniform phases give orders below half their number, and NaN above.
     """
     return values @ fourier_matrix(phases, orders).T
 
@@ -253,13 +256,13 @@ def noise_floor(
     located: float = LOCATED,
     least: NDArray | float = 0.0,
 ) -> NDArray:
-    """Estimated error of the amplitudes of the orders 1 … ``orders``, in the unit of the values, (…, harmonic).
+    """Estimate the errors of the amplitudes of the orders 1 … ``orders``, in the unit of the values, (…, harmonic).
 
-    Root sum of squares of five parts: ``least`` (…); what the Legendre coefficients that panels leave out change in
-    each harmonic; what panels miss of a kink or a jump on them, see ``_missed``; ``located`` of the jumps between
-    panels, whose phases are known so well; and ``LEFT`` of the harmonics of ``change`` (…, position), by which the
-    values changed when the ends of contact patches were found for the last time. Of uniform phases the highest quarter
-    of the harmonics that they give stands for the tail and the jumps.
+    The estimate is the root sum of squares of five parts: a given minimum ``least`` (…); the truncated Legendre
+    coefficients of the panels; kinks and jumps that the panels miss, see ``_missed``; the jumps between panels times
+    the uncertainty ``located`` of their phases [mesh cycles]; and ``LEFT`` times the harmonics of ``change`` (…,
+    position), the change of the values when the ends of the contact patches were last located. For uniform phases, the
+    highest quarter of the known harmonics replaces the second to fourth part.
     """
     patches = np.hypot(LEFT * 2 * np.abs(coefficients(phases, change, orders)), np.asarray(least)[..., None])
     if phases.size is None:
@@ -275,10 +278,10 @@ def noise_floor(
 
 
 def _left_out(phases: Phases, coefficient: NDArray, orders: int) -> NDArray:
-    """Truncation error of the amplitudes (…, harmonic), from the Legendre coefficients of the panels (…, panel, size).
+    """Truncation error of the amplitudes, (…, harmonic), from Legendre coefficients of the panels, (…, panel, size).
 
-    The next coefficients a_p, a_{p+1}, … fall as the last ones do, by r. In the values at p Gauss points that of
-    P_{p+m} looks like one of P_{p−m}: on a panel of width w it changes c_n by w a_{p+m} j_{p−m}(πnw).
+    The next coefficients a_p, a_{p+1}, … are assumed to fall by the ratio r of the last ones. At p Gauss points,
+    P_{p+m} is aliased to P_{p−m}: on a panel of width w, it changes c_n by w a_{p+m} j_{p−m}(πnw).
     """
     a, size, width = np.abs(coefficient), phases.size, np.diff(phases.edges).ravel()
     assert size is not None
@@ -292,7 +295,7 @@ def _left_out(phases: Phases, coefficient: NDArray, orders: int) -> NDArray:
 
 @lru_cache(maxsize=16)
 def _aliased(phases: Phases, orders: int) -> NDArray:
-    """|j_{p−m}(πnw)| of the orders n = 1 … ``orders`` on panels of width w, (harmonic, panel, m = 0 … p)."""
+    """|j_{p−m}(πnw)| for orders n = 1 … ``orders`` on panels of width w, (harmonic, panel, m = 0 … p)."""
     from scipy.special import spherical_jn
 
     size, width = phases.size, np.diff(phases.edges).ravel()
@@ -302,19 +305,19 @@ def _aliased(phases: Phases, orders: int) -> NDArray:
 
 
 def panels(dataset: xr.Dataset, name: str, points: int = 40) -> list[tuple[NDArray, NDArray]]:
-    """``curves`` of a variable of a Dataset of ``simulate``, or of one point of a sweep."""
+    """Compute ``curves`` of a variable of a Dataset of ``simulate``, or of one point of a sweep."""
     (one,) = cycles(dataset, name)
     return curves(Phases.of_dataset(one), one[name].values, points)
 
 
 def cycles(dataset: xr.Dataset, name: str) -> list[xr.Dataset]:
-    """A variable over the mesh cycle at each point of a sweep, with its own positions; of a scene the one."""
+    """Split a variable over the mesh cycle by the points of a sweep, with their positions; one for a single scene."""
     outer = {str(dim): size for dim, size in dataset[name].sizes.items() if dim != "position"}
     phases = ("mesh_phase", "phase_weight", "panel_start", "panel_end")
     found = []
     for point in np.ndindex(*outer.values()):
         one = dataset[[name, *phases]].isel(dict(zip(outer, point, strict=True)))
-        # positions that only other points have are of weight 0
+        # positions that only other points have are stored with weight 0
         found.append(one.isel(position=np.flatnonzero(one["phase_weight"].values > 0)))
     return found
 
@@ -322,7 +325,7 @@ def cycles(dataset: xr.Dataset, name: str) -> list[xr.Dataset]:
 def fourier(dataset: xr.Dataset, name: str, orders: int = HARMONICS) -> NDArray:
     """Amplitudes of the orders 1 … ``orders`` of a variable over the mesh cycle, in its unit.
 
-    (harmonic,) of a Dataset of ``simulate``; (…, harmonic) of one of ``sweep``, the keys that are swept first.
+    The shape is (harmonic,) for a Dataset of ``simulate``, and (…, harmonic) with the swept keys first for ``sweep``.
     """
     outer = [size for dim, size in dataset[name].sizes.items() if dim != "position"]
     each = [coefficients(Phases.of_dataset(one), one[name].values, orders) for one in cycles(dataset, name)]
@@ -331,12 +334,12 @@ def fourier(dataset: xr.Dataset, name: str, orders: int = HARMONICS) -> NDArray:
 
 @lru_cache(maxsize=16)
 def fourier_matrix(phases: Phases, orders: int) -> NDArray:
-    """Values at the phases → complex Fourier coefficients of the orders 1 … ``orders``, (harmonic, position)."""
+    """Matrix from values at the phases to complex Fourier coefficients 1 … ``orders``, (harmonic, position)."""
     return fourier_rows(phases, np.arange(1, orders + 1))
 
 
 def fourier_rows(phases: Phases, orders: NDArray) -> NDArray:
-    """Values at the phases → ∫ y e^{−2πinτ} dτ over the cycle for any n, whole or not, (order, position)."""
+    """Matrix from values y to ∫ y e^{−2πinτ} dτ over the cycle for any real orders n, (order, position)."""
     n, x = np.asarray(orders), phases.phase
     if phases.size is None:
         wave = np.exp(-2j * np.pi * np.outer(n, x)) / len(x)
@@ -352,7 +355,7 @@ def fourier_rows(phases: Phases, orders: NDArray) -> NDArray:
 
 
 def _on_panels(phases: Phases, values: NDArray, points: int) -> NDArray:
-    """Values (…, position) at equidistant points of the panels, ends included, (…, panel, point)."""
+    """Interpolate values (…, position) at equidistant points of the panels, ends included, (…, panel, point)."""
     assert phases.size is not None
     by_panel = values.reshape(*values.shape[:-1], -1, phases.size)
     return by_panel @ _to_equidistant(phases.size, points)
@@ -360,5 +363,5 @@ def _on_panels(phases: Phases, values: NDArray, points: int) -> NDArray:
 
 @lru_cache(maxsize=16)
 def _to_equidistant(size: int, points: int) -> NDArray:
-    """Values at the Gauss points of a panel → at equidistant points, ends included, (size, point)."""
+    """Matrix from values at the Gauss points of a panel to equidistant points, ends included, (size, point)."""
     return interpolation(size, np.linspace(-1, 1, points)).T

@@ -1,7 +1,7 @@
-"""On the flank under load: pressure, sliding, friction and its loss, flash temperature, share of the face, root stress.
+"""Quantities of the loaded flank: pressure, sliding, friction, flash temperature, face load factor, root stress.
 
-Arrays of the solution may have dimensions before the position, (…, position, pair, segment); numbers of a mesh cycle
-then have them too. Speeds come from the kinematics of the involute, loads from the contact solution (F1–F6 of
+Arrays of the solution may have further dimensions before the position, (…, position, pair, segment); results then have
+them too. Speeds follow from the kinematics of the involute, loads from the contact solution (F1–F6 of
 docs/theory.md).
 """
 
@@ -19,30 +19,31 @@ from gearbench.scene import Operation
 from gearbench.strength.bending import RootBending
 from gearbench.strength.rating import contact_pressure
 
-#: Flash temperature of a semi-elliptical heat source that moves fast, over that of its mean flow [–] (F5).
+#: Blok's factor: flash temperature of a fast moving heat source with semi-elliptical flux, over that of its mean flux
+#: [–] (F5).
 BLOK = 1.11
-#: Least line load [N/mm] and largest pitch line speed [m/s] of the friction coefficient, ISO/TR 14179-2.
+#: Limits in the friction coefficient of ISO/TR 14179-2: least line load [N/mm], largest pitch line speed [m/s].
 LEAST_LOAD, LARGEST_SPEED = 150.0, 50.0
-#: Parts of the face between which the load is compared.
+#: Number of strips of the face whose loads are compared.
 FACE_PARTS = 20
 
 
 def pressure(solved: Solved) -> NDArray:
-    """Largest Hertz pressure of each segment (F4) [MPa]."""
+    """Largest Hertz pressure of the segments (F4), (…, position, pair, segment) [MPa]."""
     return contact_pressure(solved.lines, solved.solution.force / solved.lines.lever)
 
 
 def root_stress(solved: Solved) -> NDArray:
-    """Nominal root stress of each gear, ISO 6336-3:2019 method B, (…, gear) [MPa]."""
+    """Nominal root stress of both gears, ISO 6336-3:2019 method B, (…, gear) [MPa]."""
     each = [RootBending(pair=solved.scene.pair, gear=index).stress(1.0) for index in (0, 1)]
     return np.multiply.outer(_torque(solved), each)
 
 
 def loaded_root_stress(solved: Solved) -> NDArray:
-    """Largest root stress of each gear over the mesh cycle, from the load as it was found (F9), (…, gear) [MPa].
+    """Largest root stress of both gears over the mesh cycle, from the computed load distribution (F9), (…, gear) [MPa].
 
-    Y_F and Y_S of ISO 6336-3:2019 at the height of each segment's load, on the virtual spur tooth; along the face the
-    root has the mean over what lies within a tooth height, which is an assumption of ours and no part of the norm.
+    Y_F and Y_S of ISO 6336-3:2019 are taken at the height of every segment's load, on the virtual spur tooth. Along the
+    face, the stress is averaged over one tooth height to both sides; this is our assumption, not part of the standard.
     """
     return np.stack([_loaded_root_stress(solved, index) for index in (0, 1)], axis=-1)
 
@@ -52,7 +53,7 @@ def _loaded_root_stress(solved: Solved, index: int) -> NDArray:
     gear, b = pair.gears[index], pair.meshing.face_width
     bending = RootBending(pair=pair, gear=index)
     radius = np.where(lines.length > 0, np.hypot(gear.base_radius, lines.rolls[index]), gear.tip_radius)
-    # F_t = F_bn cos α_n cos β of each segment
+    # F_t = F_bn cos α_n cos β for every segment
     tangential = solved.solution.force / lines.lever * math.cos(gear.alpha_n) * math.cos(gear.beta)
     moment, end = tangential * bending.loaded(radius), _ends(solved)
     begin = end - lines.length * math.cos(pair.meshing.beta_b)
@@ -73,7 +74,7 @@ def specific_sliding(solved: Solved) -> NDArray:
 
 
 def sliding_speed(solved: Solved) -> NDArray:
-    """v_g = v_1 − v_2 along the profile, (position, pair, segment) [m/s]; positive where the pinion is the faster.
+    """v_g = v_1 − v_2 along the profile, (position, pair, segment) [m/s]; positive where the pinion is faster.
 
     Raises
     ------
@@ -85,7 +86,7 @@ def sliding_speed(solved: Solved) -> NDArray:
 
 
 def friction_coefficient(solved: Solved) -> NDArray:
-    """μ of the mesh: as given, or by ISO/TR 14179-2 (F3) [–].
+    """μ of the mesh, given by the scene or by ISO/TR 14179-2 (F3) [–].
 
     Raises
     ------
@@ -107,7 +108,7 @@ def friction_coefficient(solved: Solved) -> NDArray:
 
 
 def efficiency(solved: Solved) -> NDArray:
-    """1 − loss/power of the mesh over the cycle [–]; the speed has no part in it where μ is given."""
+    """Efficiency of the mesh over the cycle, 1 − loss/power [–]; independent of speed if μ is given."""
     v_1, v_2 = _speeds(solved)
     P = solved.solution.force / solved.lines.lever
     lost = (P * np.abs(v_1 - v_2)).sum(axis=(-1, -2)) @ solved.weight
@@ -121,16 +122,16 @@ def friction_loss(solved: Solved) -> NDArray:
 
 
 def flash_temperature(solved: Solved) -> NDArray:
-    """Rise of the flank's temperature where it touches, Blok (F5), (…, position, pair, segment) [K].
+    """Temperature rise in the contact after Blok (F5), (…, position, pair, segment) [K].
 
-    1.11 μ q |v_1 − v_2| / (√(2b_H) (B_M √v_1 + B_M √v_2)), b_H the half width of contact, ISO/TR 13989-1.
+    1.11 μ q |v_1 − v_2| / (√(2b_H) (B_M √v_1 + B_M √v_2)) with the half-width of contact b_H, ISO/TR 13989-1.
     """
     operation = _operation(solved, "flash_temperature")
     v_1, v_2 = (np.maximum(_omega(solved, "flash_temperature") * v, 0.0) for v in _speeds(solved))  # mm/s
     q, p = solved.line_load(), pressure(solved)
     width = 4 * q / (math.pi * np.where(p > 0, p, 1.0))  # 2 b_H, since q = π/2 p b_H
     mu = friction_coefficient(solved)[..., None, None, None]
-    # N/(mm s^½ K); 1 N/(m s^½ K) is a thousandth of it
+    # in N/(mm s^½ K); 1 N/(m s^½ K) is a thousandth of that
     B_M = operation.thermal_contact_coefficient
     rolling = np.sqrt(v_1) + np.sqrt(v_2)
     cooled = B_M * np.sqrt(width) * rolling
@@ -139,7 +140,10 @@ def flash_temperature(solved: Solved) -> NDArray:
 
 
 def face_load_factor(solved: Solved) -> NDArray:
-    """K_Hβ: largest load per width of the face, averaged over the mesh cycle, over its mean [–] (F6)."""
+    """Face load factor K_Hβ (F6), (…) [–]: largest over mean load per width of the face.
+
+    The load per width is averaged over the mesh cycle in ``FACE_PARTS`` strips.
+    """
     lines = solved.lines
     P, end = solved.solution.force / lines.lever, _ends(solved)
     begin = end - lines.length * math.cos(solved.scene.pair.meshing.beta_b)
@@ -154,7 +158,7 @@ def face_load_factor(solved: Solved) -> NDArray:
 
 
 def _ends(solved: Solved) -> NDArray:
-    """Upper ends y of the segments, (position, pair, segment) [mm]; weights of Gauss points part a line as cells do."""
+    """Upper ends y of the segments, (position, pair, segment) [mm]; Gauss weights divide a line like cells."""
     lines, meshing = solved.lines, solved.scene.pair.meshing
     width = lines.length * math.cos(meshing.beta_b)
     first = lines.y[..., 0] - width[..., 0] / 2
@@ -166,24 +170,24 @@ def _ends(solved: Solved) -> NDArray:
 
 
 def loaded_contact_ratio(solved: Solved) -> NDArray:
-    """Mean number of tooth pairs that carry load [–]: the total contact ratio where no flanks part."""
+    """Mean number of tooth pairs that carry load [–]; the total contact ratio if no flanks lose contact."""
     carrying = solved.solution.force.sum(axis=-1) > 0
     return carrying.sum(axis=-1) @ solved.weight
 
 
 def _force(solved: Solved) -> NDArray:
-    """F_bn [N] of the solution, (…,)."""
+    """Total normal force F_bn of the solution, (…,) [N]."""
     return solved.solution.force.sum(axis=(-1, -2)).mean(axis=-1)
 
 
 def _torque(solved: Solved) -> NDArray:
-    """T on the pinion without its sign [N·m], (…,)."""
+    """Torque T on the pinion without its sign, (…,) [N·m]."""
     pair = solved.scene.pair
     return 1e-3 * _force(solved) * math.cos(pair.meshing.beta_b) * pair.gears[0].base_radius
 
 
 def _speeds(solved: Solved) -> tuple[NDArray, NDArray]:
-    """Speeds of both flanks along the profile for 1 rad/s of the pinion, (position, pair, segment) [mm/s]."""
+    """Speeds of both flanks along the profile at 1 rad/s of the pinion, (position, pair, segment) [mm/s]."""
     first, second = solved.lines.rolls
     z_1, z_2 = (gear.teeth for gear in solved.scene.pair.gears)
     return first, second * z_1 / z_2

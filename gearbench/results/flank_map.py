@@ -1,4 +1,4 @@
-"""Values known on contact lines as an image of the flank."""
+"""Image of the flank, interpolated from values on contact lines."""
 
 from __future__ import annotations
 
@@ -7,20 +7,23 @@ from numpy.typing import NDArray
 
 
 def over_flank(u: NDArray, y: NDArray, width: NDArray, values: NDArray, path: NDArray, across: NDArray) -> NDArray:
-    """Values on the segments of contact lines at the points of a grid, (path, across); NaN where no line is near.
+    """Interpolate values on the segments of contact lines at the points of a grid, (path, across).
 
-    Along each line first, extrapolated linearly to its ends but not beyond zero, then between neighbouring lines, which
-    need not have their segments side by side: between points of the same y or of the same u, by preference those that
-    differ less. A feature of the face (end relief) or of the profile (tip relief) then runs straight from line to line.
+    The first step interpolates along the lines, with linear extrapolation to their ends but not through zero. The
+    second step interpolates between neighbouring lines, whose segments need not lie side by side: between points with
+    the same y and between points with the same u, with more weight on the pair of values that differs less. A feature
+    of the face (end relief) or of the profile (tip relief) therefore runs straight from line to line. Points without a
+    line nearby are NaN.
 
     Parameters
     ----------
     u, y, width, values
-        (line, segment), lines in the order of their u; ``width`` of the segments along the face [mm].
+        Coordinates u and y, width along the face [mm] and values of the segments, (line, segment); lines in the order
+        of their u.
     path, across
-        Coordinates u and y of the grid [mm].
+        Coordinates u (path,) and y (across,) of the grid [mm].
     """
-    # lines of the coast flanks run the other way
+    # contact lines of coast flanks run the other way
     ascending = np.argsort(y, axis=-1)
     u, y, width, values = (np.take_along_axis(each, ascending, axis=-1) for each in (u, y, width, values))
     u, y, values = (_to_the_ends(each, y, width) for each in (u, y, values))
@@ -47,7 +50,7 @@ def over_flank(u: NDArray, y: NDArray, width: NDArray, values: NDArray, path: ND
 
 
 def _to_the_ends(values: NDArray, y: NDArray, width: NDArray) -> NDArray:
-    """Values at the segments of lines, and at both ends of each line, (line, segment + 2)."""
+    """Add values extrapolated to both ends of the lines, (line, segment + 2)."""
     if values.shape[1] == 1:
         return np.repeat(values, 3, axis=1)
     found = [values]
@@ -55,21 +58,21 @@ def _to_the_ends(values: NDArray, y: NDArray, width: NDArray) -> NDArray:
         run = y[:, end] - y[:, inner]
         slope = (values[:, end] - values[:, inner]) / np.where(run != 0, run, 1.0)
         beyond = values[:, end] + slope * np.sign(run) * width[:, end] / 2
-        # a load does not turn negative where it vanishes
+        # a load does not become negative where it vanishes
         beyond = np.where(values.min(axis=1) >= 0, np.maximum(beyond, 0.0), beyond)
         found.insert(place * len(found), beyond[:, None])
     return np.concatenate(found, axis=1)
 
 
 def _where_reached(path: NDArray, u: NDArray, values: NDArray) -> NDArray:
-    """Values of one line at points of the path of contact; NaN beyond its ends, everywhere where it has one u."""
+    """Interpolate the values of a line over u at the points ``path``, (path,); NaN beyond the ends of the line."""
     if u[0] > u[-1]:
         u, values = u[::-1], values[::-1]
     return np.interp(path, u, values, left=np.nan, right=np.nan)
 
 
 def _between(part: NDArray, same_y: NDArray, same_u: NDArray) -> NDArray:
-    """Interpolated at ``part`` of the way between two lines, whose values are (2, path); ``same_u`` may be NaN."""
+    """Interpolate at the share ``part`` of the way between two lines with values (2, path); ``same_u`` may be NaN."""
     by_y, by_u = ((1 - part) * first + part * second for first, second in (same_y, same_u))
     change_y, change_u = (np.diff(each, axis=0)[0] ** 2 for each in (same_y, same_u))
     share = change_y / np.maximum(change_y + change_u, 1e-300)

@@ -1,4 +1,4 @@
-"""Datasets on disk: netCDF with a digest behind it, written atomically: a file is whole, or it says that it is not."""
+"""Datasets on disk: netCDF with a digest at the end of the file, written whole or not at all."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 _LOG = logging.getLogger(__name__)
 
-#: Attribute with the digest of the values.
+#: Attribute that holds the digest of the values.
 DIGEST = "data_sha256"
 
 
@@ -30,9 +30,9 @@ def save(dataset: xr.Dataset, path: str | Path) -> Path:
     Raises
     ------
     InputError
-        As ``files.check_target``.
+        As in ``files.check_target``.
     OSError
-        If the disk is full or fails; a file that was there before is untouched.
+        If the disk is full or fails; an existing file stays untouched.
     """
     file = _netcdf(dataset)
     line = seal_line(file.getbuffer())
@@ -42,11 +42,11 @@ def save(dataset: xr.Dataset, path: str | Path) -> Path:
 
 
 def _netcdf(dataset: xr.Dataset) -> BytesIO:
-    """The file, made in memory: HDF5 crashes the process at its end if the disk was full."""
+    """Make the file in memory, because HDF5 crashes the process at exit if the disk was full."""
     from xarray.backends.h5netcdf_ import H5NetCDFStore
 
     buffer: Any = BytesIO()
-    # as ``Dataset.to_netcdf`` does, with a lock of our own: looking for one it would import dask.distributed
+    # like ``Dataset.to_netcdf``, but without a lock: the search for one would import dask.distributed
     store = H5NetCDFStore.open(buffer, mode="w", lock=False)
     try:
         dataset.dump_to_store(store)
@@ -56,36 +56,36 @@ def _netcdf(dataset: xr.Dataset) -> BytesIO:
 
 
 def open_result(path: str | Path, *, proven: bool = False) -> xr.Dataset:
-    """Read a Dataset into memory: one that ``save`` has written, or that another program has saved again.
+    """Read a Dataset into memory; ``save`` or another program may have written it.
 
-    A digest must agree with its data: that of the bytes, at the end of what ``save`` has written, and that of the
-    values, where ``with_digest`` has given one. Where there is neither, a line in the log says so.
+    Digests must agree with the data: the digest of the bytes at the end of a file from ``save``, and the digest of the
+    values from ``with_digest``. A file with neither is read with a warning in the log.
 
     Parameters
     ----------
     path
         The file.
     proven
-        Whether a file without any digest is refused.
+        Whether to refuse a file without any digest.
 
     Raises
     ------
     InputError
-        If the file is missing, is no netCDF, or has been damaged or changed since it was written.
+        If the file is missing, is not netCDF, or has been damaged or changed since it was written.
     """
     data = read_bytes(path)
     try:
         sealed = is_sealed(data)
         dataset = dataset_of(unseal(data) if sealed else data)
         _check_digest(dataset, sealed=sealed, proven=proven, path=path)
-        # with its encoding names joined to it would be cut to the length of its own when saved
+        # without this, text joined to the Dataset later would be cut to the old length when saved
         return _of_now(dataset.drop_encoding())
     except InputError as error:
         raise InputError("", str(path), error.allowed) from None
 
 
 def _of_now(dataset: xr.Dataset) -> xr.Dataset:
-    """With the dimension gear, where an earlier version wrote a variable for the pinion and one for the wheel."""
+    """Convert a Dataset of an earlier version, with variables per gear, to variables over the dimension gear."""
     import xarray as xr
 
     gears = ["pinion", "wheel"]
@@ -101,15 +101,16 @@ def _of_now(dataset: xr.Dataset) -> xr.Dataset:
 
 
 def with_digest(dataset: xr.Dataset) -> xr.Dataset:
-    """The Dataset with the digest of its values, which stays with it when another program saves it again.
+    """Add the digest of the values, which survives when another program saves the Dataset again.
 
-    Equal for equal results, wherever and whenever computed. Whoever changes the values gives it anew, or takes it away.
+    Equal results have equal digests, wherever and whenever they are computed. Code that changes the values must renew
+    or remove the digest.
     """
     return dataset.assign_attrs({DIGEST: _digest(dataset)})
 
 
 def _digest(dataset: xr.Dataset) -> str:
-    """SHA-256 over names, shapes and values."""
+    """SHA-256 of names, shapes and values."""
     digest = hashlib.sha256()
     for name in sorted(map(str, dataset.variables)):
         values = dataset[name].values

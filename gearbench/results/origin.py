@@ -1,4 +1,4 @@
-"""The scene that a Dataset is of, and what it keeps of the files that the scene refers to."""
+"""Scene of a Dataset, and the measured grids that the Dataset keeps from the scene's files."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-#: Tables of effects whose grids a Dataset keeps → what their names begin with.
+#: Table of effects whose grids a Dataset keeps → prefix of their names.
 _KEPT = {"effects": "", "coast": "coast_"}
 
 
 def keeping(dataset: xr.Dataset, scene: Scene) -> xr.Dataset:
-    """``dataset`` with the measured grids of ``scene``, so that ``scene_of`` does not need their files."""
+    """Add the measured grids of ``scene`` to ``dataset``, so that ``scene_of`` does not need their files."""
     for table, prefix in _KEPT.items():
         for effect in getattr(scene, table):
             for name, array in effect.kept().items():
@@ -32,7 +32,7 @@ def keeping(dataset: xr.Dataset, scene: Scene) -> xr.Dataset:
 
 
 def _recall(dataset: xr.Dataset, tables: Mapping[str, Any]) -> None:
-    """Let the scene of ``tables`` have the grids that the Dataset keeps."""
+    """Hand the grids of the Dataset to the effects, for the scene of ``tables``."""
     for table, prefix in _KEPT.items():
         asked = tables.get(table)
         for effect in set(asked) & set(effect_names()) if isinstance(asked, dict) else ():
@@ -41,7 +41,7 @@ def _recall(dataset: xr.Dataset, tables: Mapping[str, Any]) -> None:
 
 
 def by_itself(dataset: xr.Dataset, mesh: str) -> xr.Dataset:
-    """One mesh of a result of several, without the positions and gears that it does not have; any other as it is."""
+    """Select one mesh of a result with several, without foreign positions and gears; return others unchanged."""
     if "mesh" not in dataset.dims:
         return dataset
     own = dataset.sel(mesh=mesh)
@@ -54,7 +54,7 @@ def by_itself(dataset: xr.Dataset, mesh: str) -> xr.Dataset:
 
 
 def scene_of(dataset: xr.Dataset) -> Scene:
-    """The scene of a result; of one point of a sweep, e.g. ``swept.sel(torque=100)``, that at this point.
+    """Read the scene of a result; for a point of a sweep, e.g. ``swept.sel(torque=100)``, the scene at this point.
 
     Raises
     ------
@@ -67,7 +67,7 @@ def scene_of(dataset: xr.Dataset) -> Scene:
         tables = tomllib.loads(str(dataset.attrs["scene"]))
         _recall(dataset, tables)
         scene = parse_scene(tables)
-    except (ValueError, RecursionError) as error:  # an InputError is one, too
+    except (ValueError, RecursionError) as error:  # an InputError is a ValueError too
         raise InputError("dataset", "scene", f"cannot be read: {error}") from None
     point = {}
     for path in map(str, np.atleast_1d(dataset.attrs.get("swept", []))):

@@ -1,4 +1,4 @@
-"""From a contact solution to the variables of a Dataset: those asked for, nothing else."""
+"""Outputs: variables of a Dataset that ``simulate`` computes from a contact solution on request."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from gearbench.results.solved import Solved
 
 _SEGMENTS = ("position", "pair", "segment")
 
-#: Output → (dimensions, how to compute it). ``simulate`` computes the ones it is asked for, and any response.
+#: Output → (dimensions, function that computes it). ``simulate`` computes the requested outputs and responses.
 OUTPUTS: Mapping[str, tuple[tuple[str, ...], Callable[[Solved], NDArray]]] = MappingProxyType(
     {
         "transmission_error": (("position",), lambda s: s.cycle.transmission_error),
@@ -59,7 +59,7 @@ OUTPUTS: Mapping[str, tuple[tuple[str, ...], Callable[[Solved], NDArray]]] = Map
     }
 )
 
-#: Names of earlier versions, of the pinion or the wheel → the output over both, and which of them.
+#: Name in earlier versions, for pinion or wheel → output over both gears, and index of the gear.
 EARLIER: Mapping[str, tuple[str, int]] = MappingProxyType(
     {
         f"{name}_{GEARS[index]}": (name, index)
@@ -68,7 +68,7 @@ EARLIER: Mapping[str, tuple[str, int]] = MappingProxyType(
         for index in (0, 1)
     }
 )
-#: Outputs of ``simulate`` unless told otherwise.
+#: Default outputs of ``simulate``.
 DEFAULT_OUTPUTS = (
     *(name for name, (dims, _) in OUTPUTS.items() if dims == ("position",) or dims == ("harmonic",)),
     "line_load",
@@ -79,7 +79,7 @@ DEFAULT_OUTPUTS = (
 
 
 def output(solved: Solved, name: str) -> tuple[tuple[str, ...], NDArray]:
-    """Dimensions and values of an output or response."""
+    """Compute an output or response; return its dimensions and values."""
     if name in EARLIER:
         of, gear = EARLIER[name]
         warn(f"{name} is now {of}, with the dimension gear", DeprecationWarning, stacklevel=2)
@@ -92,12 +92,12 @@ def output(solved: Solved, name: str) -> tuple[tuple[str, ...], NDArray]:
 
 
 def check_outputs(names: tuple[str, ...]) -> None:
-    """Refuse names of neither an output nor a response.
+    """Refuse names that are neither an output nor a response.
 
     Raises
     ------
     InputError
-        Naming the values allowed.
+        For an unknown name; names similar or allowed ones.
     """
     for name in names:
         if name not in OUTPUTS and name not in EARLIER and not is_response(name):
@@ -105,7 +105,7 @@ def check_outputs(names: tuple[str, ...]) -> None:
 
 
 def _noise_floor(solved: Solved, curve: str) -> NDArray:
-    """Estimated error of the amplitudes of a curve, in its unit, (…, harmonic)."""
+    """Estimate the errors of the amplitudes of a curve, in its unit, (…, harmonic)."""
     coarse = MeshCycle.of(
         solved.scene, solved.phases, solved.solution.coarse_approach, solved.solution.coarse_stiffness
     )
@@ -115,7 +115,7 @@ def _noise_floor(solved: Solved, curve: str) -> NDArray:
 
 
 def curve_floor(meshes: Sequence[Solved], values: NDArray, change: NDArray, cut: NDArray | float = 0.0) -> NDArray:
-    """``noise_floor`` of a curve that follows from the contact of ``meshes``; ``cut`` is a part of its own."""
+    """Compute ``noise_floor`` of a curve from the contact of ``meshes``; ``cut`` is a further error of the curve."""
     located = 0.0 if all(mesh.conforming for mesh in meshes) else LOCATED
     pair = meshes[0].scene.pair
     along = ALONG * pair.face_width / pair.normal_module if pair.meshing.overlap_ratio else ACROSS
@@ -124,7 +124,7 @@ def curve_floor(meshes: Sequence[Solved], values: NDArray, change: NDArray, cut:
 
 
 def _peak_to_peak_floor(solved: Solved, curve: str) -> NDArray:
-    """Estimated error of the peak-to-peak value of a curve, in its unit."""
+    """Estimate the error of the peak-to-peak value of a curve, in its unit."""
     return peak_to_peak_floor(solved.phases, getattr(solved.cycle, curve), _noise_floor(solved, curve))
 
 

@@ -1,4 +1,4 @@
-"""Results side by side along a new dimension: of the points of a sweep, of the meshes of a train."""
+"""Results joined along a new dimension: points of a sweep, or meshes of a train."""
 
 from __future__ import annotations
 
@@ -14,26 +14,26 @@ from numpy.typing import NDArray
 Column: TypeAlias = tuple[tuple[str, ...], NDArray]
 #: Dimensions and values by name.
 Columns: TypeAlias = dict[str, Column]
-#: Dimensions that are aligned by labels, and the coordinates that hold these; all others count from 0 at every point.
+#: Dimension that is aligned by labels → coordinate with the labels. All other dimensions count from 0 at every point.
 _LABELS = {"pair": "pair_index", "error_name": "error_name", "gear": "gear"}
 
 
 @dataclass(frozen=True)
 class Point:
-    """Coordinates and variables of the Dataset of one point, or of several."""
+    """Coordinates and variables of the Dataset of one or more points."""
 
     coords: Columns
     variables: Columns
 
     @cached_property
     def sizes(self) -> dict[str, int]:
-        """Length of each dimension."""
+        """Length of the dimensions."""
         both = (*self.coords.values(), *self.variables.values())
         return {d: n for dims, values in both for d, n in zip(dims, np.shape(values), strict=True)}
 
 
 def of_each_load(coords: Columns, variables: Columns, loads: tuple[int, ...]) -> Iterator[Point]:
-    """Points of arrays that have the ``loads`` before their dimensions; those that lack them are the same for all."""
+    """Yield the points of arrays with leading dimensions ``loads``; arrays without these are the same for all."""
     if not loads:
         yield Point(coords, variables)
         return
@@ -43,9 +43,9 @@ def of_each_load(coords: Columns, variables: Columns, loads: tuple[int, ...]) ->
 
 
 def beside(parts: Sequence[Point | None], dim: str) -> Point:
-    """The ``parts`` along a new first dimension, NaN where one is not there or is shorter than others.
+    """Join ``parts`` along a new first dimension; missing parts, and the missing ends of shorter ones, are NaN.
 
-    Coordinates that are the same in all parts stay as they are.
+    Coordinates that are the same in all parts do not get the new dimension.
     """
     known = [part for part in parts if part is not None]
     labels = {d: _union([part.coords[name][1] for part in known if name in part.coords]) for d, name in _LABELS.items()}
@@ -56,7 +56,7 @@ def beside(parts: Sequence[Point | None], dim: str) -> Point:
     places = [_places(part, labels) if part else {} for part in parts]
 
     def joined(own: Sequence[Column | None]) -> Column:
-        """Dimensions and values of one variable over all points; NaN where a point does not have it."""
+        """Join a variable over all points; NaN where a point does not have it."""
         arrays = sorted((each for each in own if each is not None), key=lambda each: -len(each[0]))
         dims = list(dict.fromkeys(d for each in arrays for d in each[0]))
         full = tuple(sizes[d] for d in dims)
@@ -86,13 +86,13 @@ def beside(parts: Sequence[Point | None], dim: str) -> Point:
 
 
 def _union(labels: Sequence[NDArray]) -> NDArray:
-    """Labels of all points: numbers ascending, names as they come."""
+    """Labels of all points: numbers in ascending order, names in order of appearance."""
     every = list(dict.fromkeys(label for own in labels for label in own.tolist()))
     return np.array(every if every and isinstance(every[0], str) else sorted(every))
 
 
 def _places(part: Point, labels: Mapping[str, NDArray]) -> dict[str, NDArray]:
-    """Positions of the items of each dimension of a point among those of all points."""
+    """Indices of a point's items among those of all points, by dimension."""
     found = {d: np.arange(n) for d, n in part.sizes.items()}
     for d, name in _LABELS.items():
         if name in part.coords:
@@ -102,6 +102,6 @@ def _places(part: Point, labels: Mapping[str, NDArray]) -> dict[str, NDArray]:
 
 
 def _same(one: Column, other: Column) -> bool:
-    """Whether two coordinates are the same."""
+    """Whether two coordinates are equal."""
     numbers = one[1].dtype.kind == "f"
     return one[0] == other[0] and (one[1] is other[1] or np.array_equal(one[1], other[1], equal_nan=numbers))

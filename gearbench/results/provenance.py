@@ -13,7 +13,7 @@ from typing import Any
 from gearbench.effects.base import ComplianceEffect
 from gearbench.scene import Scene, digest
 
-#: Strain at the root of the teeth beyond which results carry a warning: twice what hardened steel bears, and plastics.
+#: Strain at the tooth root above which results carry a warning: twice what hardened steel bears, and above plastics.
 LARGEST_STRAIN = 0.02
 _PACKAGES = ("gearbench", "numpy", "scipy", "numba", "xarray")
 
@@ -21,7 +21,7 @@ _PACKAGES = ("gearbench", "numpy", "scipy", "numba", "xarray")
 def provenance(scene: Scene, *, wall_time: float, seed: int | None = None) -> dict[str, Any]:
     """Attributes of a Dataset: scene as TOML, its hash, support, versions, git revision, seed, wall time [s], host.
 
-    ``warning``, a line each, where linear elasticity does not hold for the load, and of what is hardly meant.
+    The attribute ``warning`` has one line per warning: strain beyond linear elasticity, and doubts about the system.
     """
     text = scene.to_toml()
     own = {"scene": text, "scene_sha256": digest(text), "support": support(scene)}
@@ -32,9 +32,9 @@ def provenance(scene: Scene, *, wall_time: float, seed: int | None = None) -> di
 
 
 def beyond_elasticity(scene: Scene) -> str | None:
-    """A warning where the teeth would be strained beyond what linear elasticity can mean, else None.
+    """Warning if the teeth are strained beyond the range of linear elasticity, else None.
 
-    The strain at the root is about 3 F_bn / (b m_n E): a tooth form and stress factor of 3, as ISO 6336-3 has them.
+    The strain at the root is about 3 F_bn / (b m_n E), with a product of form and stress factor of 3 as in ISO 6336-3.
     """
     strain = 3 * scene.relative_load
     if strain <= LARGEST_STRAIN:
@@ -45,17 +45,17 @@ def beyond_elasticity(scene: Scene) -> str | None:
 
 
 def doubts(scene: Scene) -> tuple[str, ...]:
-    """Doubts about the system of a scene, one line each."""
+    """Doubts about the system of a scene, one line per doubt."""
     if scene.system is None:
         return ()
-    one = scene.under(scene.load).one_mesh  # of several loads the greatest
+    one = scene.under(scene.load).one_mesh  # the greatest of several loads
     from gearbench.system.doubts import doubts_of_shafts, doubts_of_wheels
 
     return tuple(doubts_of_shafts(one.gearbox) if one.has_shafts else doubts_of_wheels(scene.system, one.pair))
 
 
 def support(scene: Scene) -> str:
-    """The body that the teeth stand on: "ring", "sainsot_velex", "finite_elements"; else "clamped", or "rigid"."""
+    """Body that supports the teeth: "ring", "sainsot_velex", "finite_elements"; "clamped" or "rigid" without a body."""
     names = [effect.name for effect in scene.effects if isinstance(effect, ComplianceEffect) and effect.name != "hertz"]
     body, tooth = scene.effect("gear_body"), scene.effect("tooth_bending")
     if body is None:
@@ -64,7 +64,7 @@ def support(scene: Scene) -> str:
 
 
 def run_provenance(*, wall_time: float) -> dict[str, Any]:
-    """Attributes of any Dataset: package versions, git revision, wall time [s], host."""
+    """Attributes of every Dataset: package versions, git revision, wall time [s], creation time, host."""
     return {
         "versions": versions(),
         "git_revision": git_revision(),
@@ -89,7 +89,7 @@ def versions() -> str:
 
 @cache
 def git_revision() -> str:
-    """Revision of the checkout the package is imported from; "unknown" outside one."""
+    """Git revision of the checkout from which the package is imported; "unknown" outside a checkout."""
     folder = Path(__file__).resolve().parent
     command = ["git", "-C", str(folder), "describe", "--always", "--dirty"]
     try:

@@ -1,9 +1,9 @@
-"""Responses: the numbers that a mesh cycle answers, that of a pair or that of a train, each declared once.
+"""Responses: scalar metrics of the mesh cycle of a pair or train, with their registry.
 
-``simulate``, ``robust``, the accuracy control, objectives and limits of an optimisation, and the explorer take them
-from here; an objective is ``<response>_<statistic>`` over the error samples. Another package adds one by ``register``,
-or by an entry point of the group ``gearbench.metrics`` that names a ``Metric`` or a sequence of them; workers of a
-cluster know those of entry points only.
+``simulate``, ``robust``, the accuracy control, objectives and limits of an optimisation, and the explorer use this
+registry. An objective is ``<response>_<statistic>`` over the error samples. Other packages add responses by
+``register``, or by an entry point of the group ``gearbench.metrics`` that names a ``Metric`` or a sequence of them.
+Workers of a cluster know only those from entry points.
 """
 
 from __future__ import annotations
@@ -34,10 +34,10 @@ from gearbench.results.train_cycle import NUMBERS, Curve, TrainCycle
 
 #: Group of the entry points.
 GROUP = "gearbench.metrics"
-#: Its name before version 1.0.
+#: Name of the group before version 1.0.
 OLD_GROUP = "gearbench.responses"
 
-#: Statistics over the error samples: name → how to compute it from (sample,), and in words.
+#: Statistic over the error samples → function of the values (sample,), and its name in words.
 STATISTICS: Mapping[str, tuple[Callable[[NDArray], float], str]] = MappingProxyType(
     {
         "mean": (lambda x: float(x.mean()), "mean"),
@@ -45,31 +45,32 @@ STATISTICS: Mapping[str, tuple[Callable[[NDArray], float], str]] = MappingProxyT
         "max": (lambda x: float(x.max()), "maximum"),
     }
 )
-#: Endings of the names of a response over several loads, see ``sweeps.run``.
+#: Endings of names of a response combined over several loads, see ``sweeps.run``.
 OVER_LOADS = ("_load_mean", "_load_max")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Metric:
-    """A number that a mesh cycle answers.
+    """Scalar metric of a mesh cycle.
 
     Parameters
     ----------
     name
-        Its name in Datasets; with ``_mean``, ``_std`` or ``_max`` appended it names a statistic over error samples.
+        Name in Datasets; with ``_mean``, ``_std`` or ``_max`` appended it names a statistic over error samples.
     quantity
         Unit, symbol and meaning.
     reduce
-        From a cycle with curves (…, position) to the numbers (…): a ``MeshCycle``, or a ``TrainCycle``.
+        Function from a ``MeshCycle`` or ``TrainCycle`` with curves (…, position) to numbers (…).
     of_train
-        Whether it is one of trains whose meshes are one contact problem.
+        Whether the metric is one of trains, whose meshes form one contact problem.
     over_speed
-        Whether it is one of the dynamic response over a range of speeds, which a study gives it: no cycle has it alone.
+        Whether the metric is one of the dynamic response over the speeds of a study; a mesh cycle alone does not give
+        it.
 
     Raises
     ------
     InputError
-        If the name is no lower-case identifier, or another quantity's.
+        If the name is not a lower-case identifier, or is the name of another quantity.
     """
 
     name: str
@@ -86,7 +87,7 @@ class Metric:
 
 
 def register(*responses: Metric) -> None:
-    """Make responses known; the same one again changes nothing.
+    """Register responses; registering the same one again changes nothing.
 
     Raises
     ------
@@ -99,12 +100,12 @@ def register(*responses: Metric) -> None:
 
 
 def response(name: str, key: str = "response") -> Metric:
-    """The response of that name; ``key`` says where the name was given.
+    """Find a response by name; ``key`` says where the name was given.
 
     Raises
     ------
     InputError
-        If there is none.
+        If there is no such response.
     """
     if name not in KNOWN:
         installed()
@@ -114,34 +115,34 @@ def response(name: str, key: str = "response") -> Metric:
 
 
 def check_responses(names: Iterable[str]) -> None:
-    """Refuse names of no response, raising as ``response``."""
+    """Refuse unknown names of responses; raises as ``response``."""
     for name in names:
         response(name, "responses")
 
 
 def responses() -> Mapping[str, Metric]:
-    """All responses by name, those of other packages included."""
+    """All responses by name, including those of other packages."""
     installed()
     return MappingProxyType(KNOWN)
 
 
 def is_response(name: str) -> bool:
-    """Whether a response has the name."""
+    """Whether ``name`` is a response."""
     return name in KNOWN or name in responses()
 
 
 def is_over_speed(name: str) -> bool:
-    """Whether a response of that name is one of the dynamic response over a range of speeds."""
+    """Whether ``name`` is a metric of the dynamic response over a range of speeds."""
     return is_response(name) and response(name).over_speed
 
 
 def is_of_train(name: str) -> bool:
-    """Whether a response of that name is one of trains, see ``Metric``."""
+    """Whether ``name`` is a metric of trains, see ``Metric``."""
     return is_response(name) and response(name).of_train
 
 
 def split_statistic(name: str) -> tuple[str, str] | None:
-    """Metric and statistic of a name such as "mesh_stiffness_rms_std"; None where it is none."""
+    """Split a name such as "mesh_stiffness_rms_std" into metric and statistic; None for other names."""
     of, _, statistic = name.rpartition("_")
     return (of, statistic) if statistic in STATISTICS and is_response(of) else None
 
@@ -152,12 +153,12 @@ def statistics_of(names: Iterable[str]) -> tuple[str, ...]:
 
 
 def quantity(name: str) -> Quantity | None:
-    """Unit, symbol and meaning of anything a Dataset may hold; None where the name is not known.
+    """Unit, symbol and meaning of any variable of a Dataset; None for an unknown name.
 
-    Names that follow from others are understood: a statistic, its ``…_standard_error``, the ``…_first_order`` and
-    ``…_total`` shares of the errors in a variance, the change ``…_tightened`` of a mean where one error is a class
-    finer, the ``…_load_mean`` and ``…_load_max`` over several loads, the relative ``…_error`` against a reference, its
-    ``…_bar``, and the value ``…_verified`` by one.
+    Derived names are understood: a statistic, its ``…_standard_error``, the ``…_first_order`` and ``…_total`` shares of
+    the errors in a variance, the change ``…_tightened`` of a mean if one error is a class finer, ``…_load_mean`` and
+    ``…_load_max`` over several loads, the relative ``…_error`` against a reference with its ``…_bar``, and the value
+    ``…_verified`` by a reference.
     """
     if name in QUANTITIES:
         return QUANTITIES[name]
@@ -196,9 +197,9 @@ _DERIVED: Mapping[str, Callable[[Quantity], Quantity]] = MappingProxyType(
 
 
 def described(variables: Mapping[str, tuple[Any, Any]], missing: str = "") -> dict[str, tuple]:
-    """Variables by name, (dimensions, values), with the attributes of their quantities where these are known.
+    """Add the attributes of known quantities to variables, name → (dimensions, values).
 
-    Those with NaN among their values say why in an attribute of its own: what ``missing`` says.
+    A variable with NaN among its values also gets the text ``missing`` as an attribute, which says why.
     """
     found = {}
     for name, (dims, values) in variables.items():
@@ -210,12 +211,12 @@ def described(variables: Mapping[str, tuple[Any, Any]], missing: str = "") -> di
 
 @cache
 def installed() -> tuple[str, ...]:
-    """Register the responses of other packages, once; their names.
+    """Register the responses of other packages, once; return their names.
 
     Raises
     ------
     InputError
-        If an entry point cannot be imported, or names something else.
+        If an entry point cannot be imported, or does not name a ``Metric`` or a sequence of them.
     """
     all_found: list[Metric] = []
     for entry in (*entry_points(group=GROUP), *_of_old_group()):
@@ -233,7 +234,7 @@ def installed() -> tuple[str, ...]:
 
 
 def _of_old_group() -> Sequence[EntryPoint]:
-    """Entry points of the group's former name, understood until version 1.1."""
+    """Entry points under the group's former name, supported until version 1.1."""
     found = tuple(entry_points(group=OLD_GROUP))
     if found:
         names = ", ".join(entry.name for entry in found)
@@ -283,20 +284,20 @@ _NUMBERS = (
     (f"{_K}_rms", "%", "RMS k", "RMS of the relative fluctuation of the mesh stiffness", _stiffness_rms),
     (f"{_K}_peak_to_peak", "N/µm", "PP k", "peak-to-peak mesh stiffness", _peak_to_peak(_K)),
 )
-#: Amplitudes of single harmonics; a phase has no mean over samples, and is no response.
+#: Amplitudes of single harmonics. Phases are not responses, because a phase has no mean over samples.
 _AMPLITUDES = tuple(
     (f"{curve}_amplitude_{n}", unit, f"|{symbol}_{n}|", f"amplitude of harmonic {n} of the {of}", _amplitude(curve, n))
     for curve, unit, symbol, of in ((_STE, "µm", "δ", "transmission error"), (_K, "N/µm", "k", "mesh stiffness"))
     for n in range(1, HARMONICS + 1)
 )
-#: The numbers of a cycle that a simulation gives unless told otherwise.
+#: Default responses of a simulation.
 USUAL = tuple(name for name, *_ in _NUMBERS)
-#: All responses by name, those of other packages once they are asked for.
+#: Registry of all responses by name; those of other packages are added when first needed.
 KNOWN: dict[str, Metric] = {
     name: Metric(name=name, quantity=Quantity(*words), reduce=reduce)
     for name, *words, reduce in (*_NUMBERS, *_AMPLITUDES)
 }
-#: RMS over speeds, and over torques where there are several, of the RMS of the mesh force.
+#: RMS over the speeds, and over the torques if there are several, of the RMS of the mesh force.
 _FORCE = Quantity("N", "RMS f", "RMS of the mesh force over the range of speeds")
 KNOWN["mesh_force"] = Metric(name="mesh_force", quantity=_FORCE, reduce=_needs_speeds, over_speed=True)
 KNOWN |= {each[0]: _of_train(*each) for each in NUMBERS}

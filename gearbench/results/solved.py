@@ -17,11 +17,11 @@ from gearbench.scene import Scene
 
 @dataclass(frozen=True, kw_only=True)
 class Solved:
-    """A scene solved on its contact lines: the source of all outputs.
+    """A scene solved on its contact lines; all outputs follow from it.
 
-    The arrays of the solution may have dimensions before the position; so have the outputs that follow from it.
-    ``size`` is the number of Gauss points on each panel, by default the scene's; ``at`` are the phases that results are
-    over, where these are those of another mesh of a train.
+    Arrays of the solution may have further dimensions before the position; outputs then have them too. ``size`` is the
+    number of Gauss points on a panel, by default that of the scene. ``at`` gives the phases of the results if they are
+    counted from another mesh of a train.
     """
 
     scene: Scene
@@ -34,7 +34,7 @@ class Solved:
 
     @cached_property
     def phases(self) -> Phases:
-        """The mesh phases."""
+        """Mesh phases of the results."""
         if self.at is not None:
             return self.at
         size = self.size or self.scene.resolution.panel_size
@@ -47,7 +47,7 @@ class Solved:
 
     @cached_property
     def conforming(self) -> bool:
-        """Whether the flanks touch all along their lines, so that the phases of changes are known beforehand."""
+        """Whether the flanks touch along their whole lines, so that the phases of transitions are known in advance."""
         return conforming(self.scene.one_load)
 
     def line_load(self) -> NDArray:
@@ -55,7 +55,7 @@ class Solved:
         return self.solution.force / np.where(self.lines.length > 0, self.lines.length, 1.0) / self.lines.lever
 
     def load_share(self) -> NDArray:
-        """Share of each pair in the normal force, (position, pair)."""
+        """Share of the normal force on every tooth pair, (position, pair)."""
         return self.solution.force.sum(axis=-1) / self.solution.force.sum(axis=(-2, -1))[..., None]
 
     def initial_gap(self) -> NDArray:

@@ -1,4 +1,4 @@
-"""A train whose meshes are one contact problem, over its mesh cycle: the curves that its metrics are of."""
+"""Mesh cycle of a train whose meshes form one contact problem: its curves and metrics."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from gearbench.results.cycle import HARMONICS, MICROMETRES, Phases, coefficients
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TrainCycle:
-    """Forces and motions of a train over one mesh cycle, or of many samples at the same phases.
+    """Forces and motions of a train over one mesh cycle, or over those of many samples at the same phases.
 
     Parameters
     ----------
@@ -26,11 +26,11 @@ class TrainCycle:
     phases
         Phases of the first mesh.
     force, even
-        F_bt of each mesh, (…, position, mesh) [N], and where all paths share alike, (mesh,).
+        F_bt of the meshes, (…, position, mesh) [N], and the same with equal load sharing, (mesh,) [N].
     motion
-        q (…, position, motion) [mm; rad].
+        Free motions q, (…, position, motion) [mm; rad].
     input_stiffness
-        Torque on the input over its turn, without errors, (position,) [N·mm/rad].
+        Torque on the input per angle of the input, without errors, (position,) [N·mm/rad].
     """
 
     linkage: Linkage
@@ -42,36 +42,37 @@ class TrainCycle:
 
     @property
     def sharing(self) -> NDArray:
-        """Load share of each mesh, (…, position, mesh)."""
+        """Force of the meshes over that with equal load sharing, (…, position, mesh)."""
         return self.force / self.even
 
     @property
     def input_turn(self) -> NDArray:
-        """Angle by which the input turns more than that of stiff gears without errors, (…, position) [rad]."""
+        """Additional angle of the input, compared with rigid gears without errors, (…, position) [rad]."""
         sense = np.sign(self.linkage.force(1.0)[self.linkage.input])
         return sense * self.motion[..., self.linkage.input]
 
     @property
     def transmission_error(self) -> NDArray:
-        """Δ on the base circle of the first driver, (…, position) [µm]."""
+        """Transmission error Δ on the base circle of the first driver, (…, position) [µm]."""
         return MICROMETRES * self.linkage.train.meshes[0].pair.gears[0].base_radius * self.input_turn
 
     def radial_force(self, member: str) -> NDArray:
-        """Resultant of the mesh forces on a member across its axis, x + iy (…, position) [N]."""
+        """Resultant radial mesh force on a member, x + iy, (…, position) [N]."""
         on = self.linkage.on_bodies(self.force)[..., self._body(member), :]
         return on[..., 0] + 1j * on[..., 1]
 
     def radial_motion(self, member: str) -> NDArray:
-        """Motion of a member across its axis, x + iy (…, position) [µm]; 0 where it cannot move."""
+        """Radial motion of a member, x + iy, (…, position) [µm]; 0 if it cannot move."""
         own = self.motion @ self.linkage.moved[:, self._body(member)]
         return MICROMETRES * (own[..., 0] + 1j * own[..., 1])
 
     @property
     def carrier_torque(self) -> NDArray:
-        """Torque on the carrier less its mean where input and output turn uniformly, (…, position) [N·m].
+        """Fluctuating torque on the carrier if input and output turn uniformly, (…, position) [N·m].
 
-        Statics give a train a constant torque, and Δ. Inertias that do not follow Δ at the mesh frequency bring the
-        torque k (Δ̄ − Δ) in its place, to first order; k is that of the set without errors.
+        The static solution has a constant torque and a varying Δ. If the inertias are too large to follow Δ at the mesh
+        frequency, the torque varies instead, by k (Δ̄ − Δ) to first order, with the stiffness k of the set without
+        errors.
         """
         self._body("carrier")
         k, turn = self.input_stiffness * self.phases.weight, self.input_turn
@@ -85,24 +86,24 @@ class TrainCycle:
         return self.linkage.bodies.index(member)
 
 
-#: Function of a cycle that gives a curve (…, position) or a number (…).
+#: Function of a cycle that returns a curve (…, position) or a number (…).
 Curve = Callable[[TrainCycle], NDArray]
 
 
 def _rms(curve: Curve, cycle: TrainCycle) -> NDArray:
-    """RMS of the deviation from the mean; of a vector x + iy that of its length."""
+    """RMS of the deviation from the mean; for a vector x + iy, of the length of the deviation."""
     values, weight = curve(cycle), cycle.phases.weight
     return np.sqrt(mean(np.abs(values - mean(values, weight)[..., None]) ** 2, weight))
 
 
 def _amplitude(curve: Curve, n: int, cycle: TrainCycle) -> NDArray:
-    """Amplitude of a harmonic; of a vector x + iy the long half axis of the ellipse that its harmonic runs along."""
+    """Amplitude of a harmonic; for a vector x + iy, the semi-major axis of the ellipse that the harmonic traces."""
     values = curve(cycle)
     forward, backward = (np.abs(coefficients(cycle.phases, x, n)[..., -1]) for x in (values, np.conj(values)))
     return forward + backward
 
 
-#: Curves of a train: name → unit, symbol, meaning, and how they follow from the cycle.
+#: Curve of a train → unit, symbol, meaning, and function of the cycle.
 CURVES: Mapping[str, tuple[str, str, str, Curve]] = MappingProxyType(
     {
         "train_transmission_error": ("µm", "Δ", "transmission error of the train", lambda c: c.transmission_error),
@@ -129,7 +130,7 @@ def _of_curves() -> Iterator[tuple[str, str, str, str, Curve]]:
 
 
 _Δ = "transmission error of the train"
-#: Numbers of a train: name, unit, symbol, meaning, and how they follow from the cycle.
+#: Scalar metrics of a train: name, unit, symbol, meaning, and function of the cycle.
 NUMBERS: tuple[tuple[str, str, str, str, Curve], ...] = (
     (
         "mesh_load_factor",

@@ -1,4 +1,4 @@
-"""Warnings about a result, one line each."""
+"""Warnings about a scene or a result, one line per warning."""
 
 from __future__ import annotations
 
@@ -19,27 +19,29 @@ if TYPE_CHECKING:
     from gearbench.effects.base import Effect
     from gearbench.geometry.pair import Pair
 
-#: Contact pressure above which a result warns: σ_Hlim of case-hardened wrought steel of quality MQ,
-#: ISO 6336-5:2016 table 1 (1300 of quality ML, 1650 of ME) [MPa].
+#: Contact pressure above which a result carries a warning: σ_Hlim of case-hardened wrought steel of quality MQ,
+#: ISO 6336-5:2016 table 1 (1300 for quality ML, 1650 for ME) [MPa].
 HARDENED = 1500.0
 #: Least tip thickness of a tooth [normal modules], ISO 21771-1 and usual practice.
 LEAST_TIP = 0.2
-#: Gears on which solid teeth on their ring were held against finite elements (``studies/s11_gears_in_use``): helix
-#: angle [°] and face width [normal modules] at most, rim [normal modules] at least.
+#: Range in which solid teeth on a ring were compared with finite elements (``studies/s11_gears_in_use``): largest helix
+#: angle [°], largest face width and smallest rim thickness [normal modules].
 STEEPEST, WIDEST, THINNEST_RIM = 40.0, 25.0, 1.5
-#: Overlap ratio from which peak-to-peak values there were more than 3 % off by more than the error bar, 4.1 % at most.
+#: Overlap ratio above which peak-to-peak values in this comparison differed by more than 3 % beyond the error bar, 4.1
+#: % at most.
 MOST_OVERLAP = 2.8
 _OFF_LINE = "add [effects.off_line_contact]"
 
 
-#: Half-width of contact over the difference of the radii of curvature of a ring and its mate, at most.
+#: Largest half-width of contact over the difference of the radii of curvature of a ring and its mate: above it, the
+#: contact law of half-spaces is doubtful.
 CONFORMING = 0.1
 
 
 def warnings(scene: Scene, dataset: xr.Dataset | None = None) -> tuple[str, ...]:
-    """Effects left out, random errors at their means, bodies beyond validation, pointed tips, interference.
+    """Warnings: effects left out, errors at their means, bodies beyond validation, pointed tips, interference.
 
-    Of a Dataset excessive pressure too.
+    With a ``dataset``, excessive contact pressure too.
     """
     pair, found = scene.pair, []
     on_line = scene.effect("hertz") is not None and scene.effect("off_line_contact") is None
@@ -73,7 +75,7 @@ def warnings(scene: Scene, dataset: xr.Dataset | None = None) -> tuple[str, ...]
 
 
 def _of_ring(pair: Pair, dataset: xr.Dataset | None) -> list[str]:
-    """Assembly along the axis only, and a strip too wide for the law of half-spaces on flanks that fit each other."""
+    """Warnings of an internal pair: axial assembly only, and a contact too wide for the half-space contact law."""
     found = []
     if (room := radial_room(pair)) < 0:
         found.append(f"assembly along the axis only: pushed in radially tips would overlap by {-room:.3g} mm")
@@ -90,7 +92,7 @@ def _of_ring(pair: Pair, dataset: xr.Dataset | None) -> list[str]:
 
 
 def _at_their_means(errors: Effect, pair: Pair) -> list[str]:
-    """Warning that random errors act with their means, where these are not zero."""
+    """Warning that random errors act with their means, if these are not zero."""
     from gearbench.effects.manufacturing_errors import ManufacturingErrors
 
     assert isinstance(errors, ManufacturingErrors)
