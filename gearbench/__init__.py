@@ -1,7 +1,7 @@
 """Research workbench for quiet gears: transmission error and mesh stiffness of involute gear pairs.
 
-The public names are listed in ``__init__.pyi``; each is imported on first use, so that ``import gearbench`` costs next
-to nothing. Plots are in ``gearbench.plot``, base classes for extensions in ``gearbench.plugin``.
+``__init__.pyi`` lists the public names. They are imported on first use, so that ``import gearbench`` is fast. Plots are
+in ``gearbench.plot``, base classes for extensions in ``gearbench.plugin``.
 """
 
 from importlib import import_module
@@ -14,7 +14,7 @@ __version__ = "1.0.0"
 
 _public, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
-#: Public names before version 1.0, understood until version 1.1, and their successors.
+#: Public name before version 1.0 → its successor; the old names work until version 1.1.
 _RENAMED = {
     "load_scene": "gearbench.read_scene",
     "load_study": "gearbench.read_study",

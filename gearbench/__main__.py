@@ -1,4 +1,4 @@
-"""``python -m gearbench``, and the program ``gearbench``."""
+"""Entry point of ``python -m gearbench`` and of the program ``gearbench``."""
 
 import gc
 import os
@@ -6,17 +6,17 @@ import sys
 
 from gearbench.cli import main
 
-#: Packages that NumPy, numba and xarray import only because they are installed; a search by dask uses the last two.
+#: Packages that NumPy, numba and xarray import only because they are installed; only dask schedulers need the last two.
 UNUSED = ("charset_normalizer", "cffi", "yaml", "dask")
 
 
 def run() -> None:
     """Run the command line as a process that starts and ends quickly.
 
-    It ends without shutting the interpreter down: with all that was imported this takes a fifth of a second, and a
-    signal that arrives meanwhile may crash it.
+    The process ends without shutting down the interpreter. A shutdown with all imported modules takes a fifth of a
+    second, and a signal that arrives meanwhile may crash it.
     """
-    # imported modules are no garbage, but would be searched for it
+    # imported modules are not garbage, but the collector would search them
     gc.set_threshold(200_000)
     for name in UNUSED[: 2 if "--scheduler" in " ".join(sys.argv) else 4]:
         sys.modules[name] = None  # type: ignore[assignment]

@@ -1,8 +1,8 @@
-"""Memory that a run may take: known before it is spent, and a run that needs more is refused in one line.
+"""Memory budget: the memory of a run is predicted before it starts, and a run that needs too much is refused.
 
-The budget is the least of ``--memory``, a share of the machine's (of a container's, where it is in one), and what the
-limits of the process (``ulimit -v``) leave. What runs take is predicted here, from numbers of positions, segments and
-columns; who has the arrays counts these.
+The budget is the least of ``--memory``, a share of the memory of the machine or container, and the rest of the process
+limit (``ulimit -v``). The functions here predict memory from numbers of positions, segments and columns, which the
+callers count.
 """
 
 from __future__ import annotations
@@ -17,28 +17,28 @@ from gearbench.errors import InputError
 
 #: Share of the machine's memory that may be used.
 SHARE = 0.7
-#: Environment variable of the budget in bytes: processes started here have the same one.
+#: Environment variable with the budget in bytes; child processes inherit it.
 VARIABLE = "GEARBENCH_MEMORY"
-#: Needs below this are not weighed against anything [bytes].
+#: Smaller needs are never refused [bytes].
 SMALL = 256e6
 
 _UNITS = {"B": 1.0, "kB": 1e3, "MB": 1e6, "GB": 1e9, "TB": 1e12}
 _CONTAINER = ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes")
-#: Runs side by side in this process, which share the budget.
+#: Number of parallel runs in this process that share the budget.
 _runs = 1
 
 
 class MemoryBudgetError(InputError):
-    """A run needs more memory than it may have."""
+    """Error: a run needs more memory than the budget allows."""
 
 
 def parse_memory(text: str) -> float:
-    """Bytes of a text such as "4GB" or "500 MB".
+    """Read bytes from a text such as "4GB" or "500 MB".
 
     Raises
     ------
     InputError
-        If it is no such text.
+        If the text is not a number with a unit.
     """
     found = re.fullmatch(r"\s*(\d{1,9}(?:\.\d{1,9})?)\s*(B|kB|MB|GB|TB)\s*", text)
     if found is None or not float(found[1]):
@@ -47,13 +47,13 @@ def parse_memory(text: str) -> float:
 
 
 def shown(size: float) -> str:
-    """Bytes in words: 4.2 GB."""
+    """Format bytes with a unit: 4.2 GB."""
     unit = next((unit for unit, factor in reversed(_UNITS.items()) if size >= factor), "B")
     return f"{size / _UNITS[unit]:.2g} {unit}" if size < 100 * _UNITS[unit] else f"{size / _UNITS[unit]:.0f} {unit}"
 
 
 def memory_limit() -> float:
-    """Bytes that a run may use."""
+    """Memory that a run may use [bytes]."""
     limits = [SHARE * os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")]
     for path in _CONTAINER:
         with suppress(OSError, ValueError):
@@ -65,7 +65,7 @@ def memory_limit() -> float:
 
 
 def _of_process() -> list[float]:
-    """Memory that the limit of the address space leaves, if there is one."""
+    """Memory that the limit of the address space leaves [bytes], in a list that is empty without a limit."""
     import resource
 
     most, _ = resource.getrlimit(resource.RLIMIT_AS)
@@ -79,21 +79,21 @@ def _of_process() -> list[float]:
 
 
 def require(size: float, key: str, value: object, instead: str = "") -> None:
-    """Refuse what needs more than the budget.
+    """Refuse a run that needs more memory than the budget.
 
     Parameters
     ----------
     size
-        Bytes that are needed.
+        Needed memory [bytes].
     key, value
-        As in ``InputError``: what needs them.
+        Input that causes the need, as in ``InputError``.
     instead
-        What would fit, in words.
+        Text that says what would fit.
 
     Raises
     ------
     MemoryBudgetError
-        With the need, the budget, and what would fit.
+        If ``size`` exceeds the budget; names both, and ``instead``.
     """
     if size <= SMALL or size <= (limit := memory_limit()):
         return
@@ -102,24 +102,24 @@ def require(size: float, key: str, value: object, instead: str = "") -> None:
 
 
 def room() -> float:
-    """Bytes that nothing is refused for."""
+    """Memory up to which no run is refused [bytes]."""
     return max(memory_limit(), SMALL)
 
 
 def require_each(each: float, count: int, key: str, of: str) -> None:
-    """Refuse more than the memory holds of what takes ``each`` bytes.
+    """Refuse ``count`` items of ``each`` bytes if they exceed the budget.
 
     Parameters
     ----------
     key
-        In the singular, as it is given: "speed".
+        Name of an item in the singular, e.g. "speed".
     of
-        What each of them has, in words.
+        Text on the contents of an item.
 
     Raises
     ------
     MemoryBudgetError
-        Naming the number that would fit.
+        If the items do not fit; says how many would.
     """
     fits = int(room() / each)
     require(each * count, key, f"{count} {key}s × {of}", f"{fits} {key}s would fit" if fits else f"less than {of} fit")
@@ -127,7 +127,7 @@ def require_each(each: float, count: int, key: str, of: str) -> None:
 
 @contextmanager
 def shared(runs: int) -> Iterator[None]:
-    """Inside, ``runs`` runs of this process side by side share the budget."""
+    """Context in which ``runs`` parallel runs of this process share the budget."""
     global _runs
     before, _runs = _runs, _runs * max(runs, 1)
     try:
@@ -136,88 +136,89 @@ def shared(runs: int) -> Iterator[None]:
         _runs = before
 
 
-# -- what runs take: numbers that are kept at the same time, at most; measured, with a tenth to a third in reserve -----
-#: Bytes of a number.
+# -- memory of runs: most numbers held at the same time, as measured, with a reserve of a tenth to a third -------------
+#: Size of a number [bytes].
 _NUMBER = 8
-#: A contact problem: for each two segments of a position where all pairs of teeth move each other, for each segment and
-#: column of Ψ (of pairs that move each other, and of others), and for each segment (contact lines, gaps, laws, results;
-#: likewise).
+#: Contact problem: numbers per two segments of a position (if tooth pairs are coupled), per segment and column of Ψ
+#: (coupled, uncoupled), and per segment for contact lines, gaps, laws and results (coupled, uncoupled).
 _SQUARE, _COLUMN, _SEGMENT = 3.4, (2.5, 3.4), (62.0, 30.0)
-#: A solution that is kept while others are solved, and put together at the end: for each segment of a position, and for
-#: each position.
+#: Solution that is kept while others are solved, and joined with them at the end: numbers per segment of a position,
+#: and per position.
 _KEPT_SEGMENT, _KEPT_POSITION = 4.0, 60.0
-#: Mesh cycles of unlike teeth: for each position of a cycle, for each position of the waves of orders found at once,
-#: for each order, and for each mode of the gaps of a cycle.
+#: Mesh cycles of unlike teeth: numbers per position of a cycle, per position of the waves of orders computed at once,
+#: per order, and per mode of the gaps of a cycle.
 _CYCLE, _WAVE, _ORDER, _MODE = 5.0, 4.4, 9.5, 1.7
-#: Orders found at once: their waves are an array of their own.
+#: Number of orders computed at once: their waves are one array.
 ORDERS_AT_ONCE = 4000
-#: A Ritz system: for each two functions of the section of a spur and of a helical tooth, for each two right-hand sides,
-#: and for the rest.
+#: Ritz system: numbers per two functions of the section (spur, helical tooth), per two right-hand sides, and for the
+#: rest.
 _FUNCTIONS, _SIDES, _REST = (10.0, 14.0), 7.0, 3e4
-#: A response over speed, for each mesh, speed and order: curves over time; or the variables, and those of each bearing.
+#: Response over speed: numbers per mesh, speed and order, for curves over time, or for the variables and those per
+#: bearing.
 _CURVES, _VARIABLES, _BEARING = 48.0, 42.0, 7.0
-#: The same for each speed and step of the period with loss of contact, its two sweeps together, beside x and f of rows.
+#: Response with loss of contact: numbers per speed and step of the period, for both sweeps, without x and f of the
+#: rows.
 _STEP = 76.0
-#: Scattered samples of it, for each order and for each speed of a block.
+#: Error samples of a response: numbers per order and speed of a block.
 _SPEED = 2.0
 
 
 def position_memory(pairs: int, segments: int, columns: int, *, coupled: bool) -> float:
-    """Memory [bytes] of the contact problem of one position."""
+    """Memory of the contact problem of one position [bytes]."""
     n = pairs * segments
-    # of pairs that deflect by themselves, the compliance of each is reduced where it has more columns than segments
+    # the compliance of an uncoupled pair is reduced if it has more columns than segments
     square = n * n if coupled else n * segments * (columns > segments)
     return _NUMBER * (_SQUARE * square + n * (_COLUMN[not coupled] * columns + _SEGMENT[not coupled]))
 
 
 def result_memory(segments: int) -> float:
-    """Memory [bytes] that the results of one position take among those of a sweep."""
+    """Memory of the results of one position in a sweep [bytes]."""
     return _NUMBER * (_KEPT_SEGMENT * segments + _KEPT_POSITION)
 
 
 def batch_memory(segments: int, modes: int, rank: int, blocks: int, *, linearised: bool) -> float:
-    """Memory [bytes] of one position of samples solved side by side: products of columns, or the matrix of all."""
+    """Memory of one position of error samples solved together [bytes]: products of columns, or the dense matrix."""
     own = 2 * rank * rank if linearised else segments * rank * (rank + 1) / 2 + modes * blocks * rank
     return _NUMBER * (own + segments * (4 * rank + 4 * modes))
 
 
 def gaps_memory(segments: int, errors: int) -> float:
-    """Memory [bytes] of the gaps of random errors on one position."""
+    """Memory of the gaps of random errors at one position [bytes]."""
     return _NUMBER * 4 * segments * errors
 
 
 def cycles_memory(positions: int, cycles: int, orders: float, modes: int) -> float:
-    """Memory [bytes] of mesh cycles whose gaps are sums of ``modes``, and of their orders up to a mesh order."""
+    """Memory of mesh cycles with gaps that are sums of ``modes``, and of their spectrum up to ``orders`` [bytes]."""
     count = cycles * orders
     numbers = cycles * positions * _CYCLE + min(count, ORDERS_AT_ONCE) * positions * _WAVE + count * _ORDER
     return _NUMBER * (numbers + cycles * modes * _MODE)
 
 
 def order_memory() -> float:
-    """Memory [bytes] of one order of mesh cycles."""
+    """Memory of one order of mesh cycles [bytes]."""
     return _NUMBER * _ORDER
 
 
 def ritz_memory(functions: float, sides: float, *, helical: bool) -> float:
-    """Memory [bytes] of a solid tooth of so many functions of its section, and right-hand sides."""
+    """Memory of a solid tooth with ``functions`` of its section and ``sides`` right-hand sides [bytes]."""
     return _NUMBER * (_FUNCTIONS[helical] * functions**2 + _SIDES * sides**2 + _REST)
 
 
 def sector_memory(entries: float) -> float:
-    """Memory [bytes] of finite elements of so many entries, before they are summed; good to a factor of two."""
+    """Memory of finite elements with ``entries`` matrix entries before summation, to a factor of two [bytes]."""
     return 150e6 + 120 * 2.5 * entries
 
 
 def speed_memory(orders: int, meshes: int, bearings: int) -> float:
-    """Memory [bytes] that a speed takes in a linear response of so many orders."""
+    """Memory of one speed in a linear response [bytes]."""
     return _NUMBER * meshes * (orders + 1) * max(_CURVES, _VARIABLES + _BEARING * bearings)
 
 
 def nonlinear_memory(steps: int, harmonics: int, bearings: int, rows: int) -> float:
-    """Memory [bytes] that a speed takes where flanks part, with so many steps of the period and orders."""
+    """Memory of one speed in a response with loss of contact, with ``steps`` of the period [bytes]."""
     return _NUMBER * ((_STEP + 32 * rows) * steps + 2 * _BEARING * harmonics * (1 + bearings))
 
 
 def sample_memory(harmonics: int, block: int, rows: int) -> float:
-    """Memory [bytes] that a sample takes among others, at a block of speeds."""
+    """Memory of one error sample at a block of speeds [bytes]."""
     return _NUMBER * (4.5 * rows * (rows + 1) * (harmonics + 1) + _SPEED * block)

@@ -1,4 +1,4 @@
-"""The requirements of gearbench on this machine, and remedies for missing ones."""
+"""Check of gearbench's requirements on this machine, with remedies for missing ones."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from gearbench.errors import InputError, install_extra
 if TYPE_CHECKING:
     from packaging.requirements import Requirement
 
-#: Extras of those who change gearbench, of which a user needs nothing.
+#: Extras for developers, which users do not need.
 DEVELOPMENT = ("all", "dev", "docs")
 
 
 @dataclass(frozen=True)
 class Finding:
-    """One requirement: its name, the finding, whether that is fine, whether it is needed, and the remedy."""
+    """Result for one requirement: name, what was found, whether that is fine, whether it is needed, remedy."""
 
     name: str
     found: str
@@ -32,14 +32,14 @@ class Finding:
 
 
 def examine() -> list[Finding]:
-    """All findings: Python, packages, effects of other packages, shared libraries, processors, CalculiX, kernels."""
+    """Check Python, packages, effects of other packages, shared libraries, processors, CalculiX and kernels."""
     found = _packages() + _effects() + _shared_libraries()
     found.append(Finding("processors", f"{os.cpu_count()}", True))
     return [*found, _calculix(), _kernel_cache()]
 
 
 def _packages() -> list[Finding]:
-    """Python and the packages that gearbench's metadata asks for; those of extras by the first that needs them."""
+    """Check Python and the packages in gearbench's metadata; a package of several extras counts for the first."""
     from packaging.requirements import Requirement
     from packaging.specifiers import SpecifierSet
 
@@ -71,7 +71,7 @@ def _package(asked: Requirement, extra: str) -> Finding:
 
 
 def _effects() -> list[Finding]:
-    """Effects that other packages bring."""
+    """Check the effects from other packages."""
     from gearbench.effects.registry import effect_class, installed
 
     found = []
@@ -86,7 +86,7 @@ def _effects() -> list[Finding]:
 
 
 def _shared_libraries() -> list[Finding]:
-    """Shared libraries that gmsh loads, as Debian packages; nothing where gmsh is not installed."""
+    """Check the shared libraries that gmsh loads (as Debian packages), if gmsh is installed."""
     if find_spec("gmsh") is None:
         return []
     from fem_reference.environment import missing_system_packages
@@ -97,7 +97,7 @@ def _shared_libraries() -> list[Finding]:
 
 
 def _calculix() -> Finding:
-    """CalculiX, which only contact by finite elements needs."""
+    """Check CalculiX, which only contact finite elements need."""
     found = shutil.which("ccx")
     return Finding(
         "CalculiX", found or "not installed", found is not None, needed=False, remedy="apt-get install calculix-ccx"
@@ -105,17 +105,17 @@ def _calculix() -> Finding:
 
 
 def _kernel_folder() -> Path:
-    """Folder in which numba keeps compiled kernels."""
+    """Folder in which numba stores compiled kernels."""
     return Path(os.environ.get("NUMBA_CACHE_DIR") or Path(__file__).parent / "contact" / "__pycache__")
 
 
 def is_first_run() -> bool:
-    """Whether the contact solver was never compiled here; the first solution takes about a minute longer then."""
+    """Whether the contact solver still has to be compiled here, which takes about a minute."""
     return next(_kernel_folder().rglob("_kernels.solve_position*.nbi"), None) is None
 
 
 def _kernel_cache() -> Finding:
-    """Folder of numba's compiled kernels, and whether numba can write there."""
+    """Check whether numba can write to the folder of compiled kernels."""
     folder = _kernel_folder()
     existing = next(parent for parent in (folder, *folder.parents) if parent.exists())
     remedy = "set NUMBA_CACHE_DIR to a writable folder, or every run compiles anew"

@@ -1,4 +1,4 @@
-"""Errors that speak to the person at the keyboard: one line, naming the key, its value and the values allowed."""
+"""Errors for the user: one line that names the key, its value and the allowed values."""
 
 from __future__ import annotations
 
@@ -6,42 +6,42 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from difflib import get_close_matches
 
-#: Longest message, longest value and longest path in it [characters]: a line that can be read, whatever a file holds.
+#: Longest message, and longest value and path in it [characters], so that a message stays readable.
 LONGEST, LONGEST_VALUE, LONGEST_PATH = 288, 80, 120
-#: Longest list of names allowed [characters].
+#: Longest list of allowed names [characters].
 LONGEST_LIST = 160
 
 
 def plain(text: object) -> str:
-    """A text as one line that a terminal shows as it is: white space as blanks, control characters as escapes."""
+    """Make a text one harmless line for a terminal: blanks for white space, escapes for control characters."""
     return escaped(" ".join(str(text).split()))
 
 
 def escaped(text: str) -> str:
-    """A text with its control characters, and those that turn the direction of writing, as escapes."""
+    """Escape control characters and characters that change the writing direction."""
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
 def shortened(text: object, longest: int = LONGEST_VALUE) -> str:
-    """``plain``, the middle of a long text left out."""
+    """Make a text one line as ``plain`` does, and leave out the middle if it is too long."""
     line = plain(text)
     half = (longest - 3) // 2
     return line if len(line) <= longest else f"{line[: longest - 3 - half]} … {line[-half:]}"
 
 
 class InputError(ValueError):
-    """Input that cannot be simulated.
+    """Error in the input.
 
     Parameters
     ----------
     key
         Dotted key of the scene, e.g. ``"pair.pinion.teeth"``.
     value
-        The value given there (or one that follows from it).
+        The given value, or one that follows from it.
     allowed
-        The values allowed, in words.
+        Text on the allowed values.
     file
-        The file the key stands in, where there is one.
+        File that contains the key, if known.
     """
 
     def __init__(self, key: str, value: object, allowed: str, file: str | None = None) -> None:
@@ -57,17 +57,17 @@ class InputError(ValueError):
         return type(self), (self.key, self.value, self.allowed, self.file)
 
     def within(self, prefix: str) -> InputError:
-        """Return the same error with its key placed below the table ``prefix``."""
+        """Return the error with its key below the table ``prefix``."""
         return InputError(f"{prefix}.{self.key}".strip("."), self.value, self.allowed, self.file)
 
     def in_file(self, file: str) -> InputError:
-        """Return the same error naming the file."""
+        """Return the error with the name of the file."""
         return InputError(self.key, self.value, self.allowed, file)
 
 
 @contextmanager
 def naming(file: object) -> Iterator[None]:
-    """Let every ``InputError`` of the block that names no file name this one."""
+    """Context that adds ``file`` to every ``InputError`` that does not name a file."""
     try:
         yield
     except InputError as error:
@@ -75,7 +75,7 @@ def naming(file: object) -> Iterator[None]:
 
 
 def one_of(name: str, names: Iterable[str]) -> str:
-    """The names allowed in place of ``name``, the one it comes close to first; of many the first ones, and how many."""
+    """Text on the allowed ``names``: a similar one first; of a long list the first ones, and how many more."""
     names = [each for each in names if each != name]
     close = get_close_matches(name, names, n=1, cutoff=0.7) or [each for each in names if f"_{name}" in f"_{each}_"][:1]
     shown = [each for i, each in enumerate(names) if len(", ".join(names[: i + 1])) <= LONGEST_LIST]
@@ -84,7 +84,7 @@ def one_of(name: str, names: Iterable[str]) -> str:
 
 
 def install_extra(extra: str) -> str:
-    """The command that installs an extra of gearbench from where gearbench itself came from."""
+    """Command that installs an extra of gearbench from the same source as gearbench itself."""
     import json
     from importlib.metadata import PackageNotFoundError, distribution
 
@@ -97,4 +97,4 @@ def install_extra(extra: str) -> str:
 
 
 class GearbenchError(RuntimeError):
-    """A run that could not be finished; its message is one clear line."""
+    """Error of a run that could not be finished; the message is one line."""

@@ -1,4 +1,4 @@
-"""Files on disk, written atomically: whole, or as they were before. A file is written beside its name and takes it."""
+"""Atomic writing of files: a temporary file beside the target is written first and then renamed."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from pathlib import Path
 from gearbench import interruption
 from gearbench.errors import InputError
 
-#: Faults that keep a file from being made in a folder.
+#: Errors that mean a folder does not accept a new file.
 _REFUSED = frozenset((errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOENT, errno.ENOTDIR, errno.ENAMETOOLONG))
 
 
 def check_target(path: str | Path) -> Path:
-    """Refuse, before anything is computed, a file that cannot be written.
+    """Refuse a file that cannot be written, before anything is computed.
 
     Raises
     ------
@@ -37,7 +37,7 @@ def check_target(path: str | Path) -> Path:
 
 
 def make_folder(key: str, path: str | Path) -> Path:
-    """Make a folder to write into, where it does not exist; ``key`` says where it was named.
+    """Make an output folder if it does not exist; ``key`` says where it was named.
 
     Raises
     ------
@@ -54,14 +54,14 @@ def make_folder(key: str, path: str | Path) -> Path:
     return path
 
 
-#: Letters of a name that go into a file's name: up to 4 bytes each, of the 255 that a file system takes.
+#: Characters of a name that go into a file name: at up to 4 bytes they stay below the 255 bytes of file systems.
 _NAMED = 40
 
 
 def file_parts(names: Sequence[str]) -> list[str]:
-    """Names, which may hold anything, as parts of names of files: letters, digits, ``-`` and ``_``, not too long.
+    """Turn arbitrary names into parts of file names: letters, digits, ``-`` and ``_``, not too long.
 
-    All are different, also where a file system does not tell capitals.
+    The parts are all different, even on a file system that ignores case.
 
     Examples
     --------
@@ -81,13 +81,13 @@ def file_parts(names: Sequence[str]) -> list[str]:
     return found
 
 
-#: Last line of a sealed file: the digest of all bytes before it. Readers of HDF5 take no notice of it.
+#: Last line of a sealed file: the digest of all bytes before it. HDF5 readers ignore it.
 _SEAL = re.compile(rb"\ngearbench sha256 ([0-9a-f]{64})\n", re.ASCII)
 _SEAL_LENGTH = len("\ngearbench sha256 \n") + 64
 
 
 def seal(data: bytes) -> bytes:
-    """``data`` with its digest behind it."""
+    """Append the digest line to ``data``."""
     return data + seal_line(data)
 
 
@@ -97,22 +97,22 @@ def seal_line(data: bytes | memoryview) -> bytes:
 
 
 def seal_of(digest: str) -> bytes:
-    """Line that ``seal`` appends to data with this SHA-256."""
+    """Line that ``seal`` appends to data with the SHA-256 ``digest``."""
     return f"\ngearbench sha256 {digest}\n".encode()
 
 
 def is_sealed(data: bytes) -> bool:
-    """Whether ``data`` end in a digest, right or wrong."""
+    """Whether ``data`` end with a digest line, right or wrong."""
     return _SEAL.fullmatch(data[-_SEAL_LENGTH:]) is not None
 
 
 def unseal(data: bytes) -> bytes:
-    """Data without the line that ``seal`` appended.
+    """Check and remove the line that ``seal`` appended.
 
     Raises
     ------
     InputError
-        Without key and value, if there is no digest, or the data are not those it was made of.
+        If there is no digest, or it does not agree with the data; the error has no key and value.
     """
     found = _SEAL.fullmatch(data[-_SEAL_LENGTH:])
     if found is None:
@@ -124,34 +124,34 @@ def unseal(data: bytes) -> bytes:
 
 
 def read_bytes(path: str | Path) -> bytes:
-    """Content of a file.
+    """Read the content of a file.
 
     Raises
     ------
     InputError
-        Naming it, if it cannot be read.
+        If it cannot be read; names the file.
     """
     try:
         return Path(path).read_bytes()
     except FileNotFoundError:
         raise InputError("", str(path), "no such file") from None
-    except (OSError, ValueError) as error:  # the last: a name with a NUL
+    except (OSError, ValueError) as error:  # ValueError: a name with a NUL character
         reason = getattr(error, "strerror", None) or str(error)
         raise InputError("", str(path), f"must be a readable file ({reason.lower()})") from None
 
 
 @contextmanager
 def replacing(path: str | Path) -> Iterator[Path]:
-    """A temporary file beside ``path``, to be written; at the end of the block it takes the place of ``path``.
+    """Context with a temporary file beside ``path`` to write to; at the end it replaces ``path``.
 
-    If the block fails or is interrupted, the temporary file is removed and ``path`` is as it was before.
+    If the block fails or is interrupted, the temporary file is removed and ``path`` stays as it was.
 
     Raises
     ------
     InputError
-        As ``check_target``, and if the folder refuses a new file.
+        As in ``check_target``, and if the folder does not accept a new file.
     OSError
-        If the disk is full or fails; it names ``path``.
+        If the disk is full or fails; names ``path``.
     """
     path = check_target(path)
     try:
@@ -190,12 +190,12 @@ interruption.cleanups.append(_remove_all)
 
 
 def is_part(name: str) -> bool:
-    """Whether a file is one that is being written, or was left behind by a writer that was killed."""
+    """Whether a file is a temporary file of ``replacing``, in use or left behind by a killed process."""
     return name.startswith(".") and name.endswith(".part")
 
 
 def _finish(part: Path) -> None:
-    """Make the content durable, and give the file the rights that a new one has."""
+    """Flush the content to disk, and give the file the permissions of a new file."""
     with part.open("rb") as file:
         os.fsync(file.fileno())
     mask = os.umask(0)

@@ -1,4 +1,4 @@
-"""Building blocks of HTML: reports that open offline, and tables that notebooks show."""
+"""Building blocks of HTML for offline reports and notebook tables."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def head(title: str) -> str:
-    """Beginning of a page up to its styles; it loads nothing from elsewhere, and runs no scripts."""
+    """Beginning of a page up to its styles; the page loads nothing and runs no scripts."""
     policy = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
     return f"""<!DOCTYPE html>
 <html lang="en">
@@ -25,14 +25,14 @@ def head(title: str) -> str:
 
 
 def table(names: Iterable[str], rows: Iterable[Sequence[str]]) -> str:
-    """HTML table; cells are HTML."""
+    """HTML table; the cells are HTML too."""
     top = "".join(f'<th scope="col">{cell}</th>' for cell in names)
     body = "".join("<tr>" + "".join(f"<td>{cell}</td>" for cell in row) + "</tr>" for row in rows)
     return f"<table><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table>"
 
 
 def notebook_table(title: str, heads: Sequence[str], rows: Mapping[str, Iterable[object]]) -> str:
-    """Table in the notebook's style: a caption, column heads, and the cells of each row; numbers with five digits."""
+    """Table for notebooks: caption, column heads, and rows of cells by name; numbers have five digits."""
     head = "".join(f"<th>{escape(name)}</th>" for name in ("", *heads)) if heads else ""
     lines = [f"<table><caption>{escape(title)}</caption>", f"<thead><tr>{head}</tr></thead>" if head else "", "<tbody>"]
     for name, cells in rows.items():
@@ -47,7 +47,7 @@ def _shown(value: object) -> str:
 
 
 def picture(figure: Figure, caption: str, dpi: int = 100) -> str:
-    """HTML figure with the picture as part of it; the titles of its axes are its alternative text."""
+    """HTML figure with the embedded picture; the titles of its axes are the alternative text."""
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", dpi=dpi)
     data = base64.b64encode(buffer.getvalue()).decode()

@@ -1,9 +1,10 @@
-"""Ctrl-C and SIGTERM end a command at once, with the exit codes 130 and 143.
+"""Handling of Ctrl-C and SIGTERM: they end a command at once, with the exit codes 130 and 143.
 
-Python raises ``KeyboardInterrupt`` wherever its main thread happens to be. While an extension module is imported, in a
-callback from C or in a finaliser, the exception is swallowed or comes out as another one; and an interpreter that shuts
-down with half-imported modules, or beside threads in native code, may crash. A command therefore ends where it is. Only
-work that keeps what is done, or that has a process to stop, asks for the exception: see ``raising``.
+By default, Python raises ``KeyboardInterrupt`` wherever its main thread happens to be. During the import of an
+extension module, in a callback from C, or in a finaliser, the exception is swallowed or turns into another one. An
+interpreter that shuts down with half-imported modules, or while threads run native code, may crash. A command therefore
+ends without shutting down. Only work that must save its results or stop a process asks for the exception, see
+``raising``.
 """
 
 from __future__ import annotations
@@ -17,22 +18,22 @@ from types import FrameType
 
 #: Exit code of a command that Ctrl-C ended.
 INTERRUPTED = 128 + signal.SIGINT
-#: Removes the files that are being written; called when a signal ends the program.
+#: Functions that remove unfinished files; called when a signal ends the program.
 cleanups: list[Callable[[], None]] = []
-#: Number of the signal that ``raising`` has turned into an exception, and how many such blocks are open.
+#: Number of the signal that ``raising`` has turned into an exception, and number of open ``raising`` blocks.
 _heard = _raising = 0
 
 
 @contextmanager
 def ending() -> Iterator[None]:
-    """Let both signals end the program inside the block; signals that are ignored stay ignored."""
+    """Context in which both signals end the program; ignored signals stay ignored."""
     global _heard
     _heard, before = 0, {}
     for number in (signal.SIGINT, signal.SIGTERM):
         if signal.getsignal(number) is not signal.SIG_IGN:
             before[number] = signal.signal(number, _on_signal)
     unraisable = sys.unraisablehook
-    # an exception that a callback swallows is raised again by ``check``: not a word about it
+    # ``check`` raises an exception again that a callback has swallowed: do not report it here
     sys.unraisablehook = lambda fault: None if _heard else unraisable(fault)
     try:
         yield
@@ -42,7 +43,7 @@ def ending() -> Iterator[None]:
         print("gearbench: interrupted", file=sys.stderr)
         raise SystemExit(INTERRUPTED) from None
     except SystemExit as end:
-        if _heard and end.code == INTERRUPTED:  # the command has said what it keeps
+        if _heard and end.code == INTERRUPTED:  # the command has already reported
             sys.stdout.flush()
             os._exit(128 + _heard)
         if _heard:
@@ -56,20 +57,20 @@ def ending() -> Iterator[None]:
 
 @contextmanager
 def raising() -> Iterator[None]:
-    """Inside the block, the first signal raises ``KeyboardInterrupt``; a second one ends the program."""
+    """Context in which the first signal raises ``KeyboardInterrupt``; a second one ends the program."""
     global _raising
     _raising += 1
     try:
         yield
     except Exception:
-        check()  # the signal came out as another exception
+        check()  # the signal may have turned into this exception
         raise
     finally:
         _raising -= 1
 
 
 def check() -> None:
-    """Raise ``KeyboardInterrupt`` again where one was swallowed."""
+    """Raise ``KeyboardInterrupt`` again if one was swallowed."""
     if _heard:
         raise KeyboardInterrupt
 

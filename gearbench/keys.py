@@ -1,7 +1,7 @@
-"""Dotted keys: the one way to describe, read and set a value below an input object, e.g. "pair.pinion.teeth".
+"""Dotted keys such as "pair.pinion.teeth": describe, read and set values inside input objects.
 
-A part of a key names a field of an input class, or an item of a list or of a table of tables: "gears.sun.teeth". An
-item of a list goes by its number from 0, as in "waviness.pinion.0.amplitude", or by its name, as effects do.
+A part of a key names a field of an input class, or an item of a list or of a table of tables, as in "gears.sun.teeth".
+An item of a list is named by its number from 0, as in "waviness.pinion.0.amplitude", or by its name, as effects are.
 """
 
 from __future__ import annotations
@@ -15,28 +15,28 @@ from gearbench.schema import Key, changed, keys, read
 
 
 def key_at(kind: type, path: str) -> Key | None:
-    """The key of a value below an input class; None where a table or a list of tables stands there.
+    """Find the key of a value by its path below an input class; None if the path names a table or a list of tables.
 
     Items of a list of values have the key of the list.
 
     Raises
     ------
     InputError
-        Naming the keys that are allowed, where there is no such key.
+        If there is no such key; names the allowed keys.
     """
     name, _, rest = path.partition(".")
     if name not in keys(kind):
         raise InputError("", path, f"must be a key of a scene: {', '.join(keys(kind))}")
     key = keys(kind)[name]
     if key.items and (key.table is None or rest.partition(".")[0] not in keys(key.table)):
-        rest = rest.partition(".")[2]  # what follows the name or number of the item
+        rest = rest.partition(".")[2]  # skip the name or number of the item
     if key.table is None:
         return None if rest else key
     return key_at(key.table, rest) if rest else None
 
 
 def value_at(table: Any, path: str) -> Any:
-    """The value below ``table``; None where there is none."""
+    """Value at a path below ``table``; None if there is none."""
     for part in path.split("."):
         if isinstance(table, Mapping):
             table = table.get(part)
@@ -52,23 +52,23 @@ def value_at(table: Any, path: str) -> Any:
 def with_values(
     table: Any, values: Mapping[str, Any], class_of: Callable[[str], type] | None = None, at: str = ""
 ) -> Any:
-    """``table`` with other ``values`` at dotted keys, all set at once; what they do not touch stays the same object.
+    """Return ``table`` with ``values`` at dotted keys, all set at once; other parts stay the same objects.
 
     Parameters
     ----------
     table
         Input object, or a table, list or tuple of them.
     values
-        Values by dotted key. A table that is missing is made of those below it.
+        Values by dotted key. A missing table is made from the values below it.
     class_of
-        Input class of a missing table, by its dotted key, where the field that it belongs to does not tell it.
+        Function from a dotted key to the input class of a missing table, needed if its field does not tell the class.
     at
         Dotted key of ``table``, for messages.
 
     Raises
     ------
     InputError
-        Naming the dotted key, where a value is not allowed, or there is no such key or item.
+        If a value is not allowed, or there is no such key or item; names the dotted key.
     """
     below: dict[str, dict[str, Any]] = {}
     for path, value in values.items():
@@ -76,7 +76,7 @@ def with_values(
         below.setdefault(name, {})[rest] = value
 
     def new(old: Any, name: str, kind: type | None) -> Any:
-        """Replacement of the item or field ``old``."""
+        """Make the replacement of the item or field ``old``."""
         own, here = below[name], f"{at}.{name}".strip(".")
         if "" in own:
             return own[""]
@@ -109,7 +109,7 @@ def with_values(
 
 
 def _number(items: Sequence[Any], part: str) -> int | None:
-    """Number of the item of a list that ``part`` of a dotted key names; None where there is none."""
+    """Index of the list item that ``part`` of a dotted key names; None if there is none."""
     if part.isdecimal():
         return int(part) if int(part) < len(items) else None
     return next((i for i, item in enumerate(items) if getattr(item, "name", None) == part), None)

@@ -34,7 +34,7 @@ class Load:
 
     @property
     def coast(self) -> bool:
-        """Whether the coast flanks carry it."""
+        """Whether the coast flanks carry the load."""
         return self.torque < 0
 
 
@@ -55,11 +55,11 @@ class WeightedLoad:
 
 
 def greatest_load(loads: Sequence[WeightedLoad]) -> Load:
-    """The load of the greatest torque, whatever its sign."""
+    """Load with the greatest absolute torque."""
     return Load(torque=max((each.torque for each in loads), key=abs))
 
 
 def load_weights(loads: Sequence[WeightedLoad]) -> NDArray:
-    """Shares of the loads in means over them, torques ascending, (load,)."""
+    """Normalised weights of the loads, torques ascending, (load,)."""
     weight = np.array([each.weight for each in sorted(loads, key=lambda each: each.torque)])
     return weight / weight.sum()

@@ -1,4 +1,4 @@
-"""Files that a scene refers to: relative to the scene file, known by their content."""
+"""Files that a scene refers to: paths relative to the scene file, identified by their SHA-256."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _folder: ContextVar[Path] = ContextVar("folder", default=Path())
 
 @contextmanager
 def files_in(folder: Path) -> Iterator[None]:
-    """Relative names of files mean files in ``folder``; without this, in the current folder."""
+    """Context in which relative file names refer to ``folder`` instead of the current folder."""
     token = _folder.set(folder)
     try:
         yield
@@ -32,12 +32,12 @@ def in_folder(name: str) -> Path:
 
 
 def content(key: str, name: str) -> tuple[bytes, str]:
-    """Bytes of a file and their SHA-256.
+    """Read the bytes of a file, and compute their SHA-256.
 
     Raises
     ------
     InputError
-        Keyed ``key``, if it cannot be read or is too large.
+        If the file cannot be read or is too large; the error has the key ``key``.
     """
     path = in_folder(name)
     try:

@@ -1,4 +1,4 @@
-"""Datasets from the bytes of netCDF files, which anybody may have written: every fault is one line."""
+"""Reader of untrusted netCDF bytes; every error is one line."""
 
 from __future__ import annotations
 
@@ -11,22 +11,23 @@ from gearbench.errors import InputError
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Values that a file may declare for each of its bytes; HDF5 packs zeros a thousandfold, measured data tenfold.
+#: Largest number of values per byte of a file. HDF5 compresses zeros a thousandfold, but measured data only tenfold.
 LARGEST_RATIO = 50
 
 
 def is_netcdf(data: bytes) -> bool:
-    """Whether a file says that it is netCDF, of either format."""
+    """Whether the data begin like a netCDF file of either format."""
     return data[:8] == b"\x89HDF\r\n\x1a\n" or data[:3] == b"CDF"
 
 
 def dataset_of(data: bytes) -> xr.Dataset:
-    """Dataset in the bytes of a netCDF file, in memory; numbers with a unit of time stay numbers.
+    """Read a Dataset from the bytes of a netCDF file; numbers with a unit of time stay numbers.
 
     Raises
     ------
     InputError
-        Without key and value, if they are no netCDF, are damaged, reach for other files, or unpack to too much.
+        If the data are not netCDF, are damaged, refer to other files, or unpack to too many values; the error has no
+        key and value.
     """
     import xarray as xr
 
@@ -45,13 +46,13 @@ def dataset_of(data: bytes) -> xr.Dataset:
                 return file.load()
     except InputError:
         raise
-    except Exception as error:  # HDF5, h5py, h5netcdf, scipy and xarray say it with any of them
+    except Exception as error:  # HDF5, h5py, h5netcdf, scipy and xarray raise all kinds
         reason = (str(error) or type(error).__name__).splitlines()[0]
         raise InputError("", "", f"must be a readable netCDF file ({reason})") from None
 
 
 def _walk(data: bytes) -> None:
-    """Look at all that an HDF5 file holds: h5netcdf complains on the error stream of what it cannot open."""
+    """Check all items of an HDF5 file first, because h5netcdf prints to stderr about items that it cannot open."""
     import h5py
 
     with h5py.File(io.BytesIO(data), "r") as file:

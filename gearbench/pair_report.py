@@ -1,4 +1,4 @@
-"""A gear pair on one page: drawing, data, curves, mesh orders, load maps and warnings; HTML that prints on A4."""
+"""One-page report of a gear pair as HTML for A4: drawing, data, curves, mesh orders, load maps, warnings."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-#: Rows of a table: a quantity, its values and its unit.
+#: Rows of a table: quantity, values and unit.
 Rows = Sequence[Sequence[str]]
 
 
@@ -37,15 +37,15 @@ def write_pair_report(
     Parameters
     ----------
     dataset
-        Dataset of ``simulate`` with its default outputs, of one load.
+        Dataset of ``simulate`` with its default outputs, for one load.
     path
-        HTML file.
+        HTML file to write.
     subtitle
-        Pair and torque in one line.
+        Line with pair and torque.
     tables
-        Rows by the heading of their table; the first row of values may be shorter than others.
+        Heading of a table → its rows, which may have different numbers of values.
     warnings
-        Lines that limit the meaning of the result.
+        Warnings about the result, one per line.
     """
     scene = scene_of(dataset)
     attrs = dataset.attrs
@@ -81,7 +81,7 @@ def _drawing(pair: Pair) -> Figure:
 
 
 def draw_teeth(axes: Axes, pair: Pair, phase: float = 0.0) -> Axes:
-    """Draw the teeth of both gears at a mesh phase, with the path of contact and the points on it."""
+    """Draw the teeth of both gears at a mesh phase, with the path of contact and the contact points."""
     drawn = mesh(pair)
     for outline, colour in zip(drawn.at(phase), ("#56B4E9", "#E69F00"), strict=True):
         axes.fill(*outline.T, facecolor=colour, alpha=0.45, edgecolor="0.15", lw=1.0)

@@ -1,4 +1,4 @@
-"""Plots of results: each draws on the given axes, or on new ones, and returns them; ``draw_…`` write PNG files."""
+"""Plots of results. A plot function draws on given or new axes and returns them; ``draw_…`` write PNG files."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ __all__ = [
 
 
 def write_loaded_tooth(pair: Pair, dataset: xr.Dataset, path: str | Path, **options: Any) -> None:
-    """Write one tooth under its load for ParaView, as ``fem_reference.export.write_loaded_tooth`` (extra ``fem``)."""
+    """Write a loaded tooth for ParaView; see ``fem_reference.export.write_loaded_tooth`` (needs the extra ``fem``)."""
     from fem_reference.export import write_loaded_tooth as write
 
     write(pair, dataset, path, **options)

@@ -1,4 +1,4 @@
-"""Plots of results. Every function draws on matplotlib axes and returns them; ``draw_…`` write PNG files."""
+"""Plots of results. A plot function draws on matplotlib axes and returns them; ``draw_…`` write PNG files."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ if TYPE_CHECKING:
 #: Okabe–Ito colours, safe for colour-blind readers.
 BLUE, ORANGE, GREEN, PURPLE, GREY = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "0.45"
 DPI = 150
-#: Points of a sweep that a figure shows at most, evenly over its range.
+#: Maximum number of points of a sweep in a figure, chosen evenly over its range.
 POINTS = 8
-#: Points of a load map in either direction.
+#: Number of points of a load map in both directions.
 MAP = 300
 
 
 def new_figure(rows: int, columns: int, size: tuple[float, float], **more: Any) -> tuple[Figure, Any]:
-    """Figure outside pyplot, which needs no display and is nobody's current figure; axes (rows, columns)."""
+    """Make a figure outside pyplot, without display and current-figure state; axes (rows, columns)."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=size, layout="constrained")
@@ -43,12 +43,12 @@ def new_figure(rows: int, columns: int, size: tuple[float, float], **more: Any) 
 
 
 def legend_below(figure: Figure, axis: Axes, columns: int) -> None:
-    """One legend for all axes, that of ``axis``, below them."""
+    """Put one legend, made from ``axis``, below all axes."""
     figure.legend(*axis.get_legend_handles_labels(), loc="outside lower center", ncols=columns, frameon=False)
 
 
 def _axes(axes: Axes | None, size: tuple[float, float] = (7.0, 4.0)) -> Axes:
-    """The axes given, or those of a new figure."""
+    """Return the given axes, or those of a new figure."""
     if axes is not None:
         return axes
     import matplotlib.pyplot as plt
@@ -57,16 +57,16 @@ def _axes(axes: Axes | None, size: tuple[float, float] = (7.0, 4.0)) -> Axes:
 
 
 def plot_two_periods(axes: Axes, dataset: xr.Dataset, name: str, **style: Any) -> None:
-    """Plot a variable of the mesh cycle over two mesh periods, interrupted where it jumps."""
+    """Plot a curve of the mesh cycle over two mesh periods, with gaps where it jumps."""
     curves = panels(dataset, name)
     x = np.concatenate([phase + period for period in (0, 1) for phase, _ in curves])
     axes.plot(x, np.concatenate([values for _, values in curves] * 2), **style)
 
 
 def over_two_periods(dataset: xr.Dataset, name: str, axes: Axes | None = None, colour: str = BLUE) -> Axes:
-    """A variable of the mesh cycle, "transmission_error" or "mesh_stiffness", over two mesh periods.
+    """Plot "transmission_error" or "mesh_stiffness" over two mesh periods.
 
-    Of a sweep a curve for each point, eight at most, in colours of their own.
+    A sweep gets one curve in its colour per point, at most ``POINTS``.
     """
     axes = _axes(axes)
     for one, label, own in _points(dataset, name, "position"):
@@ -78,9 +78,9 @@ def over_two_periods(dataset: xr.Dataset, name: str, axes: Axes | None = None, c
 
 
 def _points(dataset: xr.Dataset, name: str, own: str) -> list[tuple[xr.Dataset, str | None, Any]]:
-    """Some points of a sweep: Dataset, label and colour of each; of one scene itself, without these.
+    """Choose points of a sweep: Dataset, label and colour; a single scene has no label and colour.
 
-    ``own`` is the dimension of the variable that is no key.
+    ``own`` is the dimension of the variable that is not swept.
     """
     from matplotlib import colormaps
 
@@ -98,21 +98,21 @@ def _points(dataset: xr.Dataset, name: str, own: str) -> list[tuple[xr.Dataset, 
 
 
 def _value(dataset: xr.Dataset, dim: str) -> str:
-    """A swept key and its value at one point."""
+    """Text with a swept key and its value at a point."""
     at = dataset[dim] if dim in dataset.coords else None
     units = "" if at is None or at.attrs.get("units", "1") == "1" else f" {at.attrs['units']}"
     return dim if at is None else f"{dim.split('.')[-1].replace('_', ' ')} {at.item():g}{units}"
 
 
 def _legend(axes: Axes) -> Axes:
-    """With a legend where several points are drawn."""
+    """Add a legend if curves have labels."""
     if axes.get_legend_handles_labels()[1]:
         axes.legend(frameon=False, fontsize=8)
     return axes
 
 
 def _one_point(dataset: xr.Dataset, name: str, *own: str) -> None:
-    """Refuse a sweep where a figure shows one scene."""
+    """Refuse a sweep for a figure of a single scene; ``own`` are the dimensions that a scene has."""
     for dim in dataset[name].dims:
         if dim not in own:
             raise InputError(
@@ -121,7 +121,7 @@ def _one_point(dataset: xr.Dataset, name: str, *own: str) -> None:
 
 
 def order_spectrum(dataset: xr.Dataset, name: str = "transmission_error", axes: Axes | None = None) -> Axes:
-    """Amplitudes of the mesh orders of STE or mesh stiffness; of a sweep a line for each point, eight at most."""
+    """Plot amplitudes of the mesh orders of STE or mesh stiffness; a sweep gets at most ``POINTS`` lines."""
     axes = _axes(axes)
     points = _points(dataset, name, "position")
     drawn = np.array([fourier(one, name) for one, _, _ in points])
@@ -147,7 +147,7 @@ def order_spectrum(dataset: xr.Dataset, name: str = "transmission_error", axes: 
 
 
 def load_distribution(dataset: xr.Dataset, axes: Axes | None = None) -> Axes:
-    """Line load on the flank over the mesh cycle: face width across, path of contact up."""
+    """Plot the line load on the flank over the mesh cycle: path of contact over face width."""
     _one_point(dataset, "line_load", "position", "pair", "segment")
     axes = _axes(axes, (7.0, 4.5))
     pair = scene_of(dataset).pair
@@ -158,11 +158,11 @@ def load_distribution(dataset: xr.Dataset, axes: Axes | None = None) -> Axes:
 
 
 def load_map(dataset: xr.Dataset, gear: int, axes: Axes | None = None, *, scale: float | None = None) -> Axes:
-    """Contact pressure on the flank of one gear over the mesh cycle: face width across, roll angle up.
+    """Plot the contact pressure on the flank of one gear over the mesh cycle: roll angle over face width.
 
-    With the lines of tip, pitch circle and start of the active profile, and of every begin of a relief; diameters on
-    the right. ``scale`` [MPa] is the end of the colours, by default the largest pressure but for lines that just enter:
-    maps of several designs can be compared where it is the same.
+    Lines mark tip, pitch circle, start of active profile and starts of reliefs, with their diameters on the right.
+    ``scale`` [MPa] is the upper end of the colours; maps with the same scale can be compared. By default it is the
+    largest pressure, without isolated peaks where contact lines just enter.
     """
     _one_point(dataset, "line_load", "position", "pair", "segment")
     axes = _axes(axes, (6.0, 5.0))
@@ -186,26 +186,26 @@ def load_map(dataset: xr.Dataset, gear: int, axes: Axes | None = None, *, scale:
                          for y in effect.face_kinks(pair)}):  # fmt: skip
         axes.axvline(kink, color="0.25", lw=1.0, ls=":")
     axes.set(xlim=(0, pair.meshing.face_width), xlabel="position along the face width y [mm]", ylabel="roll angle [°]")
-    margin = 0.02 * np.ptp(angle)  # tip and start of the active profile are lines of the picture, not its frame
+    margin = 0.02 * np.ptp(angle)  # keep the lines of tip and start of active profile clear of the frame
     low, high = angle.min() - margin, angle.max() + margin
-    axes.set_ylim((low, high) if own.teeth > 0 else (high, low))  # the tip is up
+    axes.set_ylim((low, high) if own.teeth > 0 else (high, low))  # with the tip at the top
     return axes
 
 
 def _pressure(pair: Pair, u: NDArray, load: NDArray) -> NDArray:
-    """Hertz pressure [MPa] of line loads [N/mm] at positions u [mm] on the path of contact."""
+    """Hertz pressure [MPa] under line loads [N/mm] at positions u [mm] on the path of contact."""
     rho = pair.meshing.curvature_radius(np.clip(u, 1e-6 * abs(pair.meshing.tangent_length), None))
     return np.sqrt(load * pair.contact_modulus / (np.pi * np.maximum(rho, 1e-9)))
 
 
 def _largest_pressure(dataset: xr.Dataset) -> float:
-    """Largest pressure of the load maps [MPa]."""
+    """Largest pressure in the load maps [MPa]."""
     u, _, load, _ = _family(dataset)
     return float(_pressure(scene_of(dataset).pair, u, load).max())
 
 
 def _top_of_colours(values: NDArray, weight: NDArray) -> float:
-    """End of a colour scale: the largest value, unless a short line entering at a corner exceeds all others by far."""
+    """Upper end of a colour scale: the largest value, unless a short line at a corner far exceeds all others."""
     most = float(values.max())
     usual = float(np.quantile(values, 0.99, weights=weight, method="inverted_cdf"))
     return most if most < 1.5 * usual else usual
@@ -214,7 +214,7 @@ def _top_of_colours(values: NDArray, weight: NDArray) -> float:
 def _coloured(
     axes: Axes, image: tuple[NDArray, NDArray, NDArray], label: str, top: float, most: float, **bar: Any
 ) -> None:
-    """Image (across, up, values) with its colour bar, which says where the largest value lies beyond it."""
+    """Draw an image (x, y, values) with its colour bar; its label gives the largest value if it exceeds ``top``."""
     drawn = axes.pcolormesh(*image, shading="nearest", cmap="viridis", vmin=0, vmax=top)
     beyond = most > 1.005 * top
     figure = axes.get_figure()
@@ -224,7 +224,7 @@ def _coloured(
 
 
 def _family(dataset: xr.Dataset) -> tuple[np.ndarray, ...]:
-    """u, y, line load and length on the contact lines of all pairs, (line, segment): one family, ordered by τ + k."""
+    """u, y, line load and length on the contact lines of all tooth pairs k, (line, segment), ordered by τ + k."""
     present = (dataset["segment_length"] > 0).all("segment").values
     order = np.argsort((dataset["mesh_phase"].values[:, None] + dataset["pair_index"].values)[present])
     names = ("path_position", "face_position", "line_load", "segment_length")
@@ -233,7 +233,7 @@ def _family(dataset: xr.Dataset) -> tuple[np.ndarray, ...]:
 
 
 def _on_grid(pair: Pair, u: NDArray, y: NDArray, length: NDArray, values: NDArray) -> tuple[NDArray, NDArray, NDArray]:
-    """Face positions y and path positions u [mm] of a grid over the flank, and the values there, (path, across)."""
+    """Interpolate values on a grid: face positions y and path positions u [mm], and values (path, across)."""
     meshing = pair.meshing
     across = np.linspace(0.0, meshing.face_width, MAP)
     path = np.linspace(min(meshing.path_start, u.min()), max(meshing.path_end, u.max()), MAP)
@@ -241,7 +241,7 @@ def _on_grid(pair: Pair, u: NDArray, y: NDArray, length: NDArray, values: NDArra
 
 
 def _circles(scene: Scene, index: int) -> list[tuple[float, str, str]]:
-    """Radii on a flank that are marked, with their names and line styles."""
+    """Marked radii of a flank, with names and line styles."""
     pair, gear = scene.pair, scene.pair.gears[index]
     working = gear.base_radius / np.cos(pair.meshing.alpha_wt)
     found = [(gear.tip_radius, "tip", "-"), (working, "pitch", "--"), (pair.meshing.active_radii[index][0], "SAP", "-")]
@@ -253,16 +253,16 @@ def _circles(scene: Scene, index: int) -> list[tuple[float, str, str]]:
 
 
 def _studied(dataset: xr.Dataset) -> tuple[tuple[str, str], tuple[str, str]]:
-    """The two responses of ``robust`` that figures show, each with the words for it: of a pair, or of a train."""
+    """Choose the two responses of ``robust`` that figures show, with their names, for a pair or a train."""
     if "mesh_load_factor" in dataset:
         return ("mesh_load_factor", "K_γ"), ("train_transmission_error_rms", "RMS of Δ")
     return ("transmission_error_rms", "RMS STE"), ("mesh_stiffness_rms", "RMS stiffness")
 
 
 def density(dataset: xr.Dataset, name: str, axes: Axes | None = None, colour: str = BLUE) -> Axes:
-    """Density of a response over the error samples, with its mean and maximum (Figure 5 of the paper).
+    """Plot the density of a response over the error samples, with mean and maximum (Figure 5 of the paper).
 
-    Of a sweep the densities of its points, eight at most.
+    A sweep gets the densities of at most ``POINTS`` points.
     """
     axes, attrs = _axes(axes), dataset[name].attrs
     unit = "" if attrs["units"] == "1" else f" {attrs['units']}"
@@ -277,13 +277,13 @@ def density(dataset: xr.Dataset, name: str, axes: Axes | None = None, colour: st
             axes.plot(*_smooth(values), color=own or colour, lw=1.8, label=label)
     axes.set_xlabel(f"{attrs['symbol']} [{unit.strip() or '–'}]")
     axes.set_ylabel(f"density [{f'1/{unit.strip()}' if unit else '–'}]")
-    # above the axes, where no line runs through it
+    # above the axes, so that no curve crosses it
     axes.legend(frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
     return axes
 
 
 def _smooth(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Kernel density of samples (sample,) on a grid; reflected at zero where no sample is negative."""
+    """Kernel density of samples (sample,) on a grid; reflected at zero if no sample is negative."""
     from scipy.stats import gaussian_kde
 
     low, high = values.min() - 0.1 * np.ptp(values), values.max() + 0.1 * np.ptp(values)
@@ -296,9 +296,10 @@ def _smooth(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def contributions(dataset: xr.Dataset, axes: Axes | None = None) -> Axes:
-    """Share of each error in the variance of STE and stiffness: alone, with one standard error, and with others.
+    """Plot the share of each error in the variance of STE and stiffness, alone (with one standard error) and in total.
 
-    The pale part is that of its products with other errors, which counts for both; the last bar is what neither holds.
+    The pale part of a bar comes from interactions with other errors and is counted for both errors. The last bar is the
+    variance that is not attributed.
     """
     studied = _studied(dataset)
     _one_point(dataset, f"{studied[0][0]}_first_order", "error_name")
@@ -323,7 +324,7 @@ def contributions(dataset: xr.Dataset, axes: Axes | None = None) -> Axes:
 def draw_simulation(dataset: xr.Dataset, folder: Path, *, scale: float | None = None) -> list[Path]:
     """Write the plots of a simulation: STE and stiffness, load distribution, load maps, order spectra.
 
-    ``scale``: end of the colours of the load maps [MPa].
+    ``scale`` is the upper end of the colours of the load maps [MPa].
     """
     import matplotlib.pyplot as plt
 
@@ -367,7 +368,7 @@ def draw_simulation(dataset: xr.Dataset, folder: Path, *, scale: float | None = 
 
 
 def draw_robust(dataset: xr.Dataset, folder: Path) -> list[Path]:
-    """Write the plots of a robustness run: densities of the RMS values, and which error contributes how much."""
+    """Write the plots of a robustness run: densities of the RMS values, and contributions of the errors."""
     import matplotlib.pyplot as plt
 
     name = heading(dataset)
@@ -385,9 +386,9 @@ def draw_robust(dataset: xr.Dataset, folder: Path) -> list[Path]:
 
 
 def _leading(dataset: xr.Dataset) -> str:
-    """The error that contributes most to the scatter of STE, and those that its standard error does not set apart.
+    """Text on the error that contributes most to the scatter of STE, and on others within two standard errors.
 
-    Of a train K_γ takes the place of STE.
+    For a train, K_γ replaces STE.
     """
     response, words = _studied(dataset)[0]
     share, error = (dataset[f"{response}_first_order{part}"].values for part in ("", "_standard_error"))
@@ -414,14 +415,14 @@ def _leading(dataset: xr.Dataset) -> str:
 
 
 def heading(dataset: xr.Dataset) -> str:
-    """Name of the scene and support of its teeth, which titles begin with."""
+    """First line of a title: name of the scene and support of its teeth."""
     return (
         f"{as_label(tomllib.loads(dataset.attrs['scene']).get('name') or 'scene')}, support: {dataset.attrs['support']}"
     )
 
 
 def as_label(name: str) -> str:
-    """A name as text of a figure: $ begins no formula, and what the font lacks is a question mark."""
+    """Make a name literal text for a figure: escape $, and replace characters missing in the font by "?"."""
     from matplotlib.font_manager import FontProperties, findfont, get_font
 
     known = get_font(findfont(FontProperties())).get_charmap()
@@ -429,7 +430,7 @@ def as_label(name: str) -> str:
 
 
 def write_figure(figure: Any, path: Path) -> Path:
-    """Write a figure, whole or not at all, in the format of the file's ending, and close it."""
+    """Write a figure, whole or not at all, in the format of the file name's ending, and close it."""
     import matplotlib.pyplot as plt
 
     with replacing(path) as part:

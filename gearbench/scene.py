@@ -1,4 +1,4 @@
-"""The scene: a pair, its load, the effects that are simulated, and how finely. A TOML file and a frozen object."""
+"""Scene: a pair or train with its load, simulated effects and resolution, as a frozen object."""
 
 from __future__ import annotations
 
@@ -29,9 +29,10 @@ if TYPE_CHECKING:
 else:  # scenes without a system do not import its classes
     System = Any
 
-#: Line load over E m_n that a scene may have: below, rounding rules; above, teeth would be pressed through many times.
+#: Allowed range of the line load over E m_n. Below it rounding errors dominate; above it flanks would interpenetrate by
+#: many times the tooth.
 LOADS = (1e-15, 100.0)
-#: Gauss points on each panel unless a scene says otherwise.
+#: Default number of Gauss points on a panel.
 DEFAULT_GAUSS_POINTS = 8
 
 
@@ -68,7 +69,7 @@ class Operation:
             raise InputError("viscosity", self.viscosity, "conflicts with friction_coefficient: give one of the two")
 
     def at(self, rate: float) -> Operation:
-        """The same of a mesh whose pinion turns ``rate`` times as fast."""
+        """Operation of a mesh whose pinion turns ``rate`` times as fast."""
         return self if self.speed is None else changed(self, speed=rate * self.speed)
 
 
@@ -99,7 +100,7 @@ class Resolution:
     @model_validator(mode="before")
     @classmethod
     def _one_or_the_other(cls, given: Any) -> Any:
-        """In a file even segments that equal the default are given."""
+        """Refuse ``segments`` together with ``accuracy``, even if a file gives their default value."""
         if isinstance(given, dict) and given.get("accuracy") is not None and "segments" in given:
             raise InputError("segments", given["segments"], "conflicts with accuracy, which chooses it")
         return given
@@ -118,13 +119,13 @@ class Resolution:
 
     @property
     def panel_size(self) -> int | None:
-        """Gauss points on each panel between two transitions; None where the phases are uniform."""
+        """Number of Gauss points on a panel between two transitions; None for uniform phases."""
         return None if self.positions is not None else self.gauss_points or DEFAULT_GAUSS_POINTS
 
 
 @dataclass(frozen=True, kw_only=True, config=ConfigDict(STRICT, arbitrary_types_allowed=True))
 class Scene:
-    """Everything a simulation needs. An effect is simulated if and only if it is in ``effects``.
+    """Complete input of a simulation. An effect is simulated if and only if it is in ``effects``.
 
     Parameters
     ----------
@@ -133,28 +134,28 @@ class Scene:
     pair, load, resolution
         The gear pair, its load, and the resolution.
     loads
-        Several loads, all of other torques, in place of one; ``load`` is then the one of the greatest torque.
+        Several loads with different torques, instead of one; ``load`` is then the load with the greatest torque.
     effects
         The effects to simulate, each kind at most once, in any order.
     coast
-        Effects of the coast flanks, which a negative torque loads, in place of those of the same name. Effects that are
-        not among them are the same on both flanks.
+        Effects of the coast flanks, which carry a negative torque. They replace effects with the same name; all other
+        effects are the same on both flanks.
     operation
-        Speed and lubrication, where outputs ask for them.
+        Speed and lubrication, for outputs that need them.
     system
-        What the pair is built into, where the scene says so.
+        Shafts, bearings or inertias around the pair, if given.
     further
         Scenes of the further meshes, in their order.
     gear_names
-        Of the driver and of the driven gear of the pair.
+        Names of the driver and the driven gear of the pair.
     train
-        Gears and meshes, where there are several; ``pair``, ``effects`` and ``coast`` are then those of the first mesh.
+        Gears and meshes, if there are several; ``pair``, ``effects`` and ``coast`` are then those of the first mesh.
 
     Raises
     ------
     InputError
-        If an effect appears twice, lacks one it requires, meets one it excludes, or does not fit the pair; or if
-        nothing adds compliance; or a load is not allowed. Wrapped by pydantic's ``ValidationError``.
+        If an effect appears twice, lacks one that it requires, conflicts with another, or does not fit the pair; if no
+        effect adds compliance; or if a load is not allowed. pydantic wraps it in a ``ValidationError``.
     """
 
     name: str = ""
@@ -207,7 +208,7 @@ class Scene:
 
     @property
     def _torques(self) -> dict[str, float]:
-        """The torques by their keys [N·m]."""
+        """Torques by their keys [N·m]."""
         if not self.loads:
             return {"load.torque": self.load.torque}
         return {f"loads.{i}.torque": each.torque for i, each in enumerate(self.loads)}
@@ -226,15 +227,15 @@ class Scene:
 
     @property
     def effects_by_name(self) -> Effects:
-        """The effects by their names."""
+        """Effects by name."""
         return MappingProxyType({effect.name: effect for effect in self.effects})
 
     def effect(self, name: str) -> Effect | None:
-        """The effect called ``name``, or None where the scene does not ask for it."""
+        """Effect with this name; None if the scene does not have it."""
         return self.effects_by_name.get(name)
 
     def without(self, name: str) -> Scene:
-        """The scene without the effect called ``name``; itself where it does not ask for it.
+        """Return the scene without the effect ``name``; the scene itself if it does not have it.
 
         Raises
         ------
@@ -245,24 +246,24 @@ class Scene:
         return self if len(kept) == len(self.effects) else changed(self, effects=kept)
 
     def under(self, load: Load) -> Scene:
-        """The scene under one load.
+        """Return the scene with a single load.
 
         Raises
         ------
         InputError
-            If it may not have that load.
+            If the load is not allowed.
         """
         return changed(self, load=load, loads=())
 
     @property
     def each_load(self) -> tuple[Scene, ...]:
-        """The scene under each of its loads, torques ascending; itself where it has one."""
+        """Scenes with a single load, one per load, torques ascending; the scene itself if it has one load."""
         torques = sorted(each.torque for each in self.loads)
         return tuple(self.under(Load(torque=torque)) for torque in torques) or (self,)
 
     @property
     def single_load(self) -> Scene:
-        """The scene itself, for results that are of one load; raises ``InputError`` if it has several."""
+        """The scene itself; raises ``InputError`` if it has several loads."""
         if self.loads:
             allowed = "are for simulate, sweep, robust and optimise: here give one [load]"
             raise InputError("loads", f"{len(self.loads)} loads", allowed)
@@ -270,23 +271,23 @@ class Scene:
 
     @property
     def one_load(self) -> Scene:
-        """The scene itself, for results that are of one load and one mesh.
+        """The scene itself, if it has one load and one mesh.
 
         Raises
         ------
         InputError
-            If it has several.
+            If it has several loads or meshes.
         """
         return self.single_load.one_mesh
 
     @property
     def one_mesh(self) -> Scene:
-        """The scene itself, for results that are of one mesh; of a gearbox the first.
+        """The scene itself, if it has one mesh or is a gearbox with shafts, whose first mesh it describes.
 
         Raises
         ------
         InputError
-            If it has several.
+            If it has several meshes without a system.
         """
         if self.train is not None and self.system is None:
             allowed = "are for simulate without --report, sweep, robust, hunting, optimise, response: here give one"
@@ -295,7 +296,7 @@ class Scene:
 
     @cached_property
     def meshes(self) -> Mapping[str, Scene]:
-        """Scene of each mesh of a train by its name, under the torque and speed that it has there; itself of a pair.
+        """Name of a mesh → its scene with the torque and speed there; for a pair, the scene itself.
 
         Raises
         ------
@@ -328,19 +329,19 @@ class Scene:
 
     @cached_property
     def geometry(self) -> Train:
-        """The gears and meshes of a train in the frame of their axes."""
+        """Geometry of a train: gears and meshes in the frame of their axes."""
         assert self.train is not None, "a pair has no train"
         meshes = zip(self.train.meshes, (self, *self.further), strict=True)
         return self.train.train({mesh.label: scene.pair for mesh, scene in meshes})
 
     @property
     def coupled(self) -> bool:
-        """Whether it has several meshes that are one contact problem."""
+        """Whether the scene has several meshes that form one contact problem."""
         return self.train is not None and self.train.coupled(self.geometry)
 
     @property
     def flank_effects(self) -> tuple[Effect, ...]:
-        """The effects, those of the coast flanks where these carry the load, and what temperatures add to them."""
+        """Effects of the loaded flanks (drive or coast), and those that follow from temperatures."""
         own = {effect.name: effect for effect in self.coast} if self.load.coast else {}
         return (*{**self.effects_by_name, **own}.values(), *self._thermal_effects())
 
@@ -354,7 +355,7 @@ class Scene:
 
     @cached_property
     def acting_effects(self) -> tuple[Effect, ...]:
-        """The effects of the loaded flank, and what the shafts of the system add to them.
+        """Effects of the loaded flanks, and those of the system's shafts.
 
         Raises
         ------
@@ -370,13 +371,13 @@ class Scene:
 
     @property
     def pairs(self) -> dict[str, Pair]:
-        """Name of each mesh of the system → its pair, that of the scene first."""
+        """Name of a mesh of the system → its pair; the pair of the scene comes first."""
         names = () if self.system is None else (mesh.name for mesh in self.system.meshes)
         return {PAIR: self.pair} | {name: scene.pair for name, scene in zip(names, self.further, strict=True)}
 
     @cached_property
     def gearbox(self) -> Gearbox:
-        """The shafts of the system and how the pairs mesh on them."""
+        """Gearbox: the shafts of the system, and the pairs that mesh on them."""
         from gearbench.system.gearbox import Gearbox
 
         assert self.system is not None, "a gearbox is that of [system]"
@@ -390,7 +391,7 @@ class Scene:
         return tuple(self.pairs) if self.train is None else tuple(mesh.label for mesh in self.train.meshes)
 
     def seen_from(self, mesh: str) -> Scene:
-        """The same gearbox with another of its meshes as the scene's own pair, under the torque that it has there."""
+        """Return the same gearbox with another mesh as the scene's pair, with the torque at that mesh."""
         own = changed(self, train=None) if self.train is not None else self
         if mesh == PAIR:
             return own
@@ -403,36 +404,36 @@ class Scene:
         return changed(scenes[mesh], system=box.seen_from(mesh), further=others)
 
     def shaft_effects(self, own: Any = None) -> tuple[Effect, ...]:
-        """Effects of the shafts, their bearings at rest under ``own``: see ``effects.shafts.system_effects``."""
+        """Effects of the shafts with bearings in equilibrium under ``own``; see ``effects.shafts.system_effects``."""
         from gearbench.effects.shafts import system_effects
 
         return system_effects(self.gearbox, own=own)
 
     @property
     def F_bt(self) -> float:
-        """F_bt = T / r_b1, without its sign: transverse, along the line of action of the loaded flank [N]."""
+        """Transverse force along the line of action, F_bt = |T| / r_b1 [N]."""
         return 1e3 * abs(self.load.torque) / self.pair.gears[0].base_radius
 
     @property
     def F_bn(self) -> float:
-        """F_bn = F_bt / cos β_b, normal to the flank [N]."""
+        """Force normal to the flank, F_bn = F_bt / cos β_b [N]."""
         return self.F_bt / math.cos(self.pair.meshing.beta_b)
 
     @property
     def relative_load(self) -> float:
-        """F_bn / (b E m_n), the mean line load in terms of module and elasticity [–]; 5·10⁻⁴ is common for steel."""
+        """Dimensionless mean line load F_bn / (b E m_n) [–]; 5·10⁻⁴ is common for steel."""
         return self._load_of_torque * abs(self.load.torque)
 
     @property
     def _load_of_torque(self) -> float:
-        """``relative_load`` under 1 N·m."""
+        """``relative_load`` at a torque of 1 N·m."""
         pair = self.pair
         force = 1e3 / (pair.gears[0].base_radius * math.cos(pair.meshing.beta_b))
         E = min(material.E for material in pair.materials)
         return force / (pair.meshing.face_width * E * pair.normal_module)
 
     def to_mapping(self) -> dict[str, Any]:
-        """The scene as nested tables, as in a file; defaults are left out."""
+        """Scene as nested tables, as in a file, without defaults."""
         tables = given(self)
         tables.pop("further", None)
         if self.train is not None:
@@ -446,14 +447,14 @@ class Scene:
         return tables
 
     def to_toml(self) -> str:
-        """The scene as the text of a TOML file."""
+        """Scene as the text of a TOML file."""
         import tomli_w
 
         return tomli_w.dumps(self.to_mapping())
 
     @property
     def digest(self) -> str:
-        """SHA-256 of the scene's TOML text."""
+        """SHA-256 of the TOML text of the scene."""
         return digest(self.to_toml())
 
     def _repr_html_(self) -> str:
@@ -466,12 +467,12 @@ class Scene:
 
 
 def check_scene(scene: object) -> None:
-    """Refuse what is no scene.
+    """Refuse an object that is not a ``Scene``.
 
     Raises
     ------
     TypeError
-        Saying how a file becomes one.
+        If it is not; for a path, says how to read the file.
     """
     if not isinstance(scene, Scene):
         what = f"read_scene({scene!r})" if isinstance(scene, str | os.PathLike) else "a Scene"

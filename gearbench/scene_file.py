@@ -1,4 +1,4 @@
-"""Scenes from TOML files."""
+"""Reader of scene files (TOML), and scenes from nested tables."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ from gearbench.schema import Key, as_table, changed, make, read, read_toml
 
 _LOG = logging.getLogger(__name__)
 
-#: Tables of a scene beside those of its effects.
+#: Tables of a scene other than those of its effects.
 TABLES: dict[str, type] = {"pair": Pair, "load": Load, "operation": Operation, "resolution": Resolution}
-#: Tables by name, and lists of tables, in place of the table "pair".
+#: Tables of a train, which replace the table "pair".
 OF_TRAIN: dict[str, type] = {"gears": TrainGear, "meshes": TrainMesh, "planetary": Planetary}
-#: Tables of the effects: of all, and of those that are others on the coast flanks.
+#: Tables of the effects, and of those that differ on the coast flanks.
 EFFECT_TABLES = ("effects", "coast")
-#: Keys that a scene file may have at its top.
+#: Keys allowed at the top level of a scene file.
 TOP = ("name", *TABLES, "loads", *OF_TRAIN, *EFFECT_TABLES, "system")
 
 
@@ -39,7 +39,7 @@ def read_scene(path: str | Path) -> Scene:
     Raises
     ------
     InputError
-        If the file cannot be read, is no TOML, or does not describe a scene that can be simulated.
+        If the file cannot be read, is not TOML, or does not describe a scene that can be simulated.
 
     Examples
     --------
@@ -60,12 +60,12 @@ def read_scene(path: str | Path) -> Scene:
 
 
 def parse_scene(tables: Mapping[str, Any]) -> Scene:
-    """Scene from nested tables (as read from TOML); a table may also be the object it describes.
+    """Read a scene from nested tables, as in TOML; a table may also be the object that it describes.
 
     Raises
     ------
     InputError
-        Naming key, value and the values allowed.
+        If the scene is not valid; names key, value and the allowed values.
     """
     if not tables.keys().isdisjoint(OF_TRAIN):
         return _train(tables)
@@ -89,7 +89,7 @@ def parse_scene(tables: Mapping[str, Any]) -> Scene:
 
 
 def _train(tables: Mapping[str, Any]) -> Scene:
-    """Scene of gears and meshes: that of its first mesh, and those of the others; of a single one as of a pair."""
+    """Read a scene with gears and meshes; if there is only one mesh, the result is the scene of a pair."""
     if "pair" in tables:
         raise InputError("pair", "given", "conflicts with gears: give one of the two")
     train = TrainTables.of(tables, effect_names())
@@ -118,17 +118,17 @@ def _train(tables: Mapping[str, Any]) -> Scene:
         return changed(first, gear_names=geometry.gears)
     train = replace(train, first=(first.pair, first.effects, first.coast, first.system))
     scene = changed(first, train=train, further=tuple(further))
-    _ = scene.meshes  # each under its own loads
+    _ = scene.meshes  # check every mesh with its loads
     return scene
 
 
 def read_loads(tables: Any, key: str) -> tuple[WeightedLoad, ...]:
-    """Loads from the list of tables at ``key``.
+    """Read loads from the list of tables at ``key``.
 
     Raises
     ------
     InputError
-        Naming key, value and the values allowed.
+        If they are not valid; names key, value and the allowed values.
     """
     if not isinstance(tables, list | tuple) or not tables:
         raise InputError(key, tables, f"must be one or more tables: [[{key}]]")
@@ -136,14 +136,14 @@ def read_loads(tables: Any, key: str) -> tuple[WeightedLoad, ...]:
 
 
 def scene_at(scene: Scene, point: Mapping[str, Any]) -> Scene:
-    """``scene`` with the values of ``point`` at its dotted keys; items of lists count from 0.
+    """Return ``scene`` with the values of ``point`` at dotted keys; items of lists count from 0.
 
-    Under a torque of several loads it is that under this load alone.
+    If ``point`` sets the torque of a scene with several loads, the result has this load alone.
 
     Raises
     ------
     InputError
-        Where a value is not allowed, or a list has no such item.
+        If a value is not allowed, or a list has no such item.
     """
     base = scene.under(scene.load) if scene.loads and "load.torque" in point else scene
     if base.train is not None and point:
@@ -152,7 +152,7 @@ def scene_at(scene: Scene, point: Mapping[str, Any]) -> Scene:
 
 
 def _of_pair(path: str, names: tuple[str, str]) -> str:
-    """Dotted key of a gear by its name as that of a pair: "gears.motor.teeth" as "pair.pinion.teeth"."""
+    """Translate the key of a named gear to that of a pair: "gears.motor.teeth" to "pair.pinion.teeth"."""
     head, _, below = path.partition(".")
     name, *rest = below.split(".")
     if head != "gears" or name not in names or not rest:
@@ -165,12 +165,12 @@ def _of_pair(path: str, names: tuple[str, str]) -> str:
 
 
 def _effects(head: str, tables: Mapping[str, Any]) -> tuple[Effect, ...]:
-    """Effects from the tables below ``head``."""
+    """Read effects from the tables below ``head``."""
     return tuple(read(table_class(f"{head}.{name}"), table, f"{head}.{name}") for name, table in tables.items())
 
 
 def _further(name: str, number: int) -> Scene:
-    """Scene of a further mesh, in a file beside the scene file."""
+    """Read the scene of a further mesh from its file."""
     key = f"system.meshes.{number}.scene"
     content(key, name)
     scene = read_scene(in_folder(name))
@@ -180,7 +180,7 @@ def _further(name: str, number: int) -> Scene:
 
 
 def table_class(table: str) -> type:
-    """Input class of a table of a scene, e.g. "pair" or "effects.hertz".
+    """Find the input class of a table of a scene, e.g. "pair" or "effects.hertz".
 
     Raises
     ------
@@ -204,12 +204,12 @@ def table_class(table: str) -> type:
 
 
 def scene_key(path: str) -> Key | None:
-    """The key of a scene at a dotted path, e.g. "pair.pinion.teeth"; None where there is no such value.
+    """Find the key of a scene at a dotted path, e.g. "pair.pinion.teeth"; None if there is no such value.
 
     Raises
     ------
     InputError
-        Naming the keys that are allowed, where the table is known but not the key.
+        If the table is known but not the key; names the allowed keys.
     """
     head, *rest = path.split(".")
     if head == "planetary" and rest[:1] and rest[0] in MEMBERS:

@@ -1,7 +1,7 @@
-"""Input classes as tables of keys: one reader for scenes, studies and documentation.
+"""Input classes: pydantic dataclasses whose fields are the keys of a TOML table.
 
-An input class is a pydantic dataclass. Its fields are the keys of a TOML table, its numpy docstring says what they
-mean. Every fault in a table is one line that names key, value and the values allowed.
+Scenes, studies and the documentation use this one reader. The numpy docstring of an input class gives the meaning of
+its keys. Every error in a table is one line that names key, value and the allowed values.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from gearbench.errors import InputError, one_of
 
 T = TypeVar("T")
 
-#: Every input class of the project refuses unknown keys, NaN, infinities and silent conversions.
+#: Configuration of all input classes: they refuse unknown keys, NaN, infinities and silent conversions.
 STRICT = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
 
 _MISSING = ("missing", "missing_argument", "missing_keyword_only_argument")
@@ -40,15 +40,15 @@ class Key:
     Parameters
     ----------
     name
-        The key.
+        Name of the key.
     hint
-        Its type, with its limits.
+        Type of the value, with its limits.
     default
-        Value where it is absent; ``dataclasses.MISSING`` where it is required.
+        Value if the key is absent; ``dataclasses.MISSING`` if it is required.
     meaning
         One or more sentences, with the unit in brackets.
     table
-        Input class of the table that the key holds, None where it holds a value.
+        Input class of the table that the key holds; None if it holds a value.
     """
 
     name: str
@@ -59,30 +59,30 @@ class Key:
 
     @property
     def unit(self) -> str:
-        """Unit of its value, "" where it has none."""
+        """Unit of the value, "" if it has none."""
         found = re.search(r"\[([^]]+)\]", self.meaning)
         return found[1] if found else ""
 
     @property
     def items(self) -> bool:
-        """Whether it holds a list, or a table of items by name."""
+        """Whether the key holds a list, or a table of items by name."""
         return any(get_origin(unannotated(each)[0]) in (tuple, dict) for each in self.hints)
 
     @property
     def hints(self) -> tuple[Any, ...]:
-        """The types that it may have, None left out."""
+        """Types of the value, without None."""
         every = get_args(self.hint) if NoneType in get_args(self.hint) else (self.hint,)
         return tuple(each for each in every if each is not NoneType)
 
     @property
     def number(self) -> type | None:
-        """``int`` or ``float`` where it holds a number, or a list of them; else None."""
+        """``int`` or ``float`` if the key holds a number or a list of numbers; else None."""
         found = {each for each in _within(self.hint) if each in (int, float)}
         return float if float in found else int if found else None
 
     @property
     def limits(self) -> tuple[float | None, float | None, bool]:
-        """Least and greatest value of a number, None where it has none, and whether the least itself is excluded."""
+        """Least and greatest value of a number (None without a limit), and whether the least itself is excluded."""
         notes = [note for each in _within(self.hint) for note in unannotated(each)[1]]
         flat = [each for note in notes for each in (note.metadata if isinstance(note, FieldInfo) else (note,))]
         bounds = {type(note): note for note in flat}
@@ -91,7 +91,7 @@ class Key:
         return least, most, Gt in bounds
 
     def fault(self, value: Any) -> str | None:
-        """The fault in the type of ``value``, None where there is none; limits are not looked at."""
+        """Message on a wrong type of ``value``; None if the type is right. Limits are not checked."""
         faults = _faults(TypeAdapter(self.hint, config=STRICT), value)
         return next((_message(fault) for fault in faults if fault["type"] not in (*_RANGE, "value_error")), None)
 
@@ -100,7 +100,7 @@ class Key:
 def keys(kind: type) -> dict[str, Key]:
     """Keys of an input class by name, in the order of its fields."""
     hints, meanings = get_type_hints(kind, include_extras=True), {}
-    for each in reversed(kind.__mro__[:-1]):  # fields that are inherited are described where they are from
+    for each in reversed(kind.__mro__[:-1]):  # inherited fields are described in their class
         meanings |= parts(each)[1]
     found = {}
     for field in fields(kind):
@@ -113,7 +113,7 @@ def keys(kind: type) -> dict[str, Key]:
 
 
 def unannotated(hint: Any) -> tuple[Any, tuple[Any, ...]]:
-    """A type without its annotations, and the annotations."""
+    """Split a type into the bare type and its annotations."""
     found: tuple[Any, ...] = ()
     while hasattr(hint, "__metadata__"):
         found += hint.__metadata__
@@ -122,14 +122,14 @@ def unannotated(hint: Any) -> tuple[Any, tuple[Any, ...]]:
 
 
 def _within(hint: Any) -> Iterator[Any]:
-    """A type and those that it is made of."""
+    """Yield a type and all types inside it."""
     yield hint
     for part in get_args(hint):
         yield from _within(part)
 
 
 def parts(kind: type) -> tuple[str, dict[str, str]]:
-    """Text of a class's docstring before its parameters, and its text on each of them."""
+    """Split the docstring of a class into the text before its parameters, and the texts by parameter."""
     text, _, rest = (inspect.getdoc(kind) or "").partition("\n\nParameters\n----------\n")
     meanings = {}
     for names, meaning in re.findall(
@@ -140,12 +140,12 @@ def parts(kind: type) -> tuple[str, dict[str, str]]:
 
 
 def read_toml(path: Path) -> dict[str, Any]:
-    """Tables of a TOML file.
+    """Read the tables of a TOML file.
 
     Raises
     ------
     InputError
-        Naming it, if it cannot be read or is no TOML.
+        If the file cannot be read or is not TOML; names the file.
     """
     try:
         text = path.read_text(encoding="utf-8")
@@ -162,12 +162,12 @@ def read_toml(path: Path) -> dict[str, Any]:
 
 
 def as_table(key: str, table: Any) -> Mapping[str, Any]:
-    """``table``, which stands at ``key``, if it is a table.
+    """Check that the value at ``key`` is a table, and return it.
 
     Raises
     ------
     InputError
-        If it is none.
+        If it is not a table.
     """
     if not isinstance(table, Mapping):
         raise InputError(key, table, f"must be a table: [{key}]")
@@ -180,12 +180,12 @@ def _adapter(kind: type[T]) -> TypeAdapter[T]:
 
 
 def read(kind: type[T], table: Any, key: str = "") -> T:
-    """Object of an input class from the table at ``key``; an object of the class is taken as it is.
+    """Make an object of an input class from the table at ``key``; an object of the class is returned unchanged.
 
     Raises
     ------
     InputError
-        Naming key, value and the values allowed.
+        If the table is not valid; names key, value and the allowed values.
     """
     if isinstance(table, kind):
         return table
@@ -197,12 +197,12 @@ def read(kind: type[T], table: Any, key: str = "") -> T:
 
 
 def make(kind: type[T], **given: Any) -> T:
-    """Object of an input class from its parts.
+    """Make an object of an input class from its fields.
 
     Raises
     ------
     InputError
-        As ``read``.
+        As in ``read``.
     """
     try:
         return kind(**given)
@@ -211,12 +211,12 @@ def make(kind: type[T], **given: Any) -> T:
 
 
 def changed(table: T, **parts: Any) -> T:
-    """An input object with other parts.
+    """Return an input object with changed fields.
 
     Raises
     ------
     InputError
-        As ``read``.
+        As in ``read``.
     """
     try:
         return replace(table, **parts)  # type: ignore[type-var]
@@ -225,12 +225,12 @@ def changed(table: T, **parts: Any) -> T:
 
 
 def check(kind: type, table: Any, key: str, later: Iterable[str]) -> None:
-    """Check the table at ``key``, in which the dotted keys ``later`` are still to be set.
+    """Check the table at ``key``, in which the dotted keys ``later`` will be set afterwards.
 
     Raises
     ------
     InputError
-        If a key is unknown, its value is not allowed, or one is missing that is not set later.
+        If a key is unknown, a value is not allowed, or a key is missing that is not set later.
     """
     table = json.loads(_json(as_table(key, table)))
     for path in later:
@@ -251,7 +251,7 @@ def check(kind: type, table: Any, key: str, later: Iterable[str]) -> None:
 
 
 def given(table: Any) -> dict[str, Any]:
-    """Fields of an input object that differ from their defaults, nested ones as tables of their own."""
+    """Fields of an input object that differ from their defaults; nested objects become tables."""
     values = {name: (getattr(table, name), key.default) for name, key in keys(type(table)).items()}
     return {
         name: _plain(value)
@@ -283,7 +283,7 @@ def _message(fault: Any) -> str:
 
 
 def _one_line(faults: list[Any], kind: type) -> InputError:
-    """The most telling fault of a validation, as one line: a misspelt key before the missing one."""
+    """Choose the most helpful fault of a validation, as one line: a misspelt key before the missing one."""
     fault = next((fault for fault in faults if fault["type"] in _UNKNOWN), faults[0])
     key = ".".join(str(part) for part in fault["loc"])
     cause = fault.get("ctx", {}).get("error")
@@ -293,7 +293,7 @@ def _one_line(faults: list[Any], kind: type) -> InputError:
         return InputError(key, "missing", "is required")
     if fault["type"] in _UNKNOWN:
         for part in fault["loc"][:-1]:
-            if isinstance(part, int):  # of a list, whose items the key before it names
+            if isinstance(part, int):  # index in a list: the key before it gives the class of the items
                 continue
             kind = keys(kind)[str(part)].table or kind
         return InputError(key, "unknown key", one_of(str(fault["loc"][-1]), keys(kind)))

@@ -1,4 +1,4 @@
-"""Simulate a scene: static transmission error and mesh stiffness over a mesh cycle."""
+"""Simulation of a scene: static transmission error and mesh stiffness over a mesh cycle."""
 
 from __future__ import annotations
 
@@ -19,41 +19,41 @@ from gearbench.solution import dataset, solve_scene
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Noise floors of harmonics, and of peak-to-peak values, over peak-to-peak above which a run says so.
+#: Noise floors of the harmonics and of the peak-to-peak value, over the peak-to-peak value, above which a run warns.
 NOISE, EXTREMES = 0.01, 0.07
 
 _LOG = logging.getLogger(__name__)
 
 
 def simulate(scene: Scene, *, outputs: Sequence[str] = DEFAULT_OUTPUTS) -> xr.Dataset:
-    """Static transmission error, mesh stiffness and load distribution of ``scene`` over a mesh cycle.
+    """Compute static transmission error, mesh stiffness and load distribution of ``scene`` over a mesh cycle.
 
     Parameters
     ----------
     scene
         The scene to simulate.
     outputs
-        Names of the variables to compute: from ``gearbench.results.outputs.OUTPUTS``, or any response.
+        Names of the variables to compute: outputs of ``gearbench.results.outputs.OUTPUTS``, or responses.
 
     Returns
     -------
-    Dataset with the dimensions ``position``, ``pair``, ``segment``, names and units as in ``gearbench.results``,
-    the residuals of the contact solution, and its provenance in the attributes. Of several loads, or meshes, it is
-    that of ``sweep`` over them; where paths are parallel, that of all meshes together over the phase of the first, with
-    load sharing and the transmission error of the train.
+    Dataset with the dimensions ``position``, ``pair`` and ``segment``, names and units as in ``gearbench.results``, the
+    residuals of the contact solution, and the provenance in the attributes. For several loads or meshes, it is the
+    Dataset of ``sweep`` over them. If power takes parallel paths, all meshes are solved together over the phase of the
+    first, and the Dataset also has load sharing and the transmission error of the train.
 
     Raises
     ------
     InputError
-        If an output has no such name.
+        If the name of an output is unknown.
     ConvergenceError
-        If the contact problem is not solved to its residual.
+        If the contact solver does not reach its residual.
 
     Notes
     -----
-    Where the scene gives ``resolution.accuracy``, settings are chosen for it. The Dataset holds the scene with them,
-    the largest of the estimated errors in the attribute ``accuracy_estimated``, that of each number in
-    ``accuracy_errors``; the wall time includes the choice, ``accuracy_seconds`` is its part [s].
+    If the scene gives ``resolution.accuracy``, the settings are chosen for it. The Dataset then holds the scene with
+    these settings, the largest estimated error (attribute ``accuracy_estimated``), and the errors of all numbers
+    (``accuracy_errors``). The wall time includes the search for the settings, ``accuracy_seconds`` [s].
 
     Examples
     --------
@@ -85,12 +85,12 @@ def simulate(scene: Scene, *, outputs: Sequence[str] = DEFAULT_OUTPUTS) -> xr.Da
 
 
 def _warn_of_noise(solved: Solved) -> None:
-    """Say so where harmonics are not known to ``NOISE`` of peak-to-peak, or that not to ``EXTREMES``."""
+    """Warn if harmonics or peak-to-peak values are uncertain by more than ``NOISE`` or ``EXTREMES`` of peak-to-peak."""
     loud, extremes = [], []
     for curve in ("transmission_error", "mesh_stiffness"):
         whole = float(peak_to_peak(solved.phases, getattr(solved.cycle, curve)))
         floor = float(np.fmax.reduce(output(solved, f"{curve}_amplitude_noise_floor")[1], axis=None))
-        # what hardly fluctuates has no harmonics to speak of
+        # a curve that hardly fluctuates has no harmonics worth a warning
         level = abs(float(getattr(solved.cycle, curve).mean()))
         doubt = float(output(solved, f"{curve}_peak_to_peak_noise_floor")[1])
         if floor > NOISE * whole > 1e-6 * level:

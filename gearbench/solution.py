@@ -1,4 +1,4 @@
-"""A scene solved at all phases of its mesh cycle, and the Dataset of the solution."""
+"""Solution of a scene at all phases of its mesh cycle, and its Dataset."""
 
 from __future__ import annotations
 
@@ -29,30 +29,30 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _LOG = logging.getLogger(__name__)
-#: Why harmonics and panels may be NaN.
+#: Reason why harmonics and panels may be NaN.
 UNIFORM = "NaN: uniform mesh phases have no panels, and give harmonics below half their number only"
-#: No further dimensions.
+#: Default of ``dataset``: no further dimensions.
 _NONE: Mapping[str, tuple[NDArray, dict[str, str]]] = MappingProxyType({})
 
 
 def cycle_values(scene: Scene) -> NDArray:
-    """Mean and RMS of STE [µm], mean [N/µm] and RMS [%] of the mesh stiffness, (4,): see ``accuracy.measure``."""
+    """Mean and RMS of STE [µm], mean [N/µm] and RMS [%] of mesh stiffness, (4,); see ``accuracy.measure``."""
     from gearbench.accuracy.measure import measured
 
     return measured(solve_scene(scene).cycle)
 
 
 def solve_scene(scene: Scene) -> Solved:
-    """Contact solution of ``scene`` at all its mesh phases."""
+    """Solve the contact of ``scene`` at all its mesh phases."""
     phase, weight, size = loaded_phases(scene)
     return solve_lines(scene, scene_lines(scene, phase), weight, size)
 
 
 @single_threaded_blas()
 def solve_lines(scene: Scene, lines: ContactLines, weight: NDArray, size: int | None = None) -> Solved:
-    """Solve a scene on given contact lines with the weights of their positions (position,), see ``solve_scene``.
+    """Solve a scene on given contact lines, with weights (position,) of their positions.
 
-    ``size`` is the number of Gauss points on each panel, where that is not the scene's.
+    ``size`` is the number of Gauss points on a panel if it differs from the scene's.
     """
     _LOG.debug("contact problem: %d positions, %d pairs, %d segments", *lines.shape)
     if scene.has_shafts:
@@ -70,10 +70,10 @@ def solve_lines(scene: Scene, lines: ContactLines, weight: NDArray, size: int | 
 def dataset(
     solved: Solved, outputs: Sequence[str], start: float, before: Mapping[str, tuple[NDArray, dict[str, str]]] = _NONE
 ) -> xr.Dataset:
-    """Dataset of the ``outputs`` of a solved scene; ``start`` is when its computation began (``perf_counter``).
+    """Make the Dataset of ``outputs`` of a solved scene; ``start`` is the ``perf_counter`` when its computation began.
 
-    ``before``: the dimensions that the arrays of its solution have before the position, with their values and
-    attributes: what follows from the solution has them too.
+    ``before`` gives the dimensions that the arrays of the solution have before the position, with their values and
+    attributes; outputs have these dimensions too.
     """
     import xarray as xr
 
@@ -85,12 +85,12 @@ def dataset(
     attrs = provenance(solved.scene, wall_time=time.perf_counter() - start)
     if solved.scene.effect("manufacturing_errors") is not None:
         attrs["random_errors"] = "at their means"
-    attrs["polished_positions"] = solved.solution.polished  # solved once more, see ContactSolution
+    attrs["polished_positions"] = solved.solution.polished  # number of positions solved once more, see ContactSolution
     return xr.Dataset(described(variables, UNIFORM), coords=described(coords, UNIFORM) | own, attrs=attrs)
 
 
 def columns(solved: Solved, outputs: Sequence[str]) -> tuple[Columns, Columns]:
-    """Coordinates and variables of the Dataset of a solved scene."""
+    """Compute coordinates and variables of the Dataset of a solved scene."""
     lines, solution = solved.lines, solved.solution
     coords: Columns = {name: (("position",), values) for name, values in solved.cycle.phases.coordinates.items()}
     coords["pair_index"] = ("pair",), lines.index

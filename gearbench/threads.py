@@ -1,7 +1,7 @@
-"""One thread for each product of small matrices: the parallel work is that of gearbench's own threads.
+"""Threads: BLAS runs on one thread, because gearbench's own threads do the parallel work.
 
-A BLAS that starts as many threads as there are processors for matrices of a few dozen rows spends its time waiting
-for them, a hundred times longer where the machine has other work to do.
+A BLAS that starts a thread per processor for matrices of a few dozen rows spends its time waiting for them, a hundred
+times longer if the machine is busy.
 """
 
 from __future__ import annotations
@@ -19,17 +19,17 @@ if TYPE_CHECKING:
 Value = TypeVar("Value")
 
 _LOCK = Lock()
-#: Computations that are under way, and what restores the number of threads after the last of them.
+#: One entry per running computation; the first entry restores the number of threads after the last computation.
 _running: list[Any] = []
 
 
 @contextmanager
 def single_threaded_blas() -> Iterator[None]:
-    """Inside, NumPy and SciPy multiply matrices on one thread, whatever the environment says; a decorator too.
+    """Context and decorator: NumPy and SciPy multiply matrices on one thread, whatever the environment says.
 
-    After the last computation of the process the number of threads is again what it was before the first one. Who
-    starts threads of computations enters it first: threadpoolctl lets only one thread set the number. MKL, of which the
-    direct solver for finite elements is a part, is left alone.
+    After the last computation of the process, the number of threads is restored. Code that starts threads must enter
+    the context first, because threadpoolctl lets only one thread set the number. MKL, which the direct solver of finite
+    elements uses, is not changed.
     """
     with _LOCK:
         _running.append(None if _running else _libraries().limit(limits=1))
@@ -47,7 +47,7 @@ def single_threaded_blas() -> Iterator[None]:
 
 @lru_cache(maxsize=1)
 def _libraries() -> ThreadpoolController:
-    """Thread pools of NumPy and SciPy, cached: looking for them takes a millisecond."""
+    """Find the thread pools of NumPy and SciPy; cached, because the search takes a millisecond."""
     import scipy.linalg.cython_blas  # noqa: F401, loads the library that compiled kernels call, after that of NumPy
     from threadpoolctl import ThreadpoolController
 
@@ -55,14 +55,14 @@ def _libraries() -> ThreadpoolController:
 
 
 def default_threads() -> int:
-    """Processors this process may use."""
+    """Number of processors that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 class lazy(Generic[Value]):
-    """``functools.cached_property`` without its lock, which in Python 3.11 all objects of a class share.
+    """Cached property without the lock of ``functools.cached_property``, which all objects share in Python 3.11.
 
-    Two threads that ask an object at the same time compute the value twice.
+    Two threads that access the property of an object at the same time compute its value twice.
     """
 
     def __init__(self, function: Callable[[Any], Value]) -> None:
@@ -77,7 +77,7 @@ class lazy(Generic[Value]):
     @overload
     def __get__(self, instance: object, owner: type) -> Value: ...
     def __get__(self, instance: object | None, owner: type) -> Self | Value:
-        """The value, computed once and kept in the object's dictionary, which from then on answers instead."""
+        """Compute the value and store it in the object's dictionary, where later accesses find it."""
         if instance is None:
             return self
         value = self._function(instance)

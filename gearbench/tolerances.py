@@ -21,7 +21,7 @@ Edition = Literal["1995", "2013"]
 
 
 class ToleranceError(InputError):
-    """A gear or class outside the scope of the standard; names the value and the range allowed."""
+    """Error: a gear or class is outside the scope of the standard; names the value and the allowed range."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -35,7 +35,7 @@ class FlankTolerances:
     profile_slope, profile_form, profile_total
         f_Hα, f_fα, F_α.
     helix_slope, helix_form, helix_total
-        f_Hβ, f_fβ, F_β. The two are equal by definition in the edition of 1995.
+        f_Hβ, f_fβ, F_β. In the edition of 1995, f_Hβ and f_fβ are equal by definition.
     """
 
     single_pitch: float
@@ -91,13 +91,13 @@ def flank_tolerances(
     teeth, helix_angle
         z and β [°], only to check the scope of the edition of 2013.
     rounded
-        Round as the standard does, see `round_tolerance`; unrounded otherwise.
+        Whether to round as the standard does, see `round_tolerance`.
 
     Raises
     ------
     ToleranceError
-        Outside the scope the standard states for itself. 1995: 0.5 ≤ m ≤ 70, 5 ≤ d ≤ 10 000, 4 ≤ b ≤ 1000.
-        2013: 0.5 ≤ m_n ≤ 70, 5 ≤ d ≤ 15 000, 4 ≤ b ≤ 1200, 5 ≤ z ≤ 1000, β ≤ 45°. All limits are the standard's.
+        Outside the scope that the standard itself states. 1995: 0.5 ≤ m ≤ 70, 5 ≤ d ≤ 10 000, 4 ≤ b ≤ 1000.
+        2013: 0.5 ≤ m_n ≤ 70, 5 ≤ d ≤ 15 000, 4 ≤ b ≤ 1200, 5 ≤ z ≤ 1000, β ≤ 45°.
     """
     if edition not in _EDITIONS:
         raise ToleranceError("edition", edition, f"ISO 1328-1 must be one of {', '.join(get_args(Edition))}")
@@ -135,14 +135,14 @@ def shaft_parallelism(
 ) -> ParallelismTolerances:
     """Return the recommended limits f_Σδ = (L/b) F_β and f_Σβ = f_Σδ/2 by ISO/TR 10064-3.
 
-    Over the face width alone they always come to F_β and F_β/2, whatever L is.
+    Over the face width alone they are F_β and F_β/2 for any L.
 
     Parameters
     ----------
     helix_total
-        F_β of the gear [µm]; of a pair, the larger of the two.
+        F_β of the gear [µm]; for a pair, the larger of both.
     face_width, bearing_distance
-        b and L [mm]; L = b where it is not given.
+        b and L [mm]; by default L = b.
 
     Raises
     ------
@@ -192,7 +192,7 @@ def _class_5_of_2013(m: float, d: float, b: float) -> tuple[float, ...]:
 
 
 def _interval_mean(value: float, ends: tuple[float, ...]) -> float:
-    """Geometric mean of the ends of the interval (low, high] that holds the value; the first one is closed."""
+    """Geometric mean of the ends of the interval (low, high] that contains the value; the first one is closed."""
     i = max(bisect_left(ends, value), 1)
     return math.sqrt(ends[i - 1] * ends[i])
 
