@@ -278,6 +278,8 @@ class Pair:
         if diameter is not None:
             try:
                 blank_of(gear.blank).support(gear, diameter)
+                if member.support is not None:
+                    member.support.check(diameter, diameter / 2 - abs(gear.root_radius))
             except InputError as error:
                 raise error.within(GEARS[index]) from None
 
