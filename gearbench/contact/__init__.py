@@ -1,11 +1,13 @@
-"""The unilateral contact problem of a mesh cycle, in three subjects.
+"""The unilateral contact problem of a mesh cycle.
 
-The problem: ``gaps`` and ``lines``, ``assemble`` of both with the compliance, ``problem`` (the arrays), ``scaling``,
-``smooth``, ``law``, ``size``; under several loads ``loads``, on shafts ``bearings``, of whole trains ``equilibrium``.
+The problem: ``assemble`` builds it from ``gaps``, ``lines``, the compliance (``smooth``) and the contact ``law``;
+``problem`` holds its arrays, ``scaling`` makes them dimensionless, ``size`` checks the memory. ``loads`` is for several
+loads, ``bearings`` for pairs on shafts, ``equilibrium`` and ``bodies`` for whole trains.
 
-The quadrature over a cycle: ``look`` solves it coarsely, ``births`` and ``transitions`` say at which phases the contact
-changes, ``panels`` and ``phases`` make Gauss points between them; along the lines ``patches`` and ``pieces`` do.
+Quadrature over the mesh cycle: ``look`` solves the contact coarsely, ``births`` and ``transitions`` find the phases at
+which it changes, ``panels`` and ``phases`` place Gauss points between them. Along contact lines ``patches`` and
+``pieces`` do so.
 
-The solvers: ``solver`` (one problem), ``batch`` (many samples), ``dense`` (active set), ``reference`` (linearised at
-the mean errors).
+Solvers: ``solver`` for one problem, ``batch`` for many samples, ``dense`` by active set, ``reference`` for the problem
+linearised at the mean errors.
 """

@@ -1,8 +1,8 @@
-"""Compiled Newton solver on the forces of loaded segments, where these are few, or not many more than amplitudes.
+"""Compiled Newton solver with the forces of loaded segments as unknowns, if they are not many more than amplitudes.
 
-The steps are those of ``gearbench.contact._kernels``, of the same convex J(q, δ): after a step the amplitudes are
-q = Ψᵀ v, and J needs only z = Ψ q = H v and |q|². A matrix has a row for each loaded segment (C9 of docs/theory.md).
-Close to the solution its factor serves for several steps.
+The steps are the same as in ``gearbench.contact._kernels``, for the same convex J(q, δ). After a step the amplitudes
+are q = Ψᵀ v with forces v; J needs only z = Ψ q = H v and |q|². The matrix has one row for each loaded segment (C9 of
+docs/algorithms.md). Close to the solution its factor is reused for several steps.
 """
 
 from __future__ import annotations
@@ -17,19 +17,22 @@ from gearbench.compiled import SUMS, entry, part
 from gearbench.contact._kernels import IDLE_STEPS, first_approach
 from gearbench.contact._law_kernels import CONSTANTS, SCRATCH, apply_laws, law_constants
 
-#: Residual, relative to the greatest deflection, that is rounding; and the one that counts as rounding if it stops
-#: falling.
+#: Residual over the greatest deflection that is rounding, and that counts as rounding if it no longer falls.
 ROUNDING, NEAR_ROUNDING = 1e-15, 1e-13
-#: Residual below which a factor is reused, as long as each step leaves at most the second fraction of the residual.
+#: The factor is reused below the first residual, as long as a step leaves at most the second fraction of it.
 REUSED, FALLING = 1e-3, 0.003
-#: Relative error of the stiffness: rounding, and the one allowed in a rough solution.
+#: Relative error of the stiffness: at rounding, and allowed in a rough solution.
 STIFFNESS_ROUNDING, ROUGH_STIFFNESS = 1e-14, 1e-6
-#: Rows of scratch of a position that are named in ``Rows``.
+#: Number of scratch rows of a position that are named in ``Rows``.
 ROWS = 9
 
 
 class Rows(NamedTuple):
-    """Scratch of a position, (segment,); of the law (…, segment); B (segment, segment + 1), the factor."""
+    """Scratch arrays of a position (segment,), of the contact law (…, segment), and factor B (segment, segment + 1).
+
+    ``weight`` holds the slopes dP/ds, ``apart`` the residual H P − z, d the step of the forces and dz that of z.
+    ``loaded`` holds the numbers of the loaded segments and ``root`` the square roots of their slopes.
+    """
 
     weight: NDArray
     apart: NDArray
@@ -48,9 +51,9 @@ class Rows(NamedTuple):
 
 @part(SUMS)
 def eliminate(B, n):
-    """Cholesky's U of the first n columns of B in place, upper triangle, four rows at a time; further columns: U⁻ᵀ B.
+    """Cholesky factor U of the first n columns of B in place, four rows at a time; further columns become U⁻ᵀ B.
 
-    B (n, ≥ n); what is below the diagonal is neither read nor written.
+    B is (n, ≥ n); elements below the diagonal are neither read nor written.
     """
     width = B.shape[1]
     for first in range(0, n, 4):
@@ -73,9 +76,9 @@ def eliminate(B, n):
 
 @part(SUMS)
 def factorise(H, weight, B, loaded, root):
-    """Cholesky's U of 1 + S H S over the loaded segments, S = √(dP/ds); their number, and ∂F/∂δ.
+    """Cholesky factor U of 1 + S H S over the loaded segments, with S = √(dP/ds); returns their number, and ∂F/∂δ.
 
-    Fills ``loaded`` and ``root``, the diagonal of S; the column of B behind U is U⁻ᵀ S 1, whose square is ∂F/∂δ.
+    Fills ``loaded``, and ``root`` with the diagonal of S. The column of B after U is U⁻ᵀ S 1; its square is ∂F/∂δ.
     """
     n = 0
     for j in range(weight.size):
@@ -117,9 +120,9 @@ def back(B, n, x):
 
 @part(SUMS)
 def force_direction(total, apart, B, n, loaded, root, stiffness, x, d):
-    """Newton step of δ; fills d, the step of the forces v beside that of the law, zero where none is loaded.
+    """Newton step dδ, which is returned, and step d of the forces, zero for segments that are not loaded.
 
-    With the residual g = H P − z: (1 + S H S) S⁻¹ d = S (dδ − g), Σd = 1 − ΣP.
+    With the residual g = H P − z: (1 + S H S) S⁻¹ d = S (dδ − g) and Σd = 1 − ΣP.
     """
     d[:] = 0.0
     for k in range(n):
@@ -139,7 +142,7 @@ def force_direction(total, apart, B, n, loaded, root, stiffness, x, d):
 
 @part(SUMS)
 def deflect(H, v, plus, result):
-    """result = H v + plus, of the few v that are not zero; the greatest of its sizes."""
+    """result ← H v + plus, skipping zeros of v; returns the greatest absolute value."""
     for j in range(v.size):
         result[j] = plus[j]
     for i in range(v.size):
@@ -154,10 +157,10 @@ def deflect(H, v, plus, result):
 
 @part(SUMS)
 def stiffness_at(H, weight, B, n, loaded, root, x, v, none, deflected, most):
-    """∂F/∂δ = 1ᵀ (1/W + H)⁻¹ 1 under the slopes W, to a relative error of ``most``.
+    """∂F/∂δ = 1ᵀ (1/W + H)⁻¹ 1 for the slopes W, to a relative error of ``most``.
 
-    The factor may belong to other slopes; it is computed again if they differ too much. With
-    r = 1 − (1/W + H) v, 2 Σv − v·(1/W + H) v misses it by rᵀ(1/W + H)⁻¹ r ≤ Σ W r².
+    The factor in B may belong to other slopes; it is computed again if they differ too much. With
+    r = 1 − (1/W + H) v, the estimate 2 Σv − v·(1/W + H) v has the error rᵀ(1/W + H)⁻¹ r ≤ Σ W r².
     """
     here = 0
     for j in range(weight.size):
@@ -191,7 +194,7 @@ def stiffness_at(H, weight, B, n, loaded, root, x, v, none, deflected, most):
 
 @part()
 def forces(z, dz, t, delta, gap, constants, scratch, force, weight):
-    """Fill forces and slopes of the law under the deflections z + t dz; ΣP − 1, ΣdP/ds and ∫ΣP ds − δ."""
+    """Fill forces and slopes at the deflections z + t dz; returns ΣP − 1, ΣdP/ds and ∫ΣP ds − δ."""
     s = scratch[SCRATCH]
     for j in range(z.size):
         s[j] = delta - gap[j] - (z[j] + t * dz[j])
@@ -201,9 +204,9 @@ def forces(z, dz, t, delta, gap, constants, scratch, force, weight):
 
 @part()
 def search(z, dz, delta, step, norms, before, descent, gap, constants, scratch, force, weight):
-    """Go along a step until J falls as it should; t, ΣP − 1, ΣdP/ds, J and |q|² there.
+    """Line search: halve the step until J falls enough; returns t, ΣP − 1, ΣdP/ds, J and |q|² there.
 
-    ``norms``: |q|² before the step, the product of both, and |q|² of a whole step.
+    ``norms`` holds |q|² before the step, the product of q before and after it, and |q|² after a whole step.
     """
     t = 1.0
     while True:
@@ -217,10 +220,10 @@ def search(z, dz, delta, step, norms, before, descent, gap, constants, scratch, 
 
 @part()
 def solve_forces(H, gap, z, square, delta, force, rows, enough, limit):
-    """Newton's method with line search from the deflections z of the amplitudes |q|² = ``square``, and δ.
+    """Newton's method with line search, starting from δ and from deflections z of amplitudes with |q|² = ``square``.
 
     Fills ``force``; returns δ, ∂F/∂δ and the number of steps. A step expected to leave a residual of ``enough``² is
-    the last one, without another evaluation: ``force`` is then that of the linearised law.
+    the last, and the law is not evaluated after it: ``force`` then follows from the linearised law.
     """
     weight, apart, d, dz, root, x, v, none, deflected, loaded, constants, scratch, B = rows
     stiffness, best, stalled, idle, iteration, n, before = 0.0, math.inf, 0, 0, 0, 0, math.inf
@@ -277,9 +280,9 @@ def solve_forces(H, gap, z, square, delta, force, rows, enough, limit):
 
 @part()
 def response(psi, block, H):
-    """Fill H = Ψ Ψᵀ, a block of its own for each block of segments."""
+    """Fill H = Ψ Ψᵀ; elements between different blocks are zero."""
     H[:] = np.dot(psi, psi.T)
-    if block.size and block[0] == block[-1]:  # blocks stand side by side
+    if block.size and block[0] == block[-1]:  # blocks are sorted: there is one
         return
     for i in range(block.size):
         for j in range(block.size):
@@ -291,8 +294,8 @@ def response(psi, block, H):
 def solve_coupled(problem, q, delta, enough, limit, force, stiffness, steps):
     """Solve every position of a problem whose segments share amplitudes q (position, block, rank).
 
-    q and δ are the guess, δ = −∞ for none, and afterwards the solution. Fills forces, ∂F/∂δ and the numbers of steps.
-    In rough solutions a position without a guess starts from the forces of the previous position.
+    q and δ hold the guess (δ = −∞ for none), and the solution afterwards. Fills forces, ∂F/∂δ and the numbers of steps.
+    In rough solutions a position without guess starts from the forces of the previous position.
     """
     p = problem
     positions, n = p.gap.shape
@@ -331,7 +334,7 @@ def solve_coupled(problem, q, delta, enough, limit, force, stiffness, steps):
 
 @part(SUMS)
 def amplitudes(psi, block, force, q):
-    """q = Ψᵀ P of each block."""
+    """Fill the amplitudes q = Ψᵀ P of each block."""
     if q.shape[0] == 1:
         q[0] = np.dot(force, psi)
         return
@@ -344,7 +347,7 @@ def amplitudes(psi, block, force, q):
 
 @part(SUMS)
 def deflections(psi, block, q, z):
-    """Fill z = Ψ q; returns |q|²."""
+    """Fill the deflections z = Ψ q; returns |q|²."""
     if q.shape[0] == 1:
         z[:] = np.dot(psi, q[0])
         return np.dot(q[0], q[0])

@@ -1,4 +1,4 @@
-"""Compiled Newton solver of the contact problem, which the tests hold equal to a readable NumPy version."""
+"""Compiled Newton solver of the contact problem, which the tests compare with a readable NumPy version."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from gearbench.compiled import SUMS, entry, part
 from gearbench.contact._law_kernels import CONSTANTS, SCRATCH, apply_laws, law, law_constants
 from gearbench.contact.law import TANGENT_FROM
 
-#: Steps without a decrease of the energy after which rounding is reached; convergence needs two or three.
+#: Steps without a decrease of J that show that rounding is reached; near convergence two or three may occur.
 IDLE_STEPS = 8
 
 
 class Arrays(NamedTuple):
-    """Arrays of a ``ContactProblem``; ``block`` (position, segment)."""
+    """Arrays of a ``ContactProblem`` under the same names; ``block`` is (position, segment)."""
 
     gap: NDArray
     a: NDArray
@@ -29,9 +29,9 @@ class Arrays(NamedTuple):
 
 
 class Work(NamedTuple):
-    """Scratch of a position: (block, rank), ``hess`` (block, rank, rank), and of the law (…, segment).
+    """Scratch arrays of a position (block, rank), Hessian ``hess`` (block, rank, rank), and of the law (…, segment).
 
-    ``q`` holds the first guess of the amplitudes, and those of the solution afterwards.
+    ``q`` holds the first guess of the amplitudes, and the solution afterwards.
     """
 
     q: NDArray
@@ -48,7 +48,7 @@ class Work(NamedTuple):
 
     @classmethod
     def of(cls, blocks: int, rank: int, segments: int) -> Work:
-        """Scratch for positions of so many blocks, columns and segments."""
+        """Scratch arrays for positions with the given numbers of blocks, columns and segments."""
         q, trial, step, x, grad, cross = np.empty((6, blocks, rank))
         constants, scratch = np.empty((CONSTANTS, segments)), np.empty((SCRATCH + 1, segments))
         return cls(
@@ -59,7 +59,7 @@ class Work(NamedTuple):
 
 @part()
 def compression(p, a, h, sigma):
-    """Compression of a segment, or of the end of a cell that touches first, under the force p."""
+    """Compression of a segment, or of that end of a cell which touches first, under the force p."""
     if sigma > 0.0:
         whole = law(sigma, a, h)[0]
         if p < whole:
@@ -75,7 +75,7 @@ def compression(p, a, h, sigma):
 
 @entry()
 def complementarity(problem, force, delta, residual):
-    """max |min(P, gap)| of each position, gap = H P + g(P) + e − δ."""
+    """Fill ``residual`` with max |min(P, gap)| of each position, where gap = H P + g(P) + e − δ."""
     p = problem
     positions, n, rank = p.factor.shape
     shared = np.empty((p.block.max() + 1, rank))
@@ -98,14 +98,14 @@ def complementarity(problem, force, delta, residual):
 
 @part(SUMS)
 def add_loaded(factor, block, loaded, weight, force, work):
-    """Add what the ``loaded`` segments contribute to gradient and Hessian, four of a block at a time."""
+    """Add the contributions of the ``loaded`` segments to gradient and Hessian, four segments of a block at a time."""
     grad, hess, cross = work.grad, work.hess, work.cross
     rank, n = factor.shape[1], 0
     while n < loaded.size:
         j0 = loaded[n]
         k = block[j0]
         p0, w0 = force[j0], weight[j0]
-        # segments of a block need not lie side by side: all four are asked
+        # segments of a block need not be adjacent, so all four are checked
         four = n + 4 <= loaded.size and block[loaded[n + 1]] == k and block[loaded[n + 2]] == k
         if four and block[loaded[n + 3]] == k:
             j1, j2, j3 = loaded[n + 1], loaded[n + 2], loaded[n + 3]
@@ -133,7 +133,7 @@ def add_loaded(factor, block, loaded, weight, force, work):
 
 @part(SUMS)
 def compress(i, problem, q, delta, s):
-    """Fill the compressions s = δ − e − Ψ q of the segments of position i, negative of absent ones."""
+    """Fill the compressions s = δ − e − Ψ q of the segments of position i; −1 for absent segments."""
     for j in range(s.size):
         s[j] = -1.0
         if problem.active[i, j]:
@@ -166,9 +166,9 @@ def derivatives(i, problem, q, delta, work, force):
 
 @part(SUMS)
 def newton_direction(total, slope, work):
-    """Newton step of δ and ∂F/∂δ, by eliminating the amplitudes of each block (C6); fills the step of q.
+    """Newton step of δ, and ∂F/∂δ, by eliminating the amplitudes of each block (C6); fills the step of q.
 
-    With the Cholesky factor L of a block of the Hessian: y = L⁻¹ cross, x = L⁻¹ grad, step = L⁻ᵀ (y dδ − x).
+    With the Cholesky factor L of a block of the Hessian: y = L⁻¹ cross, x = L⁻¹ grad and step = L⁻ᵀ (y dδ − x).
     """
     grad, hess, cross, x, step = work.grad, work.hess, work.cross, work.x, work.step
     n = grad.shape[1]
@@ -199,7 +199,7 @@ def newton_direction(total, slope, work):
 
 @part()
 def closing_direction(i, problem, q, delta, work):
-    """Step of δ that closes the smallest gap where nothing touches; fills the step of q with steepest descent."""
+    """Step of δ that closes the smallest gap if no segment touches; fills the step of q by steepest descent."""
     s, step_d = work.scratch[SCRATCH], math.inf
     compress(i, problem, q, delta, s)
     for j in range(s.size):
@@ -211,7 +211,7 @@ def closing_direction(i, problem, q, delta, work):
 
 @part()
 def first_approach(gap, a, h, sigma, active, factor):
-    """An approach at which all segments touch, but no more than if one of them carried the load by itself."""
+    """First guess of δ: all segments touch, but δ is at most what a single segment under the whole load needs."""
     greatest, alone = -math.inf, math.inf
     for j in range(gap.size):
         if not active[j]:
@@ -228,9 +228,9 @@ def first_approach(gap, a, h, sigma, active, factor):
 
 @entry()
 def solve_positions(problem, work, q, delta, enough, limit, force, stiffness, steps):
-    """Solve every position of a problem by its amplitudes q (position, block, rank) and approach δ.
+    """Solve every position of a problem for its amplitudes q (position, block, rank) and approach δ.
 
-    q and δ are the guess, δ = −∞ for none, and afterwards the solution. Fills forces, ∂F/∂δ and the numbers of steps,
+    q and δ hold the guess (δ = −∞ for none), and the solution afterwards. Fills forces, ∂F/∂δ and the numbers of steps,
     at most ``limit``.
     """
     for i in range(len(delta)):
@@ -243,9 +243,9 @@ def solve_positions(problem, work, q, delta, enough, limit, force, stiffness, st
 def solve_position(i, problem, work, delta, enough, limit, own):
     """Newton's method with line search on the convex J(q, δ) of position i.
 
-    J = ½|q|² + Σ ∫P ds − δ. Fills the forces ``own`` and leaves the amplitudes in work.q; returns δ, ∂F/∂δ and the
-    number of steps. A finite ``delta`` is a first guess of δ, and work.q then one of the amplitudes. From a residual of
-    ``enough`` on the last step is taken, which squares it, and nothing evaluated after it.
+    J = ½|q|² + Σ ∫P ds − δ. Fills the forces ``own``, leaves the amplitudes in work.q, and returns δ, ∂F/∂δ and the
+    number of steps. If ``delta`` is finite, it and work.q are the first guess. When the residual has fallen to
+    ``enough``, one last step squares it, and nothing is evaluated after this step.
     """
     p, q, trial = problem, work.q, work.trial
     law_constants(p.a[i], p.h[i], p.sigma[i], work.constants)
@@ -261,7 +261,7 @@ def solve_position(i, problem, work, delta, enough, limit, own):
             for c in range(q.shape[1]):
                 residual = max(residual, abs(work.grad[k, c]))
                 size = max(size, abs(q[k, c]))
-        # descent = gradient · step, and the gradient is overwritten by the trials below
+        # descent = gradient · step is computed first, because the trials below overwrite the gradient
         if slope > 0.0:
             step_d, stiffness = newton_direction(total, slope, work)
         else:
@@ -297,9 +297,10 @@ def solve_position(i, problem, work, delta, enough, limit, own):
 
 @entry(SUMS)
 def pivoted_cholesky(matrix, weight, limit, root):
-    """Rows of the factors of all H (block, n, n), the largest pivot first, zero behind the rank; the greatest rank.
+    """Fill ``root`` (block, n, n) with the Cholesky factors of all H (block, n, n), largest pivot first.
 
-    A block ends where Σ weight · diagonal of what is left is at most ``limit``. root (block, n, n).
+    Rows of ``root`` are the columns of a factor; rows after the rank are zero. The factorisation of a block ends when
+    Σ weight · diagonal of the remainder is at most ``limit``. Returns the greatest rank.
     """
     blocks, n, _ = matrix.shape
     left = np.empty(n)

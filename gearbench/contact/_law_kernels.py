@@ -1,9 +1,9 @@
-"""Compiled contact law: one point of it, which the loops over segments and over samples write into themselves.
+"""Compiled contact law at a point, which the compiler inlines into the loops over segments and samples.
 
-The same law as ``gearbench.contact.law``, which the tests hold it to. The level L = a/h − ln P follows from L − ln L =
-κ − ln s, κ = a/h + ln h: ``level_start`` guesses it by a rational approximation, ``log_law`` improves it by a step of
-Halley's method, and by one of Newton's for the last digits. Logarithms are read off the bits. Nothing branches, so that
-loops become vector instructions; two short loops, one for each of the two, are faster than one.
+The tests compare it with ``gearbench.contact.law``. The level L = a/h − ln P solves L − ln L = κ − ln s with
+κ = a/h + ln h. ``level_start`` guesses it by a rational approximation; ``log_law`` improves it by one step of Halley's
+method, and by one Newton step for the last digits. Logarithms use the bits of a number. There are no branches, so loops
+become vector instructions; two short loops, one for each function, are faster than one.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ import numpy as np
 from gearbench.compiled import FUSED, SUMS, bit_casts, entry, part
 from gearbench.contact.law import TANGENT_FROM
 
-#: Rows of the constants of the law of each segment, and of scratch.
+#: Number of rows of the constants of the law, and of its scratch.
 CONSTANTS, SCRATCH = 7, 2
-#: Smaller compressions are replaced by this one, whose force is already negligible.
+#: Smaller compressions are replaced by this one; its force is negligible.
 LEAST = 1e-290
 
 _bits, _double = bit_casts()
@@ -26,11 +26,11 @@ _MANTISSA, _ONE, _PLACES = np.uint64(0x000FFFFFFFFFFFFF), np.uint64(0x3FF0000000
 _MAGIC, _MAGIC_VALUE = np.uint64(0x4330000000000000), 4503599627370496.0 + 1023.0
 _LN2, _SQRT2 = 0.6931471805599453, 1.4142135623730951
 
-# ln m on [1, 2) to 2e-6, only to start from (Chebyshev interpolation)
+# ln m on [1, 2) to 2e-6, for the first guess (Chebyshev interpolation)
 _LN_0, _LN_1, _LN_2 = -2.0996478486768844, 4.205234841459749, -3.647120395291447
 _LN_3, _LN_4, _LN_5, _LN_6 = 2.226943460753641, -0.8520795951448831, 0.18370084115152, -0.017029610589036435
-# rational approximation of ln L as a function of ℓ = L − ln L from 2 − ln 2 on: L to 6e-5 up to 120, to 2e-4 up to 760,
-# where doubles end
+# rational approximation of ln L as a function of ℓ = L − ln L ≥ 2 − ln 2: L is accurate to 6e-5 up to ℓ = 120, and to
+# 2e-4 up to ℓ = 760, the range of doubles
 _TOP_0, _TOP_1, _TOP_2 = -9.995550735434079e-05, -0.0249708843354656, -0.6947243186683587
 _TOP_3, _TOP_4, _TOP_5 = -1.9526075373671652, 2.675457294772817, -0.21083468541969874
 _BOTTOM_0, _BOTTOM_1, _BOTTOM_2 = -1.3412269292221055e-05, -0.005223620965804569, -0.2331840533201535
@@ -46,7 +46,7 @@ def split(x):
 
 @part(FUSED)
 def level_start(x, kappa):
-    """First guess of L with L − ln L = κ − ln x, and x / L."""
+    """First guess of the L that solves L − ln L = κ − ln x, and x / L."""
     m, exponent = split(x)
     crude = (((((_LN_6 * m + _LN_5) * m + _LN_4) * m + _LN_3) * m + _LN_2) * m + _LN_1) * m + _LN_0
     y = kappa - (exponent * _LN2 + crude)
@@ -81,9 +81,9 @@ def logarithm(x):
 
 @part(FUSED)
 def log_law(s, level, quotient, edge, kappa, h, per_h, exact):
-    """Force and slope under a compression s > 0, from ``level_start`` of min(s, edge); per_h = 1/h.
+    """Force, slope and L under a compression s > 0, from ``level_start`` of min(s, edge); per_h = 1/h.
 
-    And L where ``exact``; otherwise they are good to 1e-12.
+    They are accurate to rounding if ``exact``; otherwise force and slope to 1e-12, and L is not meaningful.
     """
     log = logarithm(quotient)
     residual = level - kappa + log
@@ -92,7 +92,7 @@ def log_law(s, level, quotient, edge, kappa, h, per_h, exact):
     above = level * (below - residual * slope)  # L = above / below
     if exact:
         change = -residual * slope / below
-        # ln(1 + change), of a change of 2e-4 at most
+        # ln(1 + change) for a change of at most 2e-4
         log -= change * (1.0 - change * (0.5 - change * (1.0 / 3 - change * 0.25)))
         L = level + level * change
         above, below = L - (L - kappa + log) * L / (L - 1.0), 1.0
@@ -118,22 +118,22 @@ def law(s, a, h):
 
 @part()
 def tangent_edge(a, h):
-    """Compression 2h P₀ from which the law is its tangent."""
+    """Compression 2h P₀ from which the tangent continues the law."""
     return TANGENT_FROM * h * math.exp(min(a / h, 690.0) - TANGENT_FROM)
 
 
 @part(FUSED)
 def energy_of(force, over, h, L):
-    """∫P ds of the law with a logarithm, of which ``over`` lies on its tangent."""
+    """∫P ds of the logarithmic law; the part ``over`` of the compression lies on its tangent."""
     low = force - over / h
     return h * low * low * (0.5 * L - 0.25) + over * (low + 0.5 * over / h)
 
 
 @part(SUMS)
 def apply_laws(s, constants, scratch, force, weight):
-    """Fill forces and slopes of segments compressed by s; ΣP, ΣdP/ds and ∫ΣP ds.
+    """Fill forces and slopes of segments compressed by s; returns ΣP, ΣdP/ds and ∫ΣP ds.
 
-    ``constants`` by ``law_constants``; ``scratch`` (2, segment).
+    ``constants`` come from ``law_constants``; ``scratch`` is (2, segment).
     """
     a, h, kappa, edge, sigma, whole, excess = (
         constants[0], constants[1], constants[2], constants[3], constants[4], constants[5], constants[6]
@@ -149,7 +149,7 @@ def apply_laws(s, constants, scratch, force, weight):
         p = middle / a[j] if straight else logarithmic
         w = 1.0 / a[j] if straight else rate
         e = 0.5 * middle * p if straight else energy_of(p, max(middle - edge[j], 0.0), h[j], L)
-        # of cells of which only the part t is loaded
+        # cells of which only the part t is loaded
         t = s[j] / (2.0 * sigma[j]) if sigma[j] > 0.0 else 1.0
         part, on = t < 1.0, s[j] > 0.0
         p = whole[j] * t * t if part else p
@@ -165,9 +165,10 @@ def apply_laws(s, constants, scratch, force, weight):
 
 @part()
 def law_constants(a, h, sigma, constants):
-    """Fill the rows of ``constants``, (7, segment), with what forces follow from.
+    """Fill the rows of ``constants`` (7, segment), from which forces follow.
 
-    a, h, κ, the compression where the tangent takes over, σ, P_σ, and the excess energy of a cell over its middle.
+    They are a, h, κ, the compression from which the tangent continues the law, σ, P_σ, and the energy of a fully loaded
+    cell minus the energy of a point at its middle.
     """
     last, log_h = 0.0, 0.0
     for j in range(a.size):

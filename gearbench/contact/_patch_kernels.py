@@ -1,4 +1,4 @@
-"""Compiled search for the patches of contact on lines of cells; the readable version is with the tests."""
+"""Compiled search for contact patches on lines of cells; tests/support/patch_twin.py is the readable version."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from gearbench.compiled import entry, part
 
 @entry()
 def compressions(rows, factor, q, block, delta, gaps, scale, active, s):
-    """Fill s = δ − e − Ψ q at the beginning, middle and end of each cell; −1 where there is no line.
+    """Fill s = δ − e − Ψ q at the beginning, middle and end of each cell; −1 if there is no line.
 
-    rows (position, pair, segment, 3, node), factor (position, pair, node, rank), gaps and s (position, pair, segment,
-    3), block (pair,), and scale (position,), the unit of δ.
+    Shapes: rows (position, pair, segment, 3, node), factor (position, pair, node, rank), gaps and s (position, pair,
+    segment, 3), block (pair,), and scale (position,), the unit of δ.
     """
     positions, pairs, segments = gaps.shape[:3]
     nodes = factor.shape[2]
@@ -33,7 +33,7 @@ def compressions(rows, factor, q, block, delta, gaps, scale, active, s):
 
 @part()
 def zero_within(begin, middle, end, a, b):
-    """Zero next to the middle of [a, b] of the parabola through values at −1, 0 and 1; within [a, b]."""
+    """Zero in [a, b] of the parabola through the values at −1, 0 and 1, the one closest to the middle of [a, b]."""
     linear, square = (end - begin) / 2, (end + begin) / 2 - middle
     root = math.sqrt(max(linear * linear - 4 * square * middle, 0.0))
     big = -(linear + (-root if linear < 0 else root)) / 2
@@ -49,9 +49,9 @@ def zero_within(begin, middle, end, a, b):
 
 @part()
 def loaded_halves(s, y, half, panel, least, begin, end):
-    """Patches of one line: fills where they begin and end, and returns how many there are.
+    """Find the patches of one line: fill their beginnings and ends, and return their number.
 
-    Loaded halves of cells that touch each other, in one panel between kinks, are one.
+    Adjacent loaded halves of cells form one patch if they are in the same panel between kinks.
     """
     count, last, at_panel = 0, -math.inf, -1
     for i in range(y.size):
@@ -79,7 +79,7 @@ def loaded_halves(s, y, half, panel, least, begin, end):
 
 @part()
 def share_nodes(width, nodes, count):
-    """Fill how many of the ``nodes`` of a line each of its patches gets: in proportion to the roots of the widths."""
+    """Fill ``count`` with the number of nodes of each patch: ``nodes`` shared by the square roots of the widths."""
     n, whole, left = width.size, 0.0, nodes
     for i in range(n):
         whole += math.sqrt(width[i])
@@ -87,7 +87,7 @@ def share_nodes(width, nodes, count):
     for i in range(n):
         count[i] = least + math.floor((nodes - least * n) * math.sqrt(width[i]) / whole + 1e-9)
         left -= count[i]
-    # the remaining nodes go to the widest patch
+    # the remaining nodes go to the widest patches
     order = np.argsort(-width[:n], kind="mergesort")
     for i in range(left):
         count[order[i]] += 1
@@ -95,9 +95,10 @@ def share_nodes(width, nodes, count):
 
 @entry()
 def patch_nodes(s, y, half, panel, active, least, gauss_nodes, gauss_weights, at, width):
-    """Fill nodes and widths of Gauss points on the patches of each line, (position, pair, node).
+    """Fill positions and widths of Gauss points on the patches of each line, (position, pair, node).
 
-    Row n of ``gauss_nodes`` and ``gauss_weights`` holds the rule of n points; patches are longer than ``least``.
+    Row n of ``gauss_nodes`` and ``gauss_weights`` holds the rule of n points. Patches not longer than ``least`` are
+    ignored.
     """
     positions, pairs, segments = y.shape
     nodes = at.shape[2]
@@ -123,11 +124,12 @@ def patch_nodes(s, y, half, panel, active, least, gauss_nodes, gauss_weights, at
 
 @entry()
 def rows_on_pieces(y, half, piece, active, at, gauss_nodes, weights, rows):
-    """Fill rows (position, pair, point, node), zero before: polynomials through the nodes y of each piece, at ``at``.
+    """Fill ``rows`` (position, pair, point, node), initially zero, which interpolate from nodes y to the points ``at``.
 
-    Beyond the ends of a line the values are those at the ends. ``half`` are half the widths of the nodes, of which the
-    pieces of a line are made up, (position, pair, node). Row n of ``gauss_nodes`` and ``weights`` holds the rule of n
-    points. The barycentric formula (Berrut and Trefethen, SIAM Review 46, 2004).
+    Each piece of a line has a polynomial through its nodes; beyond the ends of a line the end values are used. ``half``
+    (position, pair, node) holds half the widths of the nodes, which sum to half the width of a piece. Row n of
+    ``gauss_nodes`` and ``weights`` holds the rule of n points and its barycentric weights (Berrut and Trefethen, SIAM
+    Review 46, 2004).
     """
     positions, pairs, nodes = y.shape
     points = at.shape[2]

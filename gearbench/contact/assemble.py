@@ -1,4 +1,4 @@
-"""From a scene's effects to the contact problem: compliances and gaps are summed, then made dimensionless."""
+"""Assembly of the contact problem: compliances and gaps of a scene's effects are summed and made dimensionless."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from gearbench.geometry.action import ContactLines
 from gearbench.scene import Scene
 from gearbench.threads import single_threaded_blas
 
-#: Gauss points on a line for each panel that it has, at least: between kinks of the gap the load is smooth.
+#: Minimum number of Gauss points for each panel of a line; between kinks of the gap the load is smooth.
 ON_PANEL = 5
 
 
@@ -39,10 +39,18 @@ def assemble(
     truncation: float = TRUNCATION,
     nodes: int | None = None,
 ) -> ContactProblem:
-    """Contact problem of ``scene`` on ``lines``: the sum over its effects, or over other ``effects`` where given.
+    """Contact problem of ``scene`` on ``lines``.
 
-    ``truncation``: how much of the smooth compliance may be left out, see ``truncated_root``; ``nodes`` on a line that
-    it is computed at where segments are cells, by default ``smooth_nodes``.
+    Parameters
+    ----------
+    scene, lines
+        Load and pair, and the contact lines.
+    effects
+        Effects to sum; by default the acting effects of the scene.
+    truncation
+        Share of the smooth compliance that may be left out, see ``truncated_root``.
+    nodes
+        If segments are cells: nodes on a line at which the smooth compliance is computed, by default ``smooth_nodes``.
     """
     acting = scene.acting_effects if effects is None else effects
     beside = {effect.name: effect for effect in acting}
@@ -54,7 +62,7 @@ def assemble(
     if not lines.cells:
         return _problem(scene, lines, compliance, laws, gap, sigma, truncation)
     if not laws:
-        # compliance alone determines the loads: it must be known on every segment
+        # without a law the compliance alone determines the loads, so it is needed on every segment
         compliance, laws = smooth_compliance(adding, lines, beside)
         return _problem(scene, lines, compliance, laws, gap, np.zeros(lines.shape), truncation)
     none = np.zeros(at.shape)
@@ -69,7 +77,7 @@ def assemble(
         laws=own.laws, nodes=max(at.shape[2], ON_PANEL * (1 + int(lines.panel.max(initial=0)))),
         share=np.ones(len(gaps)),
     )  # fmt: skip
-    # the load on a cell is spread: Ψ is its mean, by Simpson's rule
+    # the load is spread over the cell: Ψ is averaged by Simpson's rule
     factor = np.array([1, 4, 1]) / 6 @ rows @ factor
     return replace(
         problem,
@@ -81,15 +89,15 @@ def assemble(
 
 
 def with_gaps(problem: ContactProblem, effects: Sequence[Effect], lines: ContactLines) -> ContactProblem:
-    """``problem``, assembled on ``lines``, with the gaps of other ``effects`` of the same compliance."""
+    """``problem``, which was assembled on ``lines``, with the gaps of other ``effects``; the compliance is the same."""
     along = problem.along and replace(problem.along, effects=tuple(effects))
     return _apart(replace(problem, along=along), gaps_along(effects, lines))
 
 
 def with_field(problem: ContactProblem, field: NDArray) -> ContactProblem:
-    """``problem`` with one more gap, smooth along its lines, (position, pair, node) [mm], over the levers.
+    """``problem`` with one more gap ``field`` (position, pair, node) [mm], smooth along its lines, over the lever arms.
 
-    At the nodes of ``Along.smooth_lines``, or at the segments where these are no cells.
+    The nodes are those of ``Along.smooth_lines``, or the segments if these are not cells.
     """
     if problem.along is None:
         return replace(problem, gap=problem.gap + field.reshape(problem.gap.shape) / problem.length_scale)
@@ -116,7 +124,7 @@ def _problem(
     truncation: float,
     unit: float | None = None,
 ) -> ContactProblem:
-    """The problem with compliances at the nodes of ``lines``; ``unit`` of displacement [mm], where it is given."""
+    """Problem with compliances at the nodes of ``lines``; ``unit`` is the unit of displacement [mm], chosen if None."""
     factor, matrix = smooth.factor, smooth.matrix
     none = np.zeros(lines.shape)
     a, h = sum((law.a for law in laws), none), sum((law.h for law in laws), none)

@@ -32,7 +32,7 @@ class OnShafts:
     lines
         Contact lines.
     effects
-        Active effects, those of the shafts included.
+        Acting effects, including those of the shafts.
     problem, solution, guess
         The contact problem, its solution, and its amplitudes and approach.
     gears
@@ -47,19 +47,20 @@ class OnShafts:
     gears: tuple[SeatedGear, SeatedGear]
 
     def resultants(self, rows: int) -> Resultants:
-        """Force, moment … of the flanks."""
+        """The first ``rows`` resultants of the flank forces: force, moment, …."""
         return resultants(self.problem, self.lines, self.solution, self.guess, rows)
 
 
 def settle(scene: Scene, around: Callable[[Any], tuple[Effect, ...]], lines: ContactLines, weight: NDArray) -> OnShafts:
-    """Contact of ``scene`` on its shafts.
+    """Solve the contact of ``scene`` on its shafts.
 
     Parameters
     ----------
     scene
         Pair, load and effects.
     around
-        Effects of the shafts, given the load of the flanks on the nodes of both (None: spread evenly).
+        Function that gives the effects of the shafts from the load of the flanks on the nodes of both (None: an even
+        load).
     lines, weight
         Contact lines, and the weights of their positions.
 

@@ -1,15 +1,20 @@
-"""Births: where a pair of teeth takes or leaves its load under load.
+"""Births: phases at which a tooth pair takes or leaves its load, under load.
 
-Solved without that pair, its least gap beyond the approach is a smooth curve of x = τ + k, which runs on while the pair
-passes through the mesh, between the births of other pairs and the kinks of its own gap. A birth is a zero of it. Three
-ways lead there, each dearer than the one before and taken where that is not sure: from the coarse solutions around
-(``_from_look``), from values at four x in between (``_between``), from values closer and closer to it (``_located``).
-Patches are short there, so that lines have many segments; their compliance need not be known well.
+Pair k is at x = τ + k, which increases while the pair passes through the mesh. The contact is solved without this pair.
+The interference that the pair would then have, approach minus gap, is a curve of x. It is smooth between the births of
+other pairs and the kinks of the pair's own gap. A birth is a zero of this curve. There are three ways to find it; each
+is more expensive, and is used if the one before is not sure:
 
-Flanks that are equally far apart along their line touch all along it over a short ramp, as others bend the gears
-unevenly. On either side of it loads and approach are smooth, and they meet where the mean compression is zero: with a
-linear law a fully loaded line would carry nothing there. Such a ramp has panels of its own where it is ``WIDE`` or the
-panels beside it are short (C10 of docs/algorithms.md).
+1. ``_from_look`` interpolates the coarse solutions around the birth;
+2. ``_between`` interpolates values at four x between two coarse phases;
+3. ``_located`` evaluates the curve ever closer to the birth.
+
+Contact patches are short near a birth, so lines have many segments there; a rough smooth compliance is enough.
+
+Flanks with the same gap all along their line begin to touch over a short ramp, because the other pairs bend the gears
+unevenly. Loads and approach are smooth before and after the ramp. Continued from both sides they meet where the mean
+compression is zero, since a fully loaded line with a linear law would carry nothing there. A ramp has panels of its own
+if it is longer than ``WIDE`` or the panels next to it are short (C10 of docs/algorithms.md).
 """
 
 from __future__ import annotations
@@ -34,27 +39,29 @@ from gearbench.scene import Resolution, Scene
 
 #: Segments on lines that begin or cease to touch.
 FINE_SEGMENTS = 40
-#: Where between two phases a birth is looked for, and how far the zeros of polynomials through all values there and
-#: through all but one may be apart where it is known then [mesh cycles].
+#: Positions between two coarse phases at which the interference is evaluated. A birth is known if the zeros of the
+#: polynomials through all values, and through all but one, differ by less than the second number [mesh cycles].
 BETWEEN, KNOWN = (1e-3, 1 / 3, 2 / 3, 1 - 1e-3), 2e-4
-#: How far beyond these phases it may be where finer lines say otherwise than coarse ones [mesh cycles].
+#: Distance beyond these phases to which a birth is searched, because fine lines may disagree with coarse ones [mesh
+#: cycles].
 BEYOND = 0.06
-#: Coarse phases around a birth, counted from the one before it, and points between two of them.
+#: Coarse phases around a birth, counted from the phase before it, and number of points between two phases.
 AROUND, SAMPLED = np.array([-1, 0, 1, 2]), 33
-#: Distances [mesh cycles] from a birth at which it is looked for once more.
+#: Distances from a birth at which the interference is evaluated again [mesh cycles].
 NEAR = (3e-3, 1e-4)
-#: A ramp as long as this has a panel of its own; longer than the second it is no ramp [mesh cycles].
+#: A ramp of at least the first length has a panel of its own; beyond the second length it is not a ramp [mesh cycles].
 WIDE, LONGEST_RAMP = 3e-3, 8e-3
-#: From its first touch to where all of the line does, how many times as far as to where the mean compression is zero:
-#: what touches first keeps the rest away. Measured on relieved spur pairs.
+#: Length of a ramp, from first touch to contact of the whole line, over the distance from first touch to zero mean
+#: compression. The part that touches first keeps the rest apart. Measured on relieved spur pairs.
 WHOLE = 4.0
 
 
 class Birth(NamedTuple):
-    """A pair takes or leaves its load.
+    """A tooth pair takes or leaves its load.
 
-    ``load`` is the number of the load; ``x`` = τ + k where it does, on the mean of its line; ``side`` 1 where it takes
-    it, −1 where it leaves it; ``ramp`` how far from x the line touches first [mesh cycles], 0 where it needs no panel.
+    ``load`` is the number of the load case. ``x`` = τ + k is where the mean compression of the line is zero. ``side``
+    is 1 if the pair takes its load and −1 if it leaves it. ``ramp`` is the distance from first touch to x [mesh
+    cycles], 0 if the ramp needs no panel.
     """
 
     load: int
@@ -64,15 +71,16 @@ class Birth(NamedTuple):
 
     @property
     def ends(self) -> tuple[float, float]:
-        """x at which the first and all of the line touches."""
+        """x at which the line begins to touch, and x at which all of it touches."""
         first = self.x - self.side * self.ramp
         return first, first + self.side * WHOLE * self.ramp
 
 
 class Changes(NamedTuple):
-    """Lines that begin or cease to be loaded between two phases of a look: load, index of the first phase in x.
+    """Lines that begin or cease to be loaded between two coarse phases, as arrays (change,).
 
-    ``crowded`` where another pair does within a phase of it: then the curve of this one has a kink there. (change,)
+    ``load`` is the number of the load case, ``at`` the index in x of the first of the two phases. ``crowded`` tells
+    whether another pair also changes within one phase; the interference curve then has a kink there.
     """
 
     load: NDArray
@@ -80,32 +88,40 @@ class Changes(NamedTuple):
     crowded: NDArray
 
     def some(self, which: NDArray) -> Changes:
-        """Some of them."""
+        """The changes selected by ``which``."""
         return Changes(*(each[which] for each in self))
 
 
 class Located(NamedTuple):
-    """x of births, NaN where they are not known so, and how far from there their lines touch first, (change,)."""
+    """x of births, NaN if not found, and distances ``ramp`` from there to first touch, both (change,)."""
 
     x: NDArray
     ramp: NDArray
 
 
 class Margin(NamedTuple):
-    """Interference of an unloaded pair, see ``pressed``, and its peak."""
+    """Interference of an unloaded pair as ``pressed`` measures it, and its peak along the line."""
 
     mean: NDArray
     most: NDArray
 
 
 def births(scene: Scene, look: Look, x: NDArray, greatest: NDArray, *, exact: bool = False) -> list[Birth]:
-    """Births under each load of the ``look``, from where the ``greatest`` compression is positive.
+    """Births under all load cases of the ``look``, bracketed by the sign of the ``greatest`` compression.
 
-    ``greatest`` (load, number of the pair · phase) belongs to x = τ + k, ascending, and is NaN where there is no line.
-    ``exact``: each is found once more, and once more, from solutions of which nothing is left out.
+    Parameters
+    ----------
+    scene, look
+        The scene and its coarse solution.
+    x
+        x = τ + k of all pairs and phases, ascending.
+    greatest
+        Greatest compression on the line at x (load, x); NaN if there is no line.
+    exact
+        Whether to locate every birth twice more, from solutions with the full compliance.
     """
     loaded, count = np.nan_to_num(greatest, nan=-1.0) > 0, len(look.phase)
-    # a pair that carries at its first phase, or at its last, has taken its load before that, or leaves it after
+    # a pair that is loaded at its first (last) phase takes (leaves) its load beyond it
     carrying = np.pad(loaded, ((0, 0), (1, 1)))
     load, at = np.nonzero(carrying[:, 1:] != carrying[:, :-1])
     side = np.where(carrying[load, at], -1, 1)
@@ -124,14 +140,14 @@ def births(scene: Scene, look: Look, x: NDArray, greatest: NDArray, *, exact: bo
         given = beyond[at[left] + 1], beyond[at[left] + 2]
         share, crowded = look.shares[load[left]], changes.crowded[left]
         found.x[left], found.ramp[left] = _between(scene, share, given, crowded, exact=exact)
-    # where panels beside it are long none of their phases is on the ramp
+    # next to long panels none of the Gauss phases falls on the ramp, so it needs no panel
     ramp = np.where(changes.crowded | (found.ramp * WHOLE > WIDE), found.ramp, 0.0)
     each = zip(load.tolist(), found.x.tolist(), side.tolist(), ramp.tolist(), strict=True)
     return [Birth(*birth) for birth in each if math.isfinite(birth[1])]
 
 
 def _kinks(scene: Scene, low: float, high: float) -> list[float]:
-    """x between low and high at which a spur pair passes an end of the path or a kink of its gap: so do curves of x."""
+    """x between low and high at which a spur pair passes an end of the path or a kink of its gap; curves kink there."""
     meshing = scene.pair.meshing
     if meshing.overlap_ratio or flank_separation(scene) is not None:
         return []
@@ -140,25 +156,25 @@ def _kinks(scene: Scene, low: float, high: float) -> list[float]:
 
 
 def _between(scene: Scene, share: NDArray, given: tuple[NDArray, NDArray], crowded: NDArray, *, exact: bool) -> Located:
-    """Births between the two x ``given``, under a ``share`` of the load each, from solutions there."""
+    """Births between two x ``given`` (birth,), under a ``share`` (birth,) of the load, from solutions in between."""
     meshing, (low, high) = scene.pair.meshing, given
-    if flank_separation(scene) is None:  # within the path of contact, whose ends are known beforehand
+    if flank_separation(scene) is None:  # births lie within the path of contact
         low, high = np.maximum(low, -meshing.overlap_ratio), np.minimum(high, meshing.transverse_contact_ratio)
     ends = [[a, *_kinks(scene, a, b), b] for a, b in zip(low, high, strict=True)]
     piece = np.array([(i, a, b) for i, each in enumerate(ends) for a, b in pairwise(each)])
     change, begin, end = piece[:, 0].astype(int), piece[:, 1], piece[:, 2]
     points = begin[:, None] + (end - begin)[:, None] * np.array(BETWEEN)
     margins, _ = _margins(scene, points, share[change])
-    # beyond phases at which finer lines say otherwise, but not beyond the ends of a line or where the approach jumps
+    # search beyond the coarse phases too, but not beyond an end of the line or a jump of the approach
     begin = np.where(begin == given[0][change], begin - BEYOND, begin)
     end = np.where(end == given[1][change], end + BEYOND, end)
     found, sure = Located(np.full(len(low), np.nan), np.zeros(len(low))), np.ones(len(low), dtype=bool)
     within = np.zeros((2, len(low)))
     crossing = (margins[:, 1:] > 0) != (margins[:, :-1] > 0)
-    for i in crossing.any(axis=1).argsort(kind="stable").tolist():  # pieces on which the sign changes last: they decide
+    for i in crossing.any(axis=1).argsort(kind="stable").tolist():  # pieces with a change of sign come last and decide
         x, margin, a, b = points[i], margins[i], float(begin[i]), float(end[i])
         birth = _zero(x, margin, a, b) if crossing[i].any() else None
-        if birth is None:  # a straight line goes on where polynomials turn
+        if birth is None:  # extrapolate by a straight line instead
             two = np.sort(np.abs(margin).argsort()[:2])
             birth = _zero(x[two], margin[two], a, b)
         if birth is None:
@@ -174,10 +190,10 @@ def _between(scene: Scene, share: NDArray, given: tuple[NDArray, NDArray], crowd
 
 
 def _from_look(scene: Scene, look: Look, x: NDArray, loaded: NDArray, changes: Changes) -> Located:
-    """Births of spur pairs between two phases of a look, from it alone.
+    """Births of spur pairs between two coarse phases, from the coarse solutions alone.
 
-    By how much a pair would be pressed but for its gap, by gears that it does not carry, is a smooth curve at each node
-    of its line: the cubic through the solutions around. The gap is known wherever it is asked for.
+    The interference that an unloaded pair would have without its gap is a smooth curve of x at each node of its line.
+    It is interpolated by the cubic through the four solutions around; then the exact gap is subtracted.
     """
     phases, shape, (load, at, _) = len(look.phase), look.lines.shape, changes
     around = at[:, None] + AROUND
@@ -192,7 +208,7 @@ def _from_look(scene: Scene, look: Look, x: NDArray, loaded: NDArray, changes: C
     if not known.size:
         return found
     load, at, pair, position, carrying = load[known], at[known], pair[known], position[known], carrying[known]
-    # the solutions around, of those that carry once more without them
+    # compressions at the phases around; where the pair is loaded, the contact is solved again without it
     part = part_of(look.problem, position.ravel())
     guess = Guess(q=look.guess.q[position.ravel()].copy(), delta=look.guess.delta[position.ravel()].copy())
     s = _without(part, look.lines.part(position.ravel()), pair.ravel(), guess, carrying.ravel())
@@ -201,7 +217,7 @@ def _from_look(scene: Scene, look: Look, x: NDArray, loaded: NDArray, changes: C
     gaps = part.along.gaps[own] if part.along else part.gap.reshape(*part.shape, 1)[own]
     free = s.reshape(*carrying.shape, shape[2], -1)
     free = free + gaps.reshape(free.shape) / (scale if part.along else 1.0)
-    # between the two amid them
+    # points between the two inner phases
     t = np.linspace(0.0, 1.0, SAMPLED)
     within = x[at, None] + t * (x[at + 1] - x[at])[:, None]
     number = np.floor(within).ravel()
@@ -225,7 +241,7 @@ def _from_look(scene: Scene, look: Look, x: NDArray, loaded: NDArray, changes: C
 
 
 def _change(x: NDArray, values: NDArray) -> float | None:
-    """x at which a curve changes its sign, once, between finite values; None if it does not."""
+    """x at which a curve changes sign; None unless it does so exactly once, between finite values."""
     change = np.flatnonzero((values[1:] > 0) != (values[:-1] > 0))
     if len(change) != 1 or not np.isfinite(values[change[0] : change[0] + 2]).all():
         return None
@@ -234,9 +250,9 @@ def _change(x: NDArray, values: NDArray) -> float | None:
 
 
 def _margins(scene: Scene, x: NDArray, share: NDArray, *, exact: bool = False) -> Margin:
-    """Margins of a pair at x, in its shape, each row under its ``share`` of the scene's load.
+    """Interference at x (birth, point), each row under its ``share`` of the scene's load.
 
-    −∞ where it has no line, ∞ where it carries alone: there are no others to be solved with.
+    It is −∞ if the pair has no line, and ∞ if it is the only pair, which must carry the load.
     """
     number = np.floor(x).ravel()
     phase, position = np.unique(x.ravel() - number, return_inverse=True)
@@ -255,7 +271,7 @@ def _margins(scene: Scene, x: NDArray, share: NDArray, *, exact: bool = False) -
 
 
 def _fine(scene: Scene, phase: NDArray, *, exact: bool) -> tuple[ContactProblem, ContactLines]:
-    """Problem of many segments and few functions, or of all (``exact``), and its lines, at mesh phases."""
+    """Problem and lines at mesh phases, with many segments and a rough smooth compliance, the full one if ``exact``."""
     lines = scene_lines(replace(scene, resolution=Resolution(positions=len(phase), segments=FINE_SEGMENTS)), phase)
     if exact:
         return assemble(scene, lines), lines
@@ -266,7 +282,7 @@ def _fine(scene: Scene, phase: NDArray, *, exact: bool) -> tuple[ContactProblem,
 def _without(
     problem: ContactProblem, lines: ContactLines, pair: NDArray, guess: Guess, left_out: NDArray | bool = True
 ) -> NDArray:
-    """``compression`` of the ``pair`` (position,) by the others, solved without it where it is ``left_out``."""
+    """``compression`` on the line of ``pair`` (position,), solved without this pair where it is ``left_out``."""
     others, own = problem.active.copy().reshape(problem.shape), (np.arange(len(pair)), pair)
     others[own] &= ~np.broadcast_to(left_out, len(pair))[:, None]
     solve_roughly(replace(problem, active=others.reshape(problem.active.shape)), guess)
@@ -274,9 +290,10 @@ def _without(
 
 
 def pressed(s: NDArray, length: NDArray) -> NDArray:
-    """The compression of each line whose zero is a birth, from those of its segments and their ``length``.
+    """Compression of each line whose zero is a birth, from the compressions of its segments and their ``length``.
 
-    The mean over nodes of flanks that touch all along their line over a ramp, the greatest one on cells of others.
+    It is the mean over the nodes if flanks touch all along their line over a ramp, and the greatest value if segments
+    are cells.
     """
     if s.shape[-1] > 1:
         return greatest_on_lines(s)
@@ -285,34 +302,34 @@ def pressed(s: NDArray, length: NDArray) -> NDArray:
 
 
 def greatest_on_lines(s: NDArray) -> NDArray:
-    """The greatest compression on each line, from those at its nodes, or at beginning, middle and end of its cells."""
+    """Greatest compression on each line, from values at its nodes, or at beginning, middle and end of its cells."""
     if s.shape[-1] == 1:
         return s[..., 0].max(axis=-1)
     begin, middle, end = np.moveaxis(s, -1, 0)
     linear, square = (end - begin) / 2, middle - (end + begin) / 2
-    # the vertex of the parabola through the three, where it lies on the cell
+    # vertex of the parabola through the three values, if it lies on the cell
     inside = 2 * square > np.abs(linear)
     vertex = middle + linear**2 / (4 * np.where(inside, square, 1.0))
     return np.maximum(s.max(axis=-1), np.where(inside, vertex, -np.inf)).max(axis=-1)
 
 
 def _located(scene: Scene, share: NDArray, x: NDArray, within: NDArray, *, exact: bool) -> Located:
-    """Births at x once more, from solutions closer and closer to them, ``within`` (2, birth)."""
+    """Improve births at x (birth,) by solutions ever closer to them, ``within`` the limits (2, birth)."""
     found, ramp = x.copy(), np.zeros(len(x))
     for reach in NEAR:
         points = np.clip(found[:, None] + reach * np.array([-1.0, 0.0, 1.0]), *within[..., None])
         mean, most = _margins(scene, points, share, exact=exact)
         zeros = [_zero(at, m, at[0] - reach, at[2] + reach) for at, m in zip(points, mean, strict=True)]
         found = np.array([at if zero is None else zero for at, zero in zip(found, zeros, strict=True)])
-        with np.errstate(invalid="ignore", divide="ignore"):  # between values of which one may be infinite
+        with np.errstate(invalid="ignore", divide="ignore"):  # values may be infinite
             ramp = np.abs((most - mean)[:, 1] * np.ptp(points, axis=1) / (mean[:, 2] - mean[:, 0]))
     return Located(found, np.where(WHOLE * ramp < LONGEST_RAMP, ramp, 0.0))
 
 
 def _zero(x: NDArray, values: NDArray, low: float, high: float) -> float | None:
-    """Zero in [low, high] of the polynomial through the finite ``values`` at x, nearest to where their sign changes.
+    """Zero in [low, high] of the polynomial through the finite ``values`` at x, closest to their change of sign.
 
-    The middle of the two between which they do where there is no such polynomial, None where they do not.
+    If there is no such zero, the middle of the two x between which the sign changes; None if it does not change.
     """
     change = np.flatnonzero((values[1:] > 0) != (values[:-1] > 0))
     near = float(x[change[0]] + x[change[0] + 1]) / 2 if change.size else None

@@ -1,10 +1,11 @@
-"""Bodies that are loaded by several meshes at once: a load on one of their teeth moves the flanks at the other meshes.
+"""Gear bodies that are loaded by several meshes: a load in one mesh moves the flanks in the others.
 
-With polynomials φ on the flanks and blocks C_d between teeth d pitches apart, the loads P of one mesh open the gap
+With polynomials φ on the flanks and compliance blocks C_d between teeth d pitches apart, the loads P of one mesh open
+the gap
 
     e = φ · Σ_d C_d Σ_i φ_i P_i
 
-at another (M4 of docs/theory.md): H has these blocks beside those of each mesh by itself.
+in another mesh (M4 of docs/theory.md). These are the blocks of H between different meshes.
 """
 
 from __future__ import annotations
@@ -18,16 +19,16 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Side:
-    """Flank polynomials of a gear of a mesh over the levers, where its lines are loaded and where gaps are asked for.
+    """One gear in one mesh: its flank polynomials over the lever arms, at loaded segments and where gaps are needed.
 
     Parameters
     ----------
     mesh
         Number of the mesh.
     cells
-        Mean over the segments that forces are known of, (position, pair, segment, function) [1/mm].
+        Means over the segments that carry the forces (position, pair, segment, function) [1/mm].
     nodes
-        At the nodes of gaps, see ``assemble.with_field``, (position, pair, node, function) [1/mm].
+        Values at the nodes of gaps (position, pair, node, function) [1/mm], see ``assemble.with_field``.
     """
 
     mesh: int
@@ -37,14 +38,15 @@ class Side:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Link:
-    """Compliance between the teeth of one body at two sides, or at one and the same.
+    """Compliance between the teeth of a body at two sides, which may be the same.
 
     Parameters
     ----------
     sides
-        Numbers of the sides.
+        Numbers of the two sides.
     groups
-        Positions at which the same teeth are loaded, and C between them, (pair, function, pair, function) [mm·mm²/N].
+        Positions at which the same teeth are loaded, with the compliance C between these teeth (pair, function, pair,
+        function) [mm·mm²/N].
     """
 
     sides: tuple[int, int]
@@ -58,11 +60,11 @@ class Bodies:
     Parameters
     ----------
     sides
-        Where they are loaded.
+        Sides at which the bodies are loaded.
     links
-        Between different sides of a body.
+        Links between different sides of a body.
     own
-        Of each side with itself: what its body lends to the compliance that the mesh has anyhow.
+        Link of each side with itself: the part of the body in the compliance that the mesh has already.
     """
 
     sides: tuple[Side, ...]
@@ -70,9 +72,16 @@ class Bodies:
     own: tuple[Link, ...]
 
     def fields(self, loads: Sequence[NDArray]) -> list[NDArray | None]:
-        """Gap that the ``loads`` of the meshes, (position, pair, segment) [N] each, open at the others [mm].
+        """Gaps that loads in other meshes open in each mesh.
 
-        (position, pair, node) of each mesh; None of meshes that no body connects with others.
+        Parameters
+        ----------
+        loads
+            Forces in each mesh (position, pair, segment) [N].
+
+        Returns
+        -------
+        Gap of each mesh (position, pair, node) [mm]; None for meshes that no body connects with others.
         """
         pressed = self._pressed(loads)
         moved = [np.zeros_like(each) for each in pressed]
@@ -87,7 +96,7 @@ class Bodies:
         return [found.get(m) for m in range(len(loads))]
 
     def compliance(self, loads: Sequence[NDArray]) -> NDArray:
-        """C (position, mesh, mesh) [mm/N] of ``loads`` of 1 N on each mesh: what they do work on at the others."""
+        """Compliance C (position, mesh, mesh) [mm/N] between meshes, each under ``loads`` with the sum 1 N."""
         pressed = self._pressed(loads)
         found = np.zeros((len(loads[0]), len(loads), len(loads)))
         for link in (*self.links, *self.own):
@@ -100,5 +109,5 @@ class Bodies:
         return found
 
     def _pressed(self, loads: Sequence[NDArray]) -> list[NDArray]:
-        """Σ φ_i P_i of each pair of teeth at each side, (position, pair, function)."""
+        """Σ φ_i P_i of each tooth pair, for every side, (position, pair, function)."""
         return [(loads[side.mesh][..., None, :] @ side.cells)[..., 0, :] for side in self.sides]

@@ -1,4 +1,4 @@
-"""Dense active set: for compliances without a contact law, and to polish answers that rounding spoils."""
+"""Dense active-set solver, for compliances without a contact law and for solutions that rounding spoils."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 from gearbench.contact.law import compression, slope
 from gearbench.contact.problem import ContactProblem, full_factor
 
-#: Steps in which the whole contact set may change; then one segment at a time.
+#: Steps in which the whole contact set may change; afterwards one segment changes at a time.
 BOLD_STEPS = 30
-#: Linearisations of the contact law in ``polish``, each of which squares the residual.
+#: Linearisations of the contact law in ``polish``; each squares the residual.
 POLISH_STEPS = 4
-#: Force from which a contact law is linearised at least: its slope at zero is infinite.
+#: Smallest force at which a contact law is linearised, since its slope at zero is infinite.
 LEAST_FORCE = 1e-12
 
 
@@ -28,10 +28,10 @@ def solve_dense(problem: ContactProblem) -> tuple[NDArray, NDArray, NDArray, NDA
 
 
 def polish(problem: ContactProblem, position: int, force: NDArray) -> tuple[NDArray, float, float, int]:
-    """Forces (segment,), δ, ∂F/∂δ and steps of one position, from forces that are almost right.
+    """Improve almost correct forces of one position; returns forces (segment,), δ, ∂F/∂δ and the number of steps.
 
-    Where the law is millions of times stiffer than the teeth, forces that follow from the amplitudes, P = s/a, lose as
-    many digits. Here the forces are the unknowns, the law is linearised at them, and nothing is divided by it.
+    If the law is a million times stiffer than the teeth, the forces P = s/a that follow from the amplitudes lose six
+    digits. Here the forces are the unknowns and the law is linearised about them, so nothing is divided by a.
     """
     active, psi = problem.active[position], full_factor(problem, position)
     p = problem
@@ -48,10 +48,14 @@ def polish(problem: ContactProblem, position: int, force: NDArray) -> tuple[NDAr
 
 
 def active_set(H: NDArray, e: NDArray) -> tuple[NDArray, float, float, int]:
-    """P, δ, ∂F/∂δ of H P + e ≥ δ, P ≥ 0, ΣP = 1, complementary, for H positive definite; and the number of steps.
+    """Solve H P + e ≥ δ, P ≥ 0, ΣP = 1 with complementarity, for positive definite H.
 
-    Newton's method on the contact set comes first: it usually ends in a few steps but may cycle. Then one segment at a
-    time changes, which lowers the energy at every step and must end (Lawson & Hanson 1974, chapter 23).
+    Newton's method on the contact set is tried first; it usually ends in a few steps but may cycle. If it does, one
+    segment changes at a time, which lowers the energy in every step and must end (Lawson & Hanson 1974, chapter 23).
+
+    Returns
+    -------
+    P, δ, ∂F/∂δ and the number of steps.
     """
     loaded = np.ones(e.size, dtype=bool)
     for step in range(BOLD_STEPS):
@@ -64,7 +68,7 @@ def active_set(H: NDArray, e: NDArray) -> tuple[NDArray, float, float, int]:
 
 
 def one_at_a_time(H: NDArray, e: NDArray) -> tuple[NDArray, float, float, int]:
-    """Active set of one contact after another: forces, approach, stiffness and steps of a small dense problem."""
+    """Active set that changes one contact at a time: forces, approach, stiffness and steps of a small dense problem."""
     loaded = np.zeros(e.size, dtype=bool)
     loaded[np.argmin(0.5 * np.diagonal(H) + e)] = True
     P, delta, stiffness = _equal_approach(H, e, loaded)
@@ -76,7 +80,7 @@ def one_at_a_time(H: NDArray, e: NDArray) -> tuple[NDArray, float, float, int]:
             break
         loaded[worst] = True
         trial, delta, stiffness = _equal_approach(H, e, loaded)
-        while np.any(trial < 0):  # go as far as no force becomes negative, and let those segments separate
+        while np.any(trial < 0):  # go until a force reaches zero, and let this segment separate
             falling = trial < 0
             P = P + np.min(P[falling] / (P[falling] - trial[falling])) * (trial - P)
             loaded &= ~(falling & (P <= 1e-14))
@@ -88,7 +92,7 @@ def one_at_a_time(H: NDArray, e: NDArray) -> tuple[NDArray, float, float, int]:
 
 
 def _equal_approach(H: NDArray, e: NDArray, loaded: NDArray) -> tuple[NDArray, float, float]:
-    """P with ΣP = 1 that brings the loaded segments to the same approach δ, P = H⁻¹(δ1 − e); and 1ᵀH⁻¹1."""
+    """P = H⁻¹(δ1 − e) with ΣP = 1, which gives all loaded segments the approach δ; then δ and the stiffness 1ᵀH⁻¹1."""
     A = np.flatnonzero(loaded)
     x, z = np.linalg.solve(H[np.ix_(A, A)], np.column_stack([np.ones(A.size), e[A]])).T
     delta = (1 + z.sum()) / x.sum()
@@ -98,6 +102,6 @@ def _equal_approach(H: NDArray, e: NDArray, loaded: NDArray) -> tuple[NDArray, f
 
 
 def _gap(H: NDArray, e: NDArray, P: NDArray, delta: float) -> NDArray:
-    """H P + e − δ, zero where it is zero to rounding."""
+    """Gap H P + e − δ; values within rounding are set to zero."""
     gap = H @ P + e - delta
     return np.where(np.abs(gap) > 1e-14 * (np.abs(e) + abs(delta) + np.abs(H) @ np.abs(P)), gap, 0.0)

@@ -1,10 +1,11 @@
-"""Contact of all meshes of a train together, coupled by a few rigid motions and by bodies that yield (M2, M4).
+"""Contact of all meshes of a train together, coupled by a few rigid motions and by elastic bodies (M2, M4).
 
-Each mesh answers with its approach δ_m and its stiffness k_m under a force F_m, as a pair does; the forces that it may
-not know beforehand follow from the balance K q + Bᵀ F = f of the motions q, and from δ_m(F_m) = B_m q + g_m where it is
-loaded. Newton's method: under the forces found so far every mesh is its tangent, F_m = max(0, F_m + k_m (B_m q + g_m −
-δ_m)), and the q that balances these gives the next forces. Torques of parallel paths are part of the answer. What a
-body yields to one mesh is a gap at the others, from the loads found so far; its mean, C F, is part of the balance.
+The contact of mesh m under a force F_m gives its approach δ_m and stiffness k_m, as for a single pair. Unknown forces
+and rigid motions q follow from the balance K q + Bᵀ F = f, and from δ_m(F_m) = B_m q + g_m in every loaded mesh.
+Newton's method replaces each mesh by its tangent at the current force, F_m ← max(0, F_m + k_m (B_m q + g_m − δ_m)); the
+q in balance with these tangents gives the next forces. The torques of parallel paths are part of the solution. The
+deflection of a body under the loads of one mesh is a gap in its other meshes, computed from the current loads; its
+mean C F is part of the balance.
 """
 
 from __future__ import annotations
@@ -23,34 +24,34 @@ from gearbench.contact.patches import solve_patches
 from gearbench.contact.problem import ContactProblem, ContactSolution, under
 from gearbench.contact.solver import ConvergenceError, Guess
 
-#: Change of a force over the greatest at which Newton's method has ended, and steps until then at most.
+#: Newton's method ends if forces change by less than this share of the greatest force; maximum number of steps.
 SETTLED, STEPS = 1e-11, 60
-#: Force over the nominal one below which a mesh is its tangent.
+#: Force over the nominal force below which the tangent replaces the contact of a mesh.
 LEAST = 1e-9
-#: A force grows by this factor at most in a step: tangents of flanks under small loads are far too compliant.
+#: Maximum growth of a force in a step, since tangents of flanks under small loads are far too compliant.
 GROWTH = 8.0
-#: Stiffness that parted meshes keep in the matrices of Newton's method, which alone it is for, over that under load.
+#: Stiffness of separated meshes in the matrices of Newton's method over that under load; it keeps them regular.
 PARTED = 1e-6
-#: What may be out of balance over the load, inner steps until then at most, and how often one is halved.
+#: Allowed residual of the balance over the load, maximum number of inner steps, and of halvings of a step.
 _BALANCED, _INNER, _HALVED = 1e-13, 30, 30
-#: Where rounding of flanks that just touch leaves more than ``SETTLED``: the most that is an answer.
+#: Largest residual accepted if rounding at flanks that just touch keeps it above ``SETTLED``.
 ENOUGH = 1e-9
-#: The same as ``SETTLED`` where bodies yield: how loads are spread is known that well of the solution before.
+#: ``SETTLED`` for elastic bodies, whose gaps come from the load distribution of the previous solution.
 SPREAD = 1e-9
-#: Least part of the compliance of a mesh that is left where its body lends some.
+#: Minimum share of the compliance of a mesh that remains after its body's part is taken out.
 LENT = 0.05
 
 
 @dataclass(frozen=True, kw_only=True)
 class MeshAt:
-    """A mesh of a train at its own phases.
+    """A mesh of a train, with the mesh phases of this mesh.
 
     Parameters
     ----------
     problem
-        Its contact as a pair, (position, …), under the force ``nominal``.
+        Contact problem of the pair (position, …) under the force ``nominal``.
     nominal
-        F_bt [N].
+        Nominal force F_bt [N].
     cos_b
         cos β_b: F_bn = F_bt / cos β_b, δ = δ_n / cos β_b.
     """
@@ -64,7 +65,7 @@ class MeshAt:
     ) -> tuple[NDArray, NDArray, ContactSolution]:
         """Approach δ [mm], ∂F_bt/∂δ [N/mm] and solution under forces F_bt (position,) [N].
 
-        ``field``: one more gap, see ``with_field``.
+        ``field`` is an additional gap, see ``with_field``.
         """
         share = force / self.nominal
         problem = self.problem if field is None else with_field(self.problem, field)
@@ -79,19 +80,19 @@ class Balance:
     Parameters
     ----------
     force
-        F_bt of each mesh, (position, mesh) [N]; 0 where its flanks have parted.
+        F_bt of each mesh, (position, mesh) [N]; 0 if its flanks are separated.
     motion
         q (position, motion) [mm; rad].
     stiffness
         ∂F_bt/∂δ of each mesh, (position, mesh) [N/mm].
     solutions
-        Contact of each mesh under its force; of parted ones under the least that is solved.
+        Contact of each mesh under its force; forces are 0 in separated meshes.
     steps
-        Newton steps.
+        Number of Newton steps.
     statics
         Coupling of the meshes, bodies included.
     fields
-        Gaps that bodies open at each mesh, (position, pair, node) [mm]; None where there are none.
+        Gaps that bodies open in each mesh, (position, pair, node) [mm]; None for meshes without such gaps.
     """
 
     force: NDArray
@@ -116,12 +117,13 @@ class Statics:
     force
         f (motion,) [N …].
     offset
-        g (mesh,) or (position, mesh) [mm]; negative: the mesh touches later.
+        g (mesh,) or (position, mesh) [mm]; a mesh with negative g touches later.
     elastic
-        E (position, mesh, n) with E Eᵀ = C + D, compliance of bodies between meshes, and of each as far as it is lent
-        [√(mm/N)]: amplitudes η of motions that springs of stiffness 1 hold.
+        E (position, mesh, n) [√(mm/N)] with E Eᵀ = C + D, where C is the compliance of bodies between meshes. Its
+        columns are additional motions with amplitudes η, held by springs of stiffness 1.
     lent
-        D, diagonal, (position, mesh) [mm/N]: with it the balance is that of a convex function. Approaches leave it out.
+        Diagonal D (position, mesh) [mm/N]: compliance of bodies that is moved from the meshes to the balance, so that
+        the balance is the minimum of a convex function. The approaches of the meshes leave it out.
     """
 
     rows: NDArray
@@ -133,7 +135,7 @@ class Statics:
 
     @cached_property
     def whole(self) -> tuple[NDArray, NDArray, NDArray]:
-        """B, K and f of q and η."""
+        """B, K and f for rigid motions q and elastic amplitudes η together."""
         if self.elastic is None:
             return self.rows, self.stiffness, self.force
         n, motions = self.elastic.shape[-1], len(self.force)
@@ -143,30 +145,31 @@ class Statics:
         return np.concatenate([rows, self.elastic], axis=-1), stiffness, np.append(self.force, np.zeros(n))
 
     def stiffer(self, k: NDArray) -> NDArray:
-        """Stiffness (…, mesh) of meshes without the compliance that is lent."""
+        """Stiffness (…, mesh) of meshes after the compliance ``lent`` is taken out."""
         return k / np.maximum(1 - self.lent * k, LENT)
 
     def matrix(self, k: NDArray) -> NDArray:
-        """K + Bᵀ k B of meshes with the stiffness k (position, mesh), (position, motion, motion)."""
+        """K + Bᵀ k B (position, motion, motion) for meshes with the stiffness k (position, mesh)."""
         B, K, _ = self.whole
         return K + (np.swapaxes(B, -1, -2) * self.stiffer(k)[:, None]) @ B
 
     def balanced(
         self, response: Callable[[NDArray], tuple[NDArray, NDArray]], q: NDArray, enough: float = 0.0
     ) -> tuple[NDArray, NDArray]:
-        """q (…, motion) and F (…, mesh) that balance, where ``response`` gives F and ∂F/∂δ > 0 of the approaches δ.
+        """Motions q (…, motion) and forces F (…, mesh) in balance, if ``response`` gives F and ∂F/∂δ > 0 from δ.
 
-        The gradient of a convex function vanishes: Newton's method from ``q``, halving steps that go too far.
+        The balance is the minimum of a convex function. Newton's method starts from ``q`` and halves steps that go too
+        far.
 
         Raises
         ------
         ConvergenceError
-            If more than ``ENOUGH`` of the load, and than ``enough``, is left.
+            If the residual over the load stays above both ``ENOUGH`` and ``enough``.
         """
         B, K, f = self.whole
         motions = q.shape[-1]
         q = np.concatenate([q, np.zeros((*q.shape[:-1], len(f) - motions))], axis=-1)
-        lever = np.abs(B).reshape(-1, len(f)).max(axis=0)  # torques are forces on these
+        lever = np.abs(B).reshape(-1, len(f)).max(axis=0)  # lever arms turn torques into forces
         lever[lever == 0] = 1.0
         load = np.abs(f / lever).max()
 
@@ -205,37 +208,37 @@ class Statics:
 
 
 def _times(B: NDArray, q: NDArray) -> NDArray:
-    """B q (…, mesh), B the same at all positions or (position, mesh, motion)."""
+    """B q (…, mesh), with B (mesh, motion) or (position, mesh, motion)."""
     return q @ B.T if B.ndim == 2 else (B @ q[..., None])[..., 0]
 
 
 def _pulled(F: NDArray, B: NDArray) -> NDArray:
-    """Bᵀ F (…, motion)."""
+    """Bᵀ F (…, motion), with B (mesh, motion) or (position, mesh, motion)."""
     return F @ B if B.ndim == 2 else (F[..., None, :] @ B)[..., 0, :]
 
 
 def _tangents(approach: NDArray, *, k: NDArray, free: NDArray) -> tuple[NDArray, NDArray]:
-    """Forces and stiffness of springs that do not pull, F = max(0, k (δ − free))."""
+    """Forces and stiffness of springs that only push, F = max(0, k (δ − free))."""
     s = approach - free
     return np.maximum(0.0, k * s), np.where(s > 0, k, PARTED * k)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Forces:
-    """Search for the forces of meshes that ``answer`` with approach and stiffness (…, mesh) [mm, N/mm].
+    """Search for the forces of the meshes.
 
     Parameters
     ----------
     answer
-        Of forces (…, mesh) [N], all positive.
+        Function that gives approach [mm] and stiffness [N/mm] (…, mesh) under positive forces (…, mesh) [N].
     nominal
         F_bt of each mesh, (mesh,) [N].
     least
-        Force over the nominal one below which a mesh is its tangent.
+        Force over the nominal force below which the tangent replaces the contact of a mesh.
     settled
-        Change of a force over the greatest at which the search has ended.
+        The search ends if forces change by less than this share of the greatest force.
     moved
-        How much the answers depend on what was not known of earlier forces, in the same measure.
+        Function that gives the remaining change of the gaps between meshes, which must also fall below ``settled``.
     """
 
     answer: Callable[[NDArray], tuple[NDArray, NDArray]]
@@ -247,7 +250,7 @@ class Forces:
     def found(
         self, statics: Statics, force: NDArray, q: NDArray | None = None
     ) -> tuple[NDArray, NDArray, NDArray, int]:
-        """F, q and ∂F/∂δ in balance, and steps, from ``force`` and, where it is known, ``q``.
+        """F, q and ∂F/∂δ in balance, and the number of steps; starts from ``force`` and, if given, ``q``.
 
         Raises
         ------
@@ -260,7 +263,7 @@ class Forces:
             at = np.maximum(force, least)
             approach, k = self.answer(at)
             approach, own = approach - statics.lent * at, statics.stiffer(k)
-            if q is None:  # as if all were loaded
+            if q is None:  # start as if all meshes were loaded
                 B, _, f = statics.whole
                 right = f - _pulled(own * (statics.offset - approach) + at, B)
                 q = np.linalg.solve(statics.matrix(k), right[..., None])[..., : len(statics.force), 0]
@@ -269,15 +272,15 @@ class Forces:
             left = max(np.abs(change).max() / np.abs(found).max(), self.moved())
             if left <= (self.settled if step < STEPS - 1 else max(self.settled, ENOUGH)):
                 return force, q, k * (force > 0), step + 1
-            # forces that swing about where flanks begin to touch go half of the way
+            # forces that oscillate about first contact go half of the way
             next_ = np.where(change * before < 0, (force + found) / 2, found)
-            # the force of a mesh close to separation is on its tangent
+            # close to separation the tangent replaces the contact, so the growth is not limited
             force, before = np.where(next_ > least, np.minimum(next_, GROWTH * at), next_), change
         raise ConvergenceError(f"forces of the meshes not settled after {STEPS} steps: {left:.1e} of the greatest")
 
 
 def balance(meshes: Sequence[MeshAt], statics: Statics, bodies: Bodies | None = None) -> Balance:
-    """Forces of all meshes, contact of each included, and of ``bodies`` that yield to several of them.
+    """Balance of a train: forces and contact of all meshes, with elastic ``bodies`` that several meshes load.
 
     Raises
     ------
@@ -292,7 +295,7 @@ def balance(meshes: Sequence[MeshAt], statics: Statics, bodies: Bodies | None = 
     between = np.zeros((1, len(meshes), len(meshes)))
 
     def loads(force: NDArray) -> list[NDArray]:
-        """Forces of each mesh, distributed as in the last solution, (position, pair, segment) [N]."""
+        """Forces of each mesh (position, pair, segment) [N], distributed as in the last solution."""
         unit = (each.force / each.force.sum(axis=(1, 2), keepdims=True) for each in solutions)
         return [own * total[:, None, None] for own, total in zip(unit, (force / cos_b).T, strict=True)]
 
@@ -333,7 +336,7 @@ def balance(meshes: Sequence[MeshAt], statics: Statics, bodies: Bodies | None = 
         statics = replace(statics, elastic=elastic, lent=lent)
     search = Forces(answer=answer, nominal=nominal, settled=settled, moved=moved)
     force, q, k, steps = search.found(statics, even)
-    alone = [np.where(loaded, 1.0, 0.0) for loaded in (force > 0).T]  # parted flanks are loaded a little
+    alone = [np.where(loaded, 1.0, 0.0) for loaded in (force > 0).T]  # separated flanks were solved under a tiny load
     own = (replace(a, force=a.force * one[:, None, None]) for a, one in zip(solutions, alone, strict=True))
     parts = {"solutions": tuple(own), "fields": tuple(fields), "statics": statics, "steps": steps}
     return Balance(force=force, motion=q, stiffness=k, **parts)

@@ -1,4 +1,4 @@
-"""Gaps of the flanks that a scene's effects add, on the segments of contact lines, and where they have kinks."""
+"""Gaps of a scene's effects on the segments of contact lines, and positions of their kinks."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from gearbench.scene import Scene
 
 #: A gap that varies less than this along the contact lines is constant [mm].
 LEAST_VARIATION = 1e-10
-#: Phases, and nodes on their lines, at which the gap is looked at.
+#: Phases, and nodes on their lines, at which the gap is sampled.
 TRIAL_PHASES, TRIAL_SEGMENTS = 8, 12
 
 
 def flank_separation(scene: Scene) -> Separation | None:
-    """Separation of the modified profiles, where the scene asks for contact off the line of action."""
+    """Separation of the modified profiles for contact off the line of action; None if the scene does not ask for it."""
     return None if scene.effect("off_line_contact") is None else profile_separation(scene)
 
 
@@ -33,7 +33,10 @@ def profile_separation(scene: Scene) -> Separation:
 
 
 def gap_kinks(scene: Scene) -> tuple[list[float], list[float]]:
-    """Positions u and y [mm] at which a gap or an output has a kink; those of the profiles are the separation's."""
+    """Positions u and y [mm] at which a gap or an output has a kink.
+
+    Off the line of action the kinks of the profiles come from the separation.
+    """
     gaps, flanks = gap_effects(scene), flank_separation(scene)
     added = [gap for gap in gaps if flanks is None or not gap.modifications(scene.pair)]
     own = [] if flanks is None else [float(u) for u in flanks.kinks]
@@ -47,7 +50,7 @@ def gap_kinks(scene: Scene) -> tuple[list[float], list[float]]:
 
 
 def gap_effects(scene: Scene) -> tuple[GapEffect, ...]:
-    """The effects of ``scene`` that act and add a gap."""
+    """Acting effects of ``scene`` that add a gap."""
     return tuple(effect for effect in scene.acting_effects if isinstance(effect, GapEffect))
 
 
@@ -78,25 +81,22 @@ def conforming(scene: Scene) -> bool:
 
 
 def total_gap(effects: Iterable[Effect], lines: ContactLines) -> NDArray:
-    """Sum of the gaps of the ``effects``, (position, pair, segment) [mm], over the lever arms of the segments."""
+    """Sum of the gaps of the ``effects`` (position, pair, segment) [mm], divided by the lever arms of the segments."""
     total = np.zeros(lines.shape)
     for effect in effects:
-        # modifications of the profiles alone are part of a separation
+        # pure profile modifications are already part of a separation
         if isinstance(effect, GapEffect) and not (lines.touch and effect.modifications(lines.pair)):
             total += effect.gap(lines) / lines.lever
     return total
 
 
 def gaps_along(effects: Iterable[Effect], lines: ContactLines) -> NDArray:
-    """Total gap at the beginning, middle and end of each cell a contact law is averaged over [mm], (…, 3).
-
-    Where segments are no cells, at their middle alone: (…, 1).
-    """
+    """Total gap [mm] at the beginning, middle and end of each cell (…, 3); if segments are points, there (…, 1)."""
     if not lines.cells:
         return total_gap(effects, lines)[..., None]
     return np.stack([total_gap(effects, each) for each in (lines.moved(-1), lines, lines.moved(1))], axis=-1)
 
 
 def gap_and_variation(gaps: NDArray) -> tuple[NDArray, NDArray]:
-    """Gap at the nodes, and half of its variation over the cells, from ``gaps_along`` or from those at nodes alone."""
+    """Gap at the nodes and half its variation over the cells (0 for points), from the result of ``gaps_along``."""
     return gaps[..., gaps.shape[-1] // 2], np.abs(gaps[..., -1] - gaps[..., 0]) / 2

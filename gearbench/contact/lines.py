@@ -1,4 +1,4 @@
-"""Contact lines of a scene over a span of its path, and how finely they are cut."""
+"""Contact lines of a scene over a span of its path, and their numbers of segments and nodes."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from gearbench.geometry.action import ContactLines, contact_lines
 from gearbench.geometry.pair import Pair
 from gearbench.scene import Scene
 
-#: Segments up to which a line may have no cells where its compliance would ask for more Gauss points.
+#: A line with at most this many segments has no cells even if its smooth compliance needs more Gauss points.
 FEW_SEGMENTS = 12
-#: Gauss points that a whole line has more for each kink of its deflections.
+#: Additional Gauss points on a whole line for each kink of its deflections.
 ON_BEND = 2
 
 
 def lines_within(scene: Scene, mesh_phase: NDArray, span: tuple[float, float] | None) -> ContactLines:
-    """Contact lines over the path of contact, or with the separation of the flanks over ``span``."""
+    """Contact lines over the path of contact, or off the line of action over ``span`` [mm]."""
     pair, flanks, segments = scene.pair, flank_separation(scene), scene.resolution.segments
     load = 0.0 if flanks is None else typical_load(scene)
     kinks, face = gap_kinks(scene)
-    # along the lines of helical pairs flanks that touch off the line of action are never equally far apart
+    # off the line of action the gap varies along the lines of helical pairs
     parting = flanks is not None and pair.meshing.overlap_ratio > 0
     if not parting:
-        # Gauss points that resolve the gap of flanks that touch all along do not resolve the compliance of wide ones
+        # Gauss points that are enough for a constant gap may be too few for the smooth compliance of wide flanks
         parting = variation(scene, span)[0] > LEAST_VARIATION or FEW_SEGMENTS < segments < _nodes(pair, segments)
     lines = contact_lines(
         pair, mesh_phase, segments, kinks, face,
@@ -36,18 +36,18 @@ def lines_within(scene: Scene, mesh_phase: NDArray, span: tuple[float, float] | 
 
 
 def typical_load(scene: Scene) -> float:
-    """Half of what a line carries on the mean [N/mm]: pairs touch at their edges as they take or leave their load."""
+    """Half the mean line load [N/mm], since pairs touch at their edges while they take or leave their load."""
     meshing = scene.pair.meshing
     mean = scene.F_bn * math.cos(meshing.beta_b) / scene.pair.meshing.face_width
     return mean / (2 * max(meshing.transverse_contact_ratio, 1.0))
 
 
 def smooth_nodes(lines: ContactLines) -> int:
-    """Gauss points on a whole line that resolve its smooth compliance, and the load on it, as its segments do the gap.
+    """Number of Gauss points on a line that resolve its smooth compliance as well as its segments resolve the gap.
 
-    8 and one for every two modules of its width at 15 segments: on gears in use harmonics then miss by less than 0.2 of
-    what they may (``tests/accuracy/test_resolution.py``). They converge exponentially: √2 as many for twice the cells.
-    Where deflections have kinks pieces between them need ``ON_BEND`` more each.
+    At 15 segments there are 8, plus one for every two modules of width. The error of harmonics of gears in use is then
+    below 0.2 of the allowed error (``tests/accuracy/test_resolution.py``). Convergence is exponential, so twice the
+    cells need only √2 times the points. Each kink of the deflections needs ``ON_BEND`` more points.
     """
     return _nodes(lines.pair, lines.shape[2], len(lines.bends))
 

@@ -1,4 +1,4 @@
-"""One contact problem under many loads."""
+"""One contact problem under several loads."""
 
 from __future__ import annotations
 
@@ -39,6 +39,6 @@ def parted(solution: ContactSolution, counts: Sequence[int]) -> list[ContactSolu
 
 
 def stacked(solution: ContactSolution, loads: int) -> ContactSolution:
-    """One solution whose positions are those of each of the ``loads``, its arrays (load, position, …)."""
+    """Reshape the arrays of a solution from (load · position, …) to (load, position, …)."""
     own = {name: getattr(solution, name) for name in _ARRAYS}
     return replace(solution, **{name: x.reshape(loads, -1, *x.shape[1:]) for name, x in own.items()})

@@ -1,4 +1,4 @@
-"""Coarse solutions of a scene: how far its contact lines reach under load, and where births are looked for."""
+"""Coarse solutions of a scene: reach of its contact lines under load, and phases between which births lie."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from gearbench.geometry.action import ContactLines
 from gearbench.geometry.pair import Pair
 from gearbench.scene import Resolution, Scene
 
-#: Uniform phases of a coarse solution, segments on its lines, share of the nodes their compliance would have, and how
-#: much of it is left out.
+#: A coarse solution: uniform phases, segments on a line, nodes of the smooth compliance over the usual number, and
+#: truncation of this compliance.
 COARSE_PHASES, COARSE_SEGMENTS, COARSE_NODES, COARSE_TRUNCATION = 24, 12, 0.7, 1e-3
-#: How far lines reach beyond the path of contact where the deflection is not known yet [base pitches].
+#: Reach of lines beyond the path of contact while the deflection is unknown [base pitches].
 _REACH = 0.3
-#: How much farther the lines of a solution reach than flanks as far apart as the gears deflect.
+#: Separation of the flanks up to which lines reach, over the greatest deflection.
 MARGIN = 1.3
 
 
@@ -36,17 +36,17 @@ def scene_lines(scene: Scene, mesh_phase: NDArray) -> ContactLines:
     Raises
     ------
     MemoryBudgetError
-        If they, or what is computed on them, need more memory than there may be.
+        If the lines and the problem on them need more memory than the budget.
     """
     require_contact_memory(scene, len(mesh_phase))
     return lines_within(scene, mesh_phase, _reached(scene))
 
 
 def greatest_deflection(scene: Scene) -> float:
-    """Greatest approach of the gears along the line of action over a mesh cycle [mm], whatever the resolution.
+    """Greatest approach of the gears along the line of action over a mesh cycle [mm], for any resolution.
 
-    By the first look at it; lines that reach ``MARGIN`` times as far miss nothing. Gaps other than the separation count
-    with their range, so that samples of random errors stay within it.
+    It comes from a coarse solution; lines that reach ``MARGIN`` times as far miss no contact. Gaps other than the
+    separation add their range, so that samples of random errors stay within the lines.
     """
     return _greatest_deflection(replace(scene, resolution=Resolution()))
 
@@ -54,7 +54,7 @@ def greatest_deflection(scene: Scene) -> float:
 @lru_cache(maxsize=16)
 def _greatest_deflection(scene: Scene) -> float:
     if scene.pair.meshing.overlap_ratio:
-        # amid the phases with fewest and with most pairs on the path
+        # middles of the phases with the fewest and with the most pairs on the path
         most = scene.pair.meshing.transverse_contact_ratio % 1.0
         look = _look(scene, np.array([(1 + most) / 2, most / 2]), _widest_span(scene.pair))
     else:
@@ -63,26 +63,26 @@ def _greatest_deflection(scene: Scene) -> float:
     others = [effect for effect in scene.flank_effects if effect.name != "off_line_contact"]
     if any(isinstance(effect, GapEffect) and not effect.modifications(scene.pair) for effect in others):
         gap = total_gap(others, look.lines)[look.lines.active]
-        # gears whose flanks all have material in excess approach by less, even by less than nothing
+        # excess material on all flanks makes the approach smaller, even negative
         deflection += float(np.ptp(gap) - min(gap.max(), 0.0))
     return deflection / math.cos(scene.pair.meshing.beta_b)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Look:
-    """A coarse solution at uniform phases over the mesh cycle. Never changed.
+    """A coarse solution at uniform phases over the mesh cycle; never changed.
 
     Parameters
     ----------
     phase
-        Mesh phases τ, (position,).
+        Mesh phases τ, (phase,).
     lines, problem
-        Contact lines and problem, of few segments and functions.
+        Contact lines and contact problem with few segments and a truncated compliance.
     guess
-        Its solution, good to 1e-6 of itself.
+        Solution of the problem, accurate to 1e-6.
     shares
-        Loads over that of the scene, (load,): lines, problem and guess are those under the first at all phases, then
-        those under the next.
+        Loads over the load of the scene, (load,). The positions of lines, problem and guess are all phases under the
+        first load, then all phases under the second, and so on.
     """
 
     phase: NDArray
@@ -92,7 +92,7 @@ class Look:
     shares: NDArray
 
     def under(self, shares: NDArray) -> Look:
-        """The same look, which has one load, under others."""
+        """Coarse solution under the loads ``shares``, from this one under a single load."""
         count = len(self.phase)
         each = np.tile(np.arange(count), len(shares))
         problem = under(part_of(self.problem, each), np.repeat(shares, count))
@@ -103,10 +103,11 @@ class Look:
 
 @lru_cache(maxsize=16)
 def first_look(scene: Scene, count: int) -> Look:
-    """Coarse solution of ``scene``, whose resolution does not matter, at ``count`` phases.
+    """Coarse solution of ``scene`` at ``count`` phases; the resolution of the scene does not matter.
 
-    Off the line of action lines of spur pairs reach ``_REACH`` beyond the path of contact, whatever the load: their
-    smooth compliance is that under other loads too. Longer lines of helical pairs would have longer cells.
+    Off the line of action, lines of spur pairs reach ``_REACH`` beyond the path of contact under any load, so that
+    their smooth compliance can be reused for other loads. Lines of helical pairs are only as long as needed, since
+    longer lines would have longer cells.
     """
     wide = not scene.pair.meshing.overlap_ratio and flank_separation(scene) is not None
     span = _widest_span(scene.pair) if wide else _reached(scene)
@@ -129,9 +130,9 @@ def _widest_span(pair: Pair) -> tuple[float, float]:
 
 
 def _reached(scene: Scene) -> tuple[float, float] | None:
-    """Range of u [mm] in which flanks may touch under the load of ``scene``; None: the path of contact."""
+    """Range of u [mm] in which flanks may touch under the load of ``scene``; None for the path of contact."""
     flanks = flank_separation(scene)
     if flanks is None:
         return None
-    # of flanks with material in excess, what they are pressed together counts
+    # with excess material the deflection counts from the smallest separation
     return flanks.reach(flanks.least + MARGIN * (greatest_deflection(scene) - flanks.least))

@@ -1,8 +1,9 @@
-"""Contact solved once more on Gauss points of the loaded part of each contact line, between the ends of its patches.
+"""Second solution of the contact, at Gauss points on the contact patches of each line.
 
-On cells the end of a contact patch is known to second order in their length. The smooth deflection and the approach
-found with them say where along each line flanks part: s(y) = δ − e(y) − ψ(y)·q changes its sign there. An error of
-these positions changes loads, deflections and stiffness by its square only, and between them the integrands are smooth.
+The solution on cells gives the approach δ and the amplitudes q of the smooth deflection. The compression
+s(y) = δ − e(y) − ψ(y)·q changes sign at the ends of the patches, which are thus known to second order in the length of
+the cells. An error of these ends changes loads, deflections and stiffness only by its square. Between the ends the
+integrands are smooth, so Gauss points converge fast.
 """
 
 from __future__ import annotations
@@ -23,17 +24,18 @@ from gearbench.effects.base import LineLaw
 from gearbench.geometry.action import SHORTEST, ContactLines
 from gearbench.geometry.quadrature import gauss
 
-#: How often the ends of patches are found: each time the error of what follows from them is squared.
+#: Number of times the ends of patches are computed; each time squares the error of the results.
 ROUNDS = 2
-#: Residual at which the solution on cells takes its last step. Their ends of patches are known to 1e-2 only, but of
-#: the guess that it began with nothing must be seen after the last round (1e-12).
+#: Residual at which the solution on cells takes its last step. The ends of patches from cells are known to 1e-2 only,
+#: but the result after the last round must not depend on the initial guess (to 1e-12).
 ON_CELLS = 1e-5
 
 
 def solve_patches(problem: ContactProblem, guess: Guess | None = None) -> ContactSolution:
-    """Solution of ``problem``, on the patches of contact where its segments are cells.
+    """Solve ``problem``; if its segments are cells, solve it again on the contact patches.
 
-    Forces are those of the segments of ``problem``. ``guess`` as for ``solve``: it holds the solution on the patches.
+    Forces are reported for the segments of ``problem``. ``guess`` is used as in ``solve`` and holds the solution on the
+    patches afterwards.
 
     Raises
     ------
@@ -52,13 +54,13 @@ def solve_patches(problem: ContactProblem, guess: Guess | None = None) -> Contac
 
 
 def _nodes(problem: ContactProblem, s: NDArray) -> tuple[NDArray, NDArray]:
-    """``patch_nodes``; where a position has no patch, on the whole of the cell that is pressed most."""
+    """``patch_nodes``; a position without patch gets its nodes on the cell with the greatest compression."""
     along = problem.along
     assert along is not None
     y, width = patch_nodes(along.lines, s, along.nodes)
     alone = np.flatnonzero(width.sum(axis=(1, 2)) == 0)
     if alone.size:
-        # a patch within a single cell, that reaches neither its ends nor its middle
+        # the patch lies within a single cell and reaches neither its ends nor its middle
         by_cell = s.reshape(len(s), -1, 3).copy()
         there = np.repeat(along.lines.active, problem.shape[2], axis=1)[alone]
         by_cell[alone, np.where(there, by_cell[alone].max(axis=2), -np.inf).argmax(axis=1)] = 1.0
@@ -67,9 +69,9 @@ def _nodes(problem: ContactProblem, s: NDArray) -> tuple[NDArray, NDArray]:
 
 
 def compression(problem: ContactProblem, lines: ContactLines, guess: Guess) -> NDArray:
-    """s at nodes, or at beginning, middle and end of each cell [``length_scale``], (position, pair, segment, 1 or 3).
+    """Compression s under the solution ``guess`` [``length_scale``], (position, pair, segment, 1 or 3).
 
-    Of the solution ``guess``; −1 where there is no line.
+    The last axis holds the node of a segment, or beginning, middle and end of a cell. s is −1 if there is no line.
     """
     if problem.along is not None:
         return _compression(problem, guess)
@@ -80,7 +82,7 @@ def compression(problem: ContactProblem, lines: ContactLines, guess: Guess) -> N
 
 
 def _compression(problem: ContactProblem, guess: Guess) -> NDArray:
-    """s at the beginning, middle and end of each segment [``length_scale``]; −1 where there is no line."""
+    """``compression`` of cells."""
     along = problem.along
     assert along is not None
     from gearbench.contact._patch_kernels import compressions
@@ -92,10 +94,10 @@ def _compression(problem: ContactProblem, guess: Guess) -> NDArray:
 
 
 def patch_nodes(lines: ContactLines, s: NDArray, nodes: int) -> tuple[NDArray, NDArray]:
-    """Nodes y and widths of ``nodes`` Gauss points on the patches of each line, (position, pair, node) [mm].
+    """Positions y and widths of ``nodes`` Gauss points on the patches of each line, (position, pair, node) [mm].
 
-    ``s`` is the compression at the beginning, middle and end of each segment. Patches end where it changes its sign, or
-    where the gap has a kink.
+    ``s`` is the compression at the beginning, middle and end of each segment. Patches end where ``s`` changes sign or
+    the gap has a kink.
     """
     from gearbench.contact._patch_kernels import patch_nodes as fill
 
@@ -109,7 +111,7 @@ def patch_nodes(lines: ContactLines, s: NDArray, nodes: int) -> tuple[NDArray, N
 
 @lru_cache(maxsize=16)
 def _gauss_rules(most: int) -> tuple[NDArray, NDArray]:
-    """Nodes and weights of the rules of 1 to ``most`` points, one a row."""
+    """Nodes and weights of the Gauss rules with 1 to ``most`` points; row n holds the rule of n points."""
     nodes, weights = np.zeros((2, most + 1, most))
     for n in range(1, most + 1):
         nodes[n, :n], weights[n, :n] = gauss(n)
@@ -117,7 +119,7 @@ def _gauss_rules(most: int) -> tuple[NDArray, NDArray]:
 
 
 def on_patches(problem: ContactProblem, guess: Guess) -> tuple[ContactProblem, ContactLines]:
-    """``problem``, whose segments are cells, at nodes on the patches pressed together by ``guess``, and their lines."""
+    """Problem at Gauss points on the patches of the solution ``guess`` on cells, and its contact lines."""
     along = problem.along
     assert along is not None
     nodes = along.lines.at(*_nodes(problem, _compression(problem, guess)))
@@ -142,7 +144,7 @@ def on_patches(problem: ContactProblem, guess: Guess) -> tuple[ContactProblem, C
 
 
 def _forces(problem: ContactProblem, guess: Guess, solution: ContactSolution) -> NDArray:
-    """Forces on the cells of ``problem`` by the ``solution`` on its patches, that are in equilibrium too."""
+    """Forces on the cells of ``problem``, scaled so that each line carries its load of the ``solution`` on patches."""
     force = law_forces(problem, guess.delta, guess.q).reshape(problem.shape)
     own = solution.force.sum(axis=2)
     total = force.sum(axis=2)

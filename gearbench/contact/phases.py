@@ -19,8 +19,7 @@ def uniform_phases(count: int) -> tuple[NDArray, NDArray]:
 def mirrored_phases(pair: Pair, count: int) -> NDArray:
     """``count`` equidistant phases in [0, 1), ascending, which stay the same if pinion and wheel are exchanged.
 
-    Seen from the other end of path and face τ is ε_α − ε_β − τ, so decisions at these phases do not depend on the
-    order of the gears.
+    The exchange turns τ into ε_α − ε_β − τ. Decisions at these phases thus do not depend on the order of the gears.
     """
     meshing = pair.meshing
     middle = (meshing.transverse_contact_ratio - meshing.overlap_ratio) / 2
@@ -28,16 +27,16 @@ def mirrored_phases(pair: Pair, count: int) -> NDArray:
 
 
 def gauss_phases(transitions: Iterable[float], points: int) -> tuple[NDArray, NDArray]:
-    """Gauss–Legendre points and weights on each panel between transitions (periodic in the phase), and phase 0.
+    """Gauss–Legendre points and weights on the panels between the transitions, which are periodic, and phase 0.
 
-    Between its kinks the integrand is smooth, so that means and RMS values converge as ``points`` grows with order
-    2·``points``, not first order. Transitions closer than 1e-9 of the cycle are one.
+    Between its kinks the integrand is smooth, so means and RMS values converge with order 2·``points`` instead of
+    first order. Transitions closer than 1e-9 of the cycle count as one.
 
     Returns
     -------
     Phases in [0, 1), ascending, and weights that sum to 1.
     """
-    # a panel across the end of the cycle would have phases at both ends of it
+    # phase 0 ends a panel, because a panel across it would have phases at both ends of the cycle
     found = np.unique([0.0, *(np.asarray(list(transitions), dtype=float) % 1.0)])
     edges = np.append(found[np.diff(found, append=1.0) > 1e-9], 1.0)
     edges[0] = 0.0

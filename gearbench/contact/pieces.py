@@ -13,14 +13,20 @@ from gearbench.geometry.quadrature import gauss
 
 
 def rows_of_cells(smooth_lines: ContactLines, cells: ContactLines) -> NDArray:
-    """Values at the nodes of ``smooth_lines`` → at beginning, middle and end of cells, (…, segment, 3, node)."""
+    """Matrix from values at the nodes of ``smooth_lines`` to values on cells, (position, pair, segment, 3, node).
+
+    The 3 values belong to beginning, middle and end of a cell.
+    """
     half = cells.length * math.cos(cells.pair.meshing.beta_b) / 2
     y = cells.y[..., None] + half[..., None] * np.array([-1.0, 0.0, 1.0])
     return rows_at(smooth_lines, y.reshape(*y.shape[:2], -1)).reshape(*y.shape, -1)
 
 
 def rows_at(smooth_lines: ContactLines, y: NDArray) -> NDArray:
-    """Values at the nodes of ``smooth_lines`` → at y (position, pair, point), (…, point, node); zero on no line."""
+    """Matrix from values at the nodes of ``smooth_lines`` to values at y (position, pair, point), (…, point, node).
+
+    It is zero if there is no line.
+    """
     from gearbench.contact._patch_kernels import rows_on_pieces
 
     assert smooth_lines.panel is not None
@@ -40,9 +46,10 @@ def rows_at(smooth_lines: ContactLines, y: NDArray) -> NDArray:
 
 @lru_cache(maxsize=16)
 def _rules(most: int) -> tuple[NDArray, NDArray]:
-    """Nodes of the rules of 1 to ``most`` points, and the weights of barycentric interpolation, one a row.
+    """Nodes and barycentric weights of the Gauss rules of 1 to ``most`` points; row n holds the rule of n points.
 
-    Those of Gauss points are (−1)ʲ √((1 − t²) w) (Wang, Huybrechs and Vandewalle, Math. Comp. 83, 2014).
+    The barycentric weights of Gauss points are (−1)ʲ √((1 − t²) w) (Wang, Huybrechs and Vandewalle, Math. Comp. 83,
+    2014).
     """
     nodes, weights = np.zeros((2, most + 1, most))
     for n in range(1, most + 1):

@@ -1,4 +1,4 @@
-"""The unilateral contact problem of every position of a mesh cycle, dimensionless, as the kernels take it."""
+"""Arrays of the dimensionless contact problem at every position of a mesh cycle, and of its solution."""
 
 from __future__ import annotations
 
@@ -10,20 +10,21 @@ from numpy.typing import NDArray
 from gearbench.effects.base import ComplianceEffect, Effect
 from gearbench.geometry.action import ContactLines
 
-#: What a factor may leave out, trace of H over that of the law's slope: compliances change by less than this fraction.
+#: Part of H that its factor may leave out, as a trace relative to the slope of the law (C8 of docs/algorithms.md);
+#: compliances change by less than this fraction.
 TRUNCATION = 1e-4
-#: Rounding: the same over the trace of H itself.
+#: Part of H that is rounding, relative to the trace of H.
 RANK_TOLERANCE = 1e-14
 
 
 @dataclass(frozen=True, kw_only=True)
 class Along:
-    """A contact problem along whole contact lines, from which that at any nodes on them follows.
+    """Data along whole contact lines, from which the contact problem at any nodes on them follows.
 
     Parameters
     ----------
     effects
-        Those that act.
+        Acting effects.
     lines
         Lines whose segments are cells.
     gaps
@@ -31,17 +32,18 @@ class Along:
     smooth_lines
         The same lines with Gauss points instead of cells, see ``ContactLines.smooth_lines``.
     factor
-        Ψ at their nodes, (position, pair, node, rank).
+        Ψ at the nodes of ``smooth_lines``, (position, pair, node, rank).
     rows
-        From these nodes to the beginning, middle and end of each segment, (position, pair, segment, 3, node).
+        Interpolation from these nodes to the beginning, middle and end of each segment, (position, pair, segment, 3,
+        node).
     laws
-        The effects that are laws of contact.
+        Effects that are contact laws.
     nodes
-        Gauss points on the patches of each line, as many whichever positions are looked at.
+        Number of Gauss points on the patches of each line, the same for any selection of positions.
     share
-        Load of each position over that of the problem, (position,).
+        Load of each position over the load of the problem, (position,).
     field
-        Gap at the nodes of ``smooth_lines`` beside that of the effects, (position, pair, node) [mm]; ``gaps`` have it.
+        Additional gap at the nodes of ``smooth_lines``, (position, pair, node) [mm]; already included in ``gaps``.
     """
 
     effects: tuple[Effect, ...]
@@ -56,7 +58,7 @@ class Along:
     field: NDArray | None = None
 
     def part(self, positions: slice | NDArray) -> Along:
-        """The same of some of the positions."""
+        """Data of some of the positions."""
         names = ("gaps", "factor", "rows", "share", *(() if self.field is None else ("field",)))
         arrays = {name: getattr(self, name)[positions] for name in names}
         return replace(self, lines=self.lines.part(positions), smooth_lines=self.smooth_lines.part(positions), **arrays)
@@ -64,20 +66,22 @@ class Along:
 
 @dataclass(frozen=True, kw_only=True)
 class ContactProblem:
-    """H P + g(P) + e = δ on loaded segments, ≥ δ on separated ones, P ≥ 0, ΣP = 1 (C1); H = Ψ Ψᵀ, a block per pair.
+    """The contact problem H P + g(P) + e = δ on loaded segments, ≥ δ on separated ones, P ≥ 0, ΣP = 1 (C1).
 
-    Forces are in units of the normal force F_bn, displacements in units of ``length_scale``. The law g of a segment is
-    that of ``gearbench.contact.law``. Without a law, a = h = 0, H itself must be positive definite.
+    H = Ψ Ψᵀ has a block for each tooth pair, or a single block if pairs deflect each other. Forces are in units of the
+    normal force F_bn, displacements in units of ``length_scale``. ``gearbench.contact.law`` defines the law g of a
+    segment. Without a law (a = h = 0) H itself must be positive definite.
 
     Parameters
     ----------
     gap, a, h, sigma, active
-        (position, segment), segments of all pairs side by side; e at the end of the segment that touches first, the
-        coefficients of the law, half the variation of e along the segment, and whether the segment exists.
+        Arrays (position, segment) with the segments of all pairs in one axis: gap e at the end of the segment that
+        touches first, coefficients a and h of the law, half the variation of e along the segment, and whether the
+        segment exists.
     factor
         Ψ, (position, segment, rank).
     block
-        Block of each segment, (segment,): segments of one block share the amplitudes of its columns.
+        Block of each segment, (segment,); segments of one block share the amplitudes of the columns of Ψ.
     blocks
         Number of blocks.
     force
@@ -85,9 +89,9 @@ class ContactProblem:
     length_scale
         Unit of displacement λ [mm].
     shape
-        (positions, pairs, segments) of the arrays before the pairs were put side by side.
+        (positions, pairs, segments) of the arrays before pairs and segments became one axis.
     along
-        The problem along the lines, where segments are cells.
+        Data along the lines if segments are cells.
     """
 
     gap: NDArray
@@ -121,14 +125,14 @@ class ContactSolution:
     least_force
         min P / F, (position,).
     complementarity
-        max |min(P_i / F, gap_i / λ)|, (position,): how far the pair (force, gap) is from complementary.
+        max |min(P_i / F, gap_i / λ)|, (position,): deviation of forces and gaps from complementarity.
     coarse_approach, coarse_stiffness
-        The same with the ends of contact patches found once less, of which the difference says how well these are
-        known; the same where there are none.
+        Approach and stiffness before the last update of the ends of contact patches; the difference shows how well
+        these ends are known. Without patches they equal ``approach`` and ``stiffness``.
     iterations
-        Newton steps, (position,).
+        Number of Newton steps, (position,).
     polished
-        How many positions were solved once more by the dense active set, because rounding had spoilt the residual.
+        Number of positions that were solved again by the dense active set, because rounding had spoilt the residual.
     """
 
     force: NDArray
@@ -144,7 +148,7 @@ class ContactSolution:
 
 
 def part_of(problem: ContactProblem, positions: slice | NDArray) -> ContactProblem:
-    """Some positions of a problem."""
+    """Problem at some of the positions."""
     arrays = {name: getattr(problem, name)[positions] for name in ("gap", "a", "h", "sigma", "active", "factor")}
     along = problem.along.part(positions) if problem.along else None
     return replace(problem, **arrays, shape=(len(arrays["gap"]), *problem.shape[1:]), along=along)
@@ -153,8 +157,9 @@ def part_of(problem: ContactProblem, positions: slice | NDArray) -> ContactProbl
 def under(problem: ContactProblem, share: NDArray) -> ContactProblem:
     """``problem`` with each position under the ``share`` (position,) of its load.
 
-    With the unit of displacement proportional to the force, only the gaps and the law's level change: for f = F′/F,
-    e′ = e/f, σ′ = σ/f and g′(P) = g(fP)/f, i.e. a′ = a − h ln f. Units remain those of the whole load.
+    The unit of displacement is taken proportional to the load, so that only gaps and law change: with f = F′/F they
+    become e′ = e/f, σ′ = σ/f and g′(P) = g(fP)/f, that is a′ = a − h ln f. ``force`` and ``length_scale`` remain those
+    of the whole load.
     """
     f = share[:, None]
     along = replace(problem.along, share=problem.along.share * share) if problem.along else None
@@ -172,10 +177,10 @@ def full_factor(problem: ContactProblem, position: int) -> NDArray:
 
 
 def reduce_rank(problem: ContactProblem, truncation: float = 0.0) -> ContactProblem:
-    """The same problem with the factor of each position and block reduced to its numerical rank, or truncated.
+    """Problem with the factor of each position and block reduced to its numerical rank, or further by ``truncation``.
 
     On the few segments of a contact line the smooth compliance has fewer independent columns than the tooth has Ritz
-    functions: two for a spur pair with the paper's basis, six for a helical one.
+    functions: two for a spur pair with the paper's basis, six for a helical pair.
     """
     positions, segments, columns = problem.factor.shape
     if columns == 0:
@@ -187,23 +192,23 @@ def reduce_rank(problem: ContactProblem, truncation: float = 0.0) -> ContactProb
 
 
 def stiffness_of_law(problem: ContactProblem) -> NDArray:
-    """Greatest dP/dg of the law of each existing segment under any load, (position, segment); 0 without law."""
+    """Greatest dP/dg under any load of the law of each existing segment, (position, segment); 0 without a law."""
     rise = np.where(problem.h > 0, problem.h, problem.a)
     return np.where(problem.active & (rise > 0), 1 / np.where(rise > 0, rise, 1.0), 0.0)
 
 
 def gram(factor: NDArray) -> NDArray:
-    """Ψ Ψᵀ of many Ψ (…, n, m) at once, (…, n, n)."""
+    """Ψ Ψᵀ (…, n, n) for many Ψ (…, n, m) at once."""
     return factor @ np.swapaxes(factor, -1, -2)
 
 
 def truncated_root(matrix: NDArray, stiffness: NDArray, truncation: float) -> NDArray:
-    """L (block, n, rank) with L Lᵀ ≈ H, of all H (block, n, n) at once, by Cholesky, the largest pivot first.
+    """L (block, n, rank) with L Lᵀ ≈ H for many H (block, n, n) at once, by pivoted Cholesky factorisation.
 
-    ``stiffness`` (block, n) of the law beside H, A = diag(1/stiffness): what is left out, R = H − L Lᵀ ≥ 0, has
-    tr(A^{−½} R A^{−½}) ≤ ``truncation``, so that (1 − truncation)(H + A) ≤ L Lᵀ + A ≤ H + A: no deflection changes by
-    more than this fraction (C8 of docs/theory.md). Rounding, 1e-14 of the greatest trace of H, is always left out, and
-    nothing else where there is no law (Higham, Accuracy and Stability of Numerical Algorithms, §10.3).
+    ``stiffness`` (block, n) is that of the contact law, A = diag(1/stiffness). The part left out, R = H − L Lᵀ ≥ 0, has
+    tr(A^{−½} R A^{−½}) ≤ ``truncation``. Thus (1 − truncation)(H + A) ≤ L Lᵀ + A ≤ H + A: no deflection changes by more
+    than this fraction (C8 of docs/algorithms.md). Rounding, 1e-14 of the greatest trace of H, is always left out;
+    without a law nothing else is (Higham, Accuracy and Stability of Numerical Algorithms, §10.3).
     """
     from gearbench.contact._kernels import pivoted_cholesky
 

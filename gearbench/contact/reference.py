@@ -1,4 +1,4 @@
-"""The contact problem linearised at its mean errors: what every sample of a coupled problem is computed against."""
+"""Contact problem linearised at the mean errors, relative to which all samples of a coupled problem are solved."""
 
 from __future__ import annotations
 
@@ -9,22 +9,22 @@ from numpy.typing import NDArray
 
 
 class Reference(NamedTuple):
-    """Linear problem at the mean errors, of segments that all move each other; dimensionless as ``ContactProblem``.
+    """Linear problem at the mean errors if all segments deflect each other; dimensionless like ``ContactProblem``.
 
-    With z = δ − Ψq and the slopes W₀ of the laws at the mean errors, a solution is z = z₁ + G u, u = W₀ z − P, and
-    δ = c + z₁·u, where G is the response to forces beside those of springs W₀ under a given total (B2 of
-    docs/theory.md). Arrays start with the position.
+    W₀ are the slopes of the laws at the mean errors, and z = δ − Ψq. A solution is z = z₁ + G u and δ = c + z₁·u, where
+    u = W₀ z − P are the forces in addition to those of springs W₀, and G is the response to them under a given total
+    force (B2 of docs/algorithms.md). Arrays start with the position.
 
     Parameters
     ----------
     weight
-        W₀ of the segments, (position, n); 0 of those that are apart at the mean errors, or absent.
+        W₀ of the segments, (position, n); 0 if a segment is separated at the mean errors, or absent.
     start
         u at the mean errors, (position, n).
     response, single_response
-        G, one matrix (count, count) after the other; the latter in single precision.
+        Matrices G (count, count), one after the other in a flat array; the second in single precision.
     rise
-        z₁, z under a unit of total force, (position, n).
+        z₁, which is z under a unit total force, (position, n).
     flexibility
         c = ∂δ/∂F at the mean errors, (position,).
     """
@@ -38,19 +38,19 @@ class Reference(NamedTuple):
 
 
 def normal_matrix(C: NDArray, W: NDArray) -> NDArray:
-    """diag(1, …, 1, 0) + Cᵀ W C of the slopes W (position, n), z = C (q, δ) + …, (position, unknown, unknown)."""
+    """diag(1, …, 1, 0) + Cᵀ W C (position, unknown, unknown) for the slopes W (position, n), where z = C (q, δ)."""
     M = np.swapaxes(C, 1, 2) @ (W[..., None] * C)
     amplitude = np.arange(M.shape[1] - 1)
     M[:, amplitude, amplitude] += 1.0
-    # where no segment is loaded δ is arbitrary
+    # if no segment is loaded, δ is arbitrary
     M[:, -1, -1] += M[:, -1, -1] == 0.0
     return M
 
 
 def linearised(C: NDArray, count: NDArray, z: NDArray, P: NDArray, W: NDArray) -> Reference:
-    """Linear problem about a solution: z = C (q, δ), forces P and slopes W, each (position, n).
+    """Linear problem about a solution with z = C (q, δ), forces P and slopes W, all (position, n).
 
-    C (position, n, unknown) is zero behind the existing segments, of which there are ``count``.
+    C (position, n, unknown) is zero after the first ``count`` segments, which exist.
     """
     unit = np.zeros((len(C), C.shape[2], 1))
     unit[:, -1] = 1.0

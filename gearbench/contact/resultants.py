@@ -1,8 +1,8 @@
-"""Force, moment … of all flanks of a mesh, and their stiffness against approach, tilt … of the gears.
+"""Resultants of the flank forces of a mesh (force, moment, …), and their stiffness against approach, tilt, ….
 
-Gears that are rigid across their faces approach each other by x₀ + x₁ η, with the lever of a point of the flank about
-the middle of the face, in the plane of action, η = (y − b/2 + (u − u_C) tan β_b) / (b/2). The forces that work on x₀
-and x₁ are f₀ = ΣF and f₁ = Σ F η. Where gears bend over their faces, Legendre polynomials P_j(η) follow (W11).
+In the plane of action a point of the flank has the dimensionless lever arm η = (y − b/2 + (u − u_C) tan β_b) / (b/2)
+about the middle of the face. Gears that are rigid across their faces approach each other by x₀ + x₁ η. The forces that
+do work on x₀ and x₁ are f₀ = ΣF and f₁ = Σ F η. Bending over the face adds Legendre polynomials P_j(η) (W11).
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from gearbench.contact.problem import ContactProblem, ContactSolution, gram
 from gearbench.contact.solver import Guess, has_law, law_forces
 from gearbench.geometry.action import ContactLines
 
-#: Stiffness over that of the problem which every row has at least, so that it can be eliminated.
+#: Minimum stiffness of a row over the stiffness of the problem, so that the row can be eliminated.
 LEAST = 1e-9
 
 
@@ -32,9 +32,9 @@ class Resultants:
     Parameters
     ----------
     force
-        f (position, row), of samples (sample, position, row) [N].
+        f (position, row), or for samples (sample, position, row) [N].
     stiffness
-        ∂f/∂x (position, row, row), of samples (sample, position, row, row) [N/mm].
+        ∂f/∂x (position, row, row), or for samples (sample, position, row, row) [N/mm].
     """
 
     force: NDArray
@@ -42,7 +42,7 @@ class Resultants:
 
 
 def lever(lines: ContactLines) -> NDArray:
-    """η of the segments, (position, pair, segment); −1 … 1 over the face of spur gears."""
+    """Lever arm η of the segments, (position, pair, segment); −1 … 1 over the face of spur gears."""
     meshing = lines.pair.meshing
     b, tan_b = meshing.face_width, math.tan(meshing.beta_b)
     return (lines.y - b / 2 + (lines.u - meshing.pitch_point) * tan_b) / (b / 2)
@@ -53,7 +53,7 @@ def resultants(
 ) -> Resultants:
     """The first ``rows`` resultants of the ``solution`` of ``problem`` on ``lines``; ``guess`` is its last iterate.
 
-    The loaded points yield by A = ΨΨᵀ + diag(dg/dP): ∂f/∂x = Rᵀ A⁻¹ R with R_ij = P_j(η_i) (W12).
+    The loaded points have the compliance A = ΨΨᵀ + diag(dg/dP), so ∂f/∂x = Rᵀ A⁻¹ R with R_ij = P_j(η_i) (W12).
     """
     p, nodes = (problem, lines) if problem.along is None else on_patches(problem, guess)
     P = law_forces(p, guess.delta, guess.q) if has_law(p) else (solution.force / p.force).reshape(p.gap.shape)
@@ -69,20 +69,20 @@ def resultants(
 
 
 def row_shapes(lines: ContactLines, rows: int) -> NDArray:
-    """R (position, pair, segment, row): P_j(η) of the segments."""
+    """R (position, pair, segment, row) = P_j(η) of the segments."""
     return legvander(lever(lines), rows - 1)
 
 
 def resultants_of_samples(batch: Batch, lines: ContactLines, solution: BatchSolution, rows: int) -> Resultants:
-    """The first ``rows`` resultants of samples whose segments, on ``lines``, all move each other."""
+    """The first ``rows`` resultants of samples, if all segments on ``lines`` deflect each other."""
     slope, factor, problem = solution.slope, batch.factor, batch.problem
     R = existing_first(problem, row_shapes(lines, rows).reshape(*problem.active.shape, rows))
     positions, n, samples = slope.shape
     stiffness, one = np.empty((samples, positions, rows, rows)), np.eye(factor.shape[-1] + rows)
-    # rows have no stiffness of their own; few loaded segments may leave one without any
+    # rows have only the stiffness of loaded segments; if these are few, a row may have none
     one[-rows:] *= LEAST
     for t in range(positions):
-        # with W = dP/ds, Rᵀ A⁻¹ R is what eliminating Ψ leaves of the rows in (Ψ R)ᵀ W (Ψ R) + (1 0)
+        # with W = dP/ds, Rᵀ A⁻¹ R is the Schur complement of the rows in (Ψ R)ᵀ W (Ψ R) + diag(1, 0)
         both = np.concatenate([factor[t], R[t]], axis=1)
         product = slope[t].T @ (both[:, :, None] * both[:, None]).reshape(n, -1)
         left = np.linalg.cholesky(product.reshape(samples, *one.shape) + one)[:, -rows:, -rows:]
@@ -92,7 +92,7 @@ def resultants_of_samples(batch: Batch, lines: ContactLines, solution: BatchSolu
 
 
 def _in_units(problem: ContactProblem, lines: ContactLines, force: NDArray, stiffness: NDArray) -> Resultants:
-    """Resultants [N] and their stiffness [N/mm] across the axis from those of the problem."""
+    """Resultants [N] and stiffness [N/mm] in the transverse plane, from dimensionless ones normal to the flank."""
     cos_b = math.cos(lines.pair.meshing.beta_b)
     unit = problem.force / problem.length_scale * cos_b**2
     return Resultants(

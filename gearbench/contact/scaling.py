@@ -1,4 +1,4 @@
-"""Dimensionless form of a contact problem: its units of force and displacement, and moments in place of forces."""
+"""Dimensionless form of a contact problem: units of force and displacement, and moments in place of forces."""
 
 from __future__ import annotations
 
@@ -16,9 +16,10 @@ from gearbench.scene import Scene
 def by_lever(
     w: NDArray, factor: NDArray, matrix: NDArray | None, a: NDArray, h: NDArray
 ) -> tuple[NDArray, NDArray | None, NDArray, NDArray]:
-    """Ψ, H, a and h in moments about the pinion's axis over its base radius in place of forces, P̃ = w P (T5).
+    """Ψ, H, a and h for moments P̃ = w P in place of forces P (T5).
 
-    With compressions s = w (δ − e) the equations keep their form, and their symmetry.
+    The moments are about the pinion's axis, divided by its base radius. With compressions s = w (δ − e) the equations
+    keep their form and symmetry.
     """
     if matrix is not None:
         flat = w.reshape(len(w), -1)
@@ -27,14 +28,14 @@ def by_lever(
 
 
 def typical_compression(a: NDArray, h: NDArray, scene: Scene) -> float:
-    """Compression under the mean line load [mm]: unit of displacement where there is a law."""
+    """Compression under the mean line load [mm], the unit of displacement of problems with a contact law."""
     line_load = scene.F_bn / scene.pair.meshing.face_width
-    # a law driven beyond its validity still has the slope h of its continuation
+    # beyond the validity of the law its continuation has the slope h
     return line_load * max(float(np.mean(a - h * math.log(line_load))), float(np.mean(h)))
 
 
 def even_deflection(matrix: NDArray, lines: ContactLines) -> float:
-    """Mean deflection [mm/N] by H (position, n, n) under a unit force shared evenly by all segments.
+    """Mean deflection [mm/N] with H (position, n, n) under a unit force that all segments share equally.
 
     Raises
     ------
@@ -61,9 +62,9 @@ def scale_problem(
     *,
     coupled: bool,
 ) -> ContactProblem:
-    """Dimensionless problem from gap and ``sigma``, half its variation over a cell [mm], Ψ [√(mm/N)], a and h [mm²/N].
+    """Dimensionless problem from gap and half its variation over a cell, ``sigma`` [mm], Ψ [√(mm/N)], a and h [mm²/N].
 
-    All arrays (position, pair, segment, …); ``force`` [N] and ``scale`` [mm] become the units.
+    All arrays are (position, pair, segment, …); ``force`` [N] and ``scale`` [mm] become the units.
     """
     positions, pairs, segments = lines.shape
     active = np.broadcast_to(lines.active[..., None], lines.shape)

@@ -1,4 +1,4 @@
-"""Memory of a contact problem, before it is set up."""
+"""Memory that a contact problem needs, estimated before it is assembled."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from gearbench.effects.base import ComplianceEffect, Dense, LowRank
 from gearbench.geometry.action import contact_lines, pair_indices
 from gearbench.scene import Scene
 
-#: Upper bound of the columns of Ψ: while the size with it is small, the columns are not counted.
+#: Upper bound of the number of columns of Ψ; if the memory is small with it, the columns are not counted.
 MOST_COLUMNS = 1500
 
 
 def contact_memory(scene: Scene, positions: int, like: Scene | None = None) -> float:
-    """Peak memory [bytes] of the contact problem of ``scene`` at a number of mesh phases, and of its results.
+    """Peak memory [bytes] of the contact problem of ``scene`` at a number of mesh phases, including the results.
 
-    The columns may be those of a similar scene ``like``, if its own take long to set up.
+    The columns of Ψ may be counted on a similar scene ``like``, if those of ``scene`` take long to compute.
     """
     segments = scene.resolution.segments
     columns, coupled = _columns(like or scene)
@@ -26,7 +26,7 @@ def contact_memory(scene: Scene, positions: int, like: Scene | None = None) -> f
 
 
 def require_contact_memory(scene: Scene, positions: int) -> None:
-    """Refuse a resolution that needs more memory than there may be.
+    """Refuse a resolution that needs more memory than the budget.
 
     Raises
     ------
@@ -49,18 +49,18 @@ def require_contact_memory(scene: Scene, positions: int) -> None:
 
 
 def kept_memory(scene: Scene, positions: int) -> float:
-    """Memory [bytes] that the results of ``scene`` at a number of mesh phases take among those of a sweep."""
+    """Memory [bytes] that a sweep keeps for the results of ``scene`` at a number of mesh phases."""
     return positions * result_memory(pairs_of_teeth(scene) * scene.resolution.segments)
 
 
 def pairs_of_teeth(scene: Scene) -> int:
-    """Pairs of teeth whose contact lines are followed, at most."""
+    """Maximum number of tooth pairs whose contact lines are computed."""
     more = 2 if scene.effect("off_line_contact") else 0
     return len(pair_indices(scene.pair)) + more
 
 
 def _columns(scene: Scene) -> tuple[int, bool]:
-    """Columns of all Ψ, and whether pairs of teeth move each other."""
+    """Number of columns of all Ψ, and whether tooth pairs deflect each other."""
     lines = contact_lines(scene.pair, [0.5], 1)
     acting = [effect for effect in scene.acting_effects if isinstance(effect, ComplianceEffect)]
     beside = {effect.name: effect for effect in scene.acting_effects}
@@ -74,7 +74,7 @@ def _columns(scene: Scene) -> tuple[int, bool]:
         columns, coupled = MOST_COLUMNS // 10, "gear_body" in beside
         ready = [effect for effect in acting if effect is not meshed]
     flanks = {effect: part for effect in ready if (part := effect.flank_compliances(lines, beside)) is not None}
-    if len(joined_flanks(list(flanks.values()))) < len(flanks):  # a few positions at a time, no columns are kept
+    if len(joined_flanks(list(flanks.values()))) < len(flanks):  # summed a few positions at a time: no columns are kept
         coupled = coupled or any(part.coupled for part in flanks.values())
         ready = [effect for effect in ready if effect not in flanks]
     for effect in ready:
@@ -86,11 +86,11 @@ def _columns(scene: Scene) -> tuple[int, bool]:
 
 
 def _round_numbers(most: int) -> Iterable[int]:
-    """Numbers of segments below ``most``, from many to few."""
+    """Numbers of segments below ``most``, in descending order."""
     return sorted({round(most / 2 ** (i / 2)) for i in range(1, 24)} - {0, most}, reverse=True)
 
 
 def _round_down(number: int) -> int:
-    """To two digits."""
+    """Round down to two digits."""
     step = 10 ** max(int(math.log10(number)) - 1, 0)
     return number // step * step

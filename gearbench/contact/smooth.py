@@ -1,7 +1,7 @@
-"""Smooth compliance of the segments, summed over the effects; kept for pairs and lines that come again.
+"""Smooth compliance of the segments, summed over the effects and cached.
 
-It depends on the macro-geometry and on where the nodes are, on nothing that micro-geometry, errors and the load change:
-at uniform phases, and at those at which changes of contact are looked for, it is the same for all variants of a pair.
+It depends only on the macro-geometry and the positions of the nodes, not on micro-geometry, errors or load. At uniform
+phases, and at the phases of coarse solutions, it is therefore the same for all variants of a pair.
 """
 
 from __future__ import annotations
@@ -18,22 +18,23 @@ from gearbench.contact.problem import gram
 from gearbench.effects.base import ComplianceEffect, Dense, Effect, Flanks, LineLaw, LowRank
 from gearbench.geometry.action import ContactLines
 
-#: Sums kept, and the most that one of them may take [bytes].
+#: Number of cached sums, and maximum size of one [bytes].
 KEPT, LARGEST = 8, 8e6
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Smooth:
-    """Sum of the smooth compliances of the segments of ``lines``. Never changed.
+    """Sum of the smooth compliances of the segments of some lines; never changed.
 
     Parameters
     ----------
     laws
-        The other effects that add compliance: laws of contact.
+        Effects that add compliance as contact laws, and are not part of the sum.
     factor
-        Ψ, (position, pair, segment, rank) [√(mm/N)], where each pair deflects by itself.
+        Ψ (position, pair, segment, rank) [√(mm/N)], if tooth pairs deflect independently.
     matrix
-        H, (position, n, n) [mm/N], n = pair · segment, zero where no line is; None where each pair deflects by itself.
+        H (position, n, n) [mm/N] with n = pair · segment, zero for absent lines; None if tooth pairs deflect
+        independently.
     """
 
     laws: tuple[ComplianceEffect, ...]
@@ -44,9 +45,9 @@ class Smooth:
 def smooth_compliance(
     adding: Sequence[ComplianceEffect], lines: ContactLines, beside: Mapping[str, Effect]
 ) -> tuple[Smooth, list[LineLaw]]:
-    """Sum of what the effects ``adding`` compliance contribute, and the laws among them.
+    """Sum of the smooth compliances of the effects ``adding`` compliance, and the contact laws among them.
 
-    ``beside``: all effects that act, by their names.
+    ``beside`` are all acting effects by name.
     """
     if 8 * lines.shape[0] * (lines.shape[1] * lines.shape[2]) ** 2 > LARGEST:
         smooth, laws = _summed(adding, lines, beside)
@@ -73,7 +74,7 @@ def _summed(
 
 
 def joined_flanks(parts: list[Flanks]) -> list[Flanks]:
-    """``parts`` of the same polynomials as one: teeth and the bodies that they stand on."""
+    """Join teeth and the bodies on which they stand into one compliance, if both use the same polynomials."""
     if len(parts) != 2 or all(part.coupled for part in parts):
         return parts
     from gearbench.compliance.flank import joined
@@ -90,7 +91,7 @@ def _only_laws(parts: Sequence[object]) -> list[LineLaw]:
 
 
 class _Key:
-    """Everything that a sum of compliances depends on."""
+    """Cache key with everything on which a sum of compliances depends."""
 
     def __init__(self, adding: tuple[ComplianceEffect, ...], lines: ContactLines, beside: Mapping[str, Effect]) -> None:
         self.arguments = adding, lines, beside
@@ -113,17 +114,17 @@ def _kept(key: _Key) -> Smooth:
 
 
 def forget_sums() -> None:
-    """Sum anew when compliances are next asked for: to measure it."""
+    """Clear the cache of sums, to measure their computation."""
     _kept.cache_clear()
 
 
 def _own_factor(parts: Sequence[LowRank], lines: ContactLines) -> NDArray:
-    """Ψ of the sum of compliances that each pair has by itself, (position, pair, segment, rank)."""
+    """Ψ (position, pair, segment, rank) of the sum, if tooth pairs deflect independently."""
     return np.concatenate([np.zeros((*lines.shape, 0)), *(part.factor for part in parts)], axis=-1)
 
 
 def _shared_compliance(parts: Sequence[LowRank | Dense], lines: ContactLines) -> NDArray:
-    """H of the sum of compliances through which pairs move each other, (position, n, n); zero where no line is."""
+    """H (position, n, n) of the sum, if tooth pairs deflect each other; zero for absent lines."""
     positions, pairs, segments = lines.shape
     H = np.zeros((positions, pairs, segments, pairs, segments))
     whole = H.reshape(positions, pairs * segments, -1)
@@ -133,7 +134,7 @@ def _shared_compliance(parts: Sequence[LowRank | Dense], lines: ContactLines) ->
             whole += part.matrix if part.positive else _without_negative(part.matrix, lines)
         elif part.coupled:
             factor = part.factor.reshape(*whole.shape[:2], -1)
-            for pattern in np.unique(lines.active, axis=0):  # of lines that exist, so that the others cost nothing
+            for pattern in np.unique(lines.active, axis=0):  # only existing lines are multiplied
                 alike, rows = np.all(lines.active == pattern, axis=1), np.repeat(pattern, segments)
                 whole[np.ix_(alike, rows, rows)] += gram(factor[np.ix_(alike, rows)])
         else:
@@ -144,7 +145,7 @@ def _shared_compliance(parts: Sequence[LowRank | Dense], lines: ContactLines) ->
 
 
 def _without_negative(matrix: NDArray, lines: ContactLines) -> NDArray:
-    """A dense compliance on the lines that exist, (position, n, n), less its negative part."""
+    """Dense compliance (position, n, n) on existing lines, with negative eigenvalues set to zero."""
     active = np.repeat(lines.active, lines.shape[2], axis=1)
     value, vector = np.linalg.eigh(np.where(active[:, :, None] & active[:, None, :], matrix, 0.0))
     return gram(vector * np.sqrt(np.maximum(value, 0.0))[:, None, :])

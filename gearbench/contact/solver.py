@@ -1,4 +1,4 @@
-"""Solution of the contact problem at every position, with its residuals."""
+"""Solver of the contact problem at every position, with checks of the residuals."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from gearbench.errors import GearbenchError
 if TYPE_CHECKING:
     from gearbench.contact._kernels import Arrays
 
-#: Residuals above this are an error of the program, never returned as an answer.
+#: Largest residual of a solution; a larger one raises ``ConvergenceError``.
 RESIDUAL_LIMIT = 1e-9
-#: Residual above which a position is solved once more with its forces as unknowns; the result counts these positions.
+#: Residual above which a position is solved again with its forces as unknowns; the result counts these positions.
 POLISH_LIMIT = 1e-10
-#: Newton steps after which a position is given up.
+#: Maximum number of Newton steps at a position.
 MAX_STEPS = 200
-#: Forces are the unknowns if all segments share more than 1/DENSE amplitudes per segment, half as many for few
-#: segments.
+#: Forces are the unknowns if all segments share amplitudes, and these are more than 1/DENSE per segment; half as many
+#: are enough if there are at most FEW segments.
 DENSE, FEW = 2.0, 48
 #: Residual at which a rough solution takes its last step, which squares it.
 ROUGH = 1e-6
@@ -35,7 +35,7 @@ class ConvergenceError(GearbenchError):
 
 @dataclass(frozen=True, kw_only=True)
 class Guess:
-    """Initial guess of Newton's method; the arrays hold the solution afterwards.
+    """Initial guess of Newton's method; its arrays hold the solution afterwards.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ class Guess:
 
     @classmethod
     def nothing(cls, problem: ContactProblem) -> Guess:
-        """Empty guess."""
+        """Arrays without a guess."""
         positions = len(problem.gap)
         return cls(
             q=np.zeros((positions, problem.blocks, problem.factor.shape[2])), delta=np.full(positions, -math.inf)
@@ -58,11 +58,11 @@ class Guess:
 
 
 def solve(problem: ContactProblem, guess: Guess | None = None) -> ContactSolution:
-    """Solve ``problem`` by the structured Newton method, or, where there is no contact law, by a dense active set.
+    """Solve ``problem`` by a structured Newton method or, if there is no contact law, by a dense active set.
 
-    The unknowns are the amplitudes q of the smooth compliance and the approach δ; each force follows from its own law,
-    P_i = g_i⁻¹(max(0, δ − e_i − ψ_iᵀq)). They minimise a convex function (C4 of docs/theory.md), so Newton's method
-    with a line search converges from anywhere.
+    The unknowns are the amplitudes q of the smooth compliance and the approach δ. Each force follows from the law of
+    its segment, P_i = g_i⁻¹(max(0, δ − e_i − ψ_iᵀq)). The solution minimises a convex function (C4 of
+    docs/algorithms.md), so Newton's method with line search converges from any start.
 
     Raises
     ------
@@ -102,9 +102,10 @@ def solve(problem: ContactProblem, guess: Guess | None = None) -> ContactSolutio
 
 
 def solve_roughly(problem: ContactProblem, guess: Guess, enough: float = ROUGH) -> tuple[NDArray, NDArray]:
-    """Approach δ_n [mm] and ∂F_bn/∂δ_n [N/mm], (position,), to ``enough`` and better where there is a contact law.
+    """Rough solution: approach δ_n [mm] and ∂F_bn/∂δ_n [N/mm], (position,).
 
-    ``guess`` holds the solution afterwards. The residuals are not checked: the result serves as an initial guess.
+    With a contact law, Newton's method takes its last step once the residual is below ``enough``. ``guess`` holds the
+    solution afterwards. Residuals are not checked.
     """
     least, p = from_smallest(problem)
     if not has_law(p):
@@ -117,14 +118,14 @@ def solve_roughly(problem: ContactProblem, guess: Guess, enough: float = ROUGH) 
 
 
 def has_law(problem: ContactProblem) -> bool:
-    """Whether there is a contact law beside the smooth compliance."""
+    """Whether there is a contact law in addition to the smooth compliance."""
     return bool(problem.a.any() or problem.h.any())
 
 
 def from_smallest(problem: ContactProblem) -> tuple[NDArray, ContactProblem]:
-    """The smallest gap of each position, and the problem without it.
+    """Smallest gap of each position, and the problem with this gap subtracted.
 
-    Without this, gaps of a million deflections would leave no digits for the deflection.
+    Otherwise a gap of a million deflections would leave no digits for the deflection.
     """
     least = np.min(np.where(problem.active, problem.gap, np.inf), axis=1)
     return least, replace(problem, gap=problem.gap - least[:, None])
@@ -143,10 +144,10 @@ def newton(
     guess: Guess | None = None,
     enough: float = 0.0,
 ) -> tuple[NDArray, NDArray, NDArray, NDArray]:
-    """Forces (position, segment), δ, ∂F/∂δ and the numbers of steps, dimensionless, after at most ``limit`` steps.
+    """Newton's method: dimensionless forces (position, segment), δ, ∂F/∂δ and numbers of steps, at most ``limit``.
 
-    The smallest gap of each position must be zero. The amplitudes of ``guess`` become those of the solution. From a
-    residual of ``enough`` on one last step is taken, whose forces are those of the law linearised.
+    The smallest gap of each position must be zero. The amplitudes of ``guess`` become those of the solution. Once the
+    residual has fallen to ``enough``, one last step follows, and the forces come from the linearised law.
     """
     from gearbench.contact._force_kernels import solve_coupled
     from gearbench.contact._kernels import Work, solve_positions
@@ -164,7 +165,7 @@ def newton(
 
 
 def arrays(p: ContactProblem) -> Arrays:
-    """The arrays of a problem, as compiled code takes them."""
+    """Arrays of a problem for the compiled solvers."""
     from gearbench.contact._kernels import Arrays
 
     block = np.ascontiguousarray(np.broadcast_to(p.block, p.gap.shape))
@@ -172,13 +173,13 @@ def arrays(p: ContactProblem) -> Arrays:
 
 
 def law_forces(problem: ContactProblem, delta: NDArray, q: NDArray) -> NDArray:
-    """Forces (position, segment) of the contact law under δ (position,) and amplitudes (position, block, rank)."""
+    """Forces (position, segment) by the contact law, from δ (position,) and amplitudes q (position, block, rank)."""
     z = (problem.factor[..., None, :] @ q[:, problem.block][..., None])[..., 0, 0]
     return law_response(problem, delta[:, None] - z - problem.gap)[0]
 
 
 def law_response(problem: ContactProblem | Arrays, s: NDArray) -> tuple[NDArray, NDArray]:
-    """Forces and slopes of the contact law under compressions s, (position, segment); 0 of absent segments."""
+    """Forces and slopes of the contact law under compressions s (position, segment); 0 for absent segments."""
     from gearbench.contact._law_kernels import law_forces as forces
 
     p, found = problem, np.zeros((2, *s.shape))
@@ -194,7 +195,7 @@ def _residual(p: ContactProblem, force: NDArray, delta: NDArray) -> NDArray:
 def _polish(
     p: ContactProblem, positions: NDArray, force: NDArray, delta: NDArray, stiffness: NDArray, steps: NDArray
 ) -> None:
-    """Solve ``positions`` once more by the dense active set, in place."""
+    """Solve ``positions`` again by the dense active set, in place."""
     for i in positions:
         try:
             force[i], delta[i], stiffness[i], more = polish(p, int(i), force[i])
@@ -204,7 +205,7 @@ def _polish(
 
 
 def complementarity_residual(problem: ContactProblem, force: NDArray, delta: NDArray) -> NDArray:
-    """max |min(P, gap)| of each position, from the equations themselves: gap = H P + g(P) + e − δ, (position,)."""
+    """max |min(P, gap)| of each position, (position,), with gap = H P + g(P) + e − δ evaluated from the forces."""
     from gearbench.contact._kernels import complementarity
 
     residual = np.empty(len(delta))

@@ -1,10 +1,10 @@
-"""Mesh phases at which the contact changes under load: where panels of Gauss phases have to end.
+"""Mesh phases at which the contact changes under load, where the panels of Gauss phases must end.
 
-A coarse solution at uniform phases says which lines touch where. With x = τ + k, which runs on while a tooth pair
-passes through the mesh, the compression of a line at its ends and the greatest one on it are curves of one pair: a
-patch is born or vanishes where the greatest changes its sign, it reaches or leaves an end of the line where that of the
-end does. Of the phases known beforehand, at which an end of the face passes an end of the path of contact or a kink of
-the gap, those matter where the flanks touch there.
+A coarse solution at uniform phases tells which lines touch, and where. Pair k is at x = τ + k, which increases while
+the pair passes through the mesh; the compressions of its line are curves of x. Where the greatest compression changes
+sign, a contact patch appears or vanishes. Where the compression at an end of the line changes sign, a patch reaches or
+leaves this end. Further phases are known beforehand: an end of the face passes an end of the path of contact or a kink
+of the gap. They count only if the flanks touch there.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ from gearbench.errors import InputError
 from gearbench.scene import Resolution, Scene
 from gearbench.threads import single_threaded_blas
 
-#: Gauss points on each panel unless a scene gives them.
+#: Default number of Gauss points on each panel.
 GAUSS_POINTS = 5
-#: Uniform phases of the coarse solution, and closeness, where more than five Gauss points follow.
+#: With more than five Gauss points: number of uniform phases of the coarse solution, and ``close`` of ``panel_ends``.
 MORE_PHASES, CLOSER = 72, (1e-5, 1e-3, 1e-5)
 
 
 def mesh_phases(scene: Scene) -> tuple[NDArray, NDArray]:
-    """Mesh phases τ and weights (position,) that the scene's resolution asks for."""
+    """Mesh phases τ and weights (position,) by the scene's resolution, on panels that do not depend on the load."""
     resolution = scene.one_load.resolution
     if resolution.accuracy is not None:
         raise InputError("resolution.accuracy", resolution.accuracy, "is for simulate and robust; here give segments")
@@ -44,7 +44,7 @@ def mesh_phases(scene: Scene) -> tuple[NDArray, NDArray]:
     kinks, face = gap_kinks(scene)
     changes = tuple(kinks) if flanks is not None else (meshing.path_start, meshing.path_end, *kinks)
     if flanks is not None and not meshing.overlap_ratio:
-        # spur pairs take and leave their load, with a kink, where they are as far apart as the others are deflected
+        # spur pairs take and leave their load, with a kink, where their separation equals the deflection of the others
         changes += flanks.reach(greatest_deflection(scene))
     transitions = meshing.phases_at(changes, face)
     size = scene.resolution.panel_size
@@ -54,10 +54,10 @@ def mesh_phases(scene: Scene) -> tuple[NDArray, NDArray]:
 
 @lru_cache(maxsize=64)
 def loaded_phases(scene: Scene) -> tuple[NDArray, NDArray, int | None]:
-    """Mesh phases τ and weights (position,) that the scene's resolution asks for, on panels between changes of contact.
+    """Mesh phases τ, weights and panel size by the scene's resolution, on panels between changes of contact.
 
-    And the number of Gauss points on each panel, ``GAUSS_POINTS`` unless the scene gives it; None where the phases are
-    uniform.
+    Phases and weights are (position,). The panel size is the number of Gauss points on each panel, by default
+    ``GAUSS_POINTS``; None if the phases are uniform.
     """
     scene = scene.one_load
     if scene.resolution.positions is not None:
@@ -69,7 +69,7 @@ def loaded_phases(scene: Scene) -> tuple[NDArray, NDArray, int | None]:
 
 
 def phases_of_loads(scene: Scene, shares: NDArray) -> list[tuple[NDArray, NDArray, int]]:
-    """``loaded_phases`` under each of the ``shares`` of the scene's load, of a resolution that leaves them to us."""
+    """``loaded_phases`` under each of the ``shares`` of the scene's load, for a resolution without given phases."""
     size = scene.resolution.gauss_points or GAUSS_POINTS
     longest = LONGEST if scene.pair.meshing.overlap_ratio else 1.0
     exact = size > GAUSS_POINTS
@@ -83,8 +83,8 @@ def phases_of_loads(scene: Scene, shares: NDArray) -> list[tuple[NDArray, NDArra
 def transitions(scene: Scene, *, exact: bool = False) -> list[Change]:
     """Phases at which the contact changes under load.
 
-    Where flanks touch all along their lines at every phase these are known beforehand. ``exact``: with more uniform
-    phases, and those at which a pair takes or leaves its load are found once more, on finer lines close to them.
+    They are known beforehand if the flanks touch all along their lines at every phase. ``exact``: use more uniform
+    phases, and locate the births of pairs again on finer lines.
     """
     (found,) = transitions_of_loads(scene, np.ones(1), exact=exact)
     return found
@@ -92,9 +92,9 @@ def transitions(scene: Scene, *, exact: bool = False) -> list[Change]:
 
 @single_threaded_blas()
 def transitions_of_loads(scene: Scene, shares: NDArray, *, exact: bool = False) -> list[list[Change]]:
-    """``transitions`` under each of the ``shares`` of the scene's load, found together.
+    """``transitions`` under each of the ``shares`` of the scene's load, from one coarse solution.
 
-    Of flanks that touch on the line of action where they may part: elsewhere contact lines follow the load.
+    Contact must be on the line of action if there are several shares; off it the contact lines depend on the load.
     """
     meshing = scene.pair.meshing
     if conforming(scene):
@@ -106,7 +106,7 @@ def transitions_of_loads(scene: Scene, shares: NDArray, *, exact: bool = False) 
     look = first_look(scene, MORE_PHASES if exact else COARSE_PHASES)
     look = look if np.array_equal(shares, look.shares) else look.under(shares)
     lines, s = look.lines, compression(look.problem, look.lines, look.guess)
-    on_line = np.stack([greatest_on_lines(s), s[:, :, 0, 0], s[:, :, -1, -1]])  # and those at both ends
+    on_line = np.stack([greatest_on_lines(s), s[:, :, 0, 0], s[:, :, -1, -1]])  # greatest, and at both ends
     on_line = np.where(lines.active, on_line, np.nan).reshape(3, len(shares), len(look.phase), -1)
     on_line = on_line.transpose(1, 0, 3, 2).reshape(len(shares), 3, -1)
     x = (lines.index[:, None] + look.phase).ravel()
@@ -122,12 +122,12 @@ def transitions_of_loads(scene: Scene, shares: NDArray, *, exact: bool = False) 
 
 
 def _change(x: float, rank: int, side: int = 0) -> Change:
-    """A change at the phase of x = τ + k."""
+    """Change at the phase τ of x = τ + k."""
     return Change(x % 1.0 % 1.0, rank, side)
 
 
 def _of_birth(birth: Birth) -> list[Change]:
-    """The changes that a birth is: one, or both ends of its ramp."""
+    """Changes that a birth causes: a single one, or both ends of its ramp."""
     if not birth.ramp:
         return [_change(birth.x, 0, birth.side)]
     first, whole = birth.ends
@@ -135,7 +135,7 @@ def _of_birth(birth: Birth) -> list[Change]:
 
 
 class Passage(NamedTuple):
-    """At x = τ + k the y of an end of the face, or of a kink of the gap along it, passes a position u of the path."""
+    """Passage of the position y of the face (an end, or a kink of the gap) through the position u of the path at x."""
 
     x: float
     u: float
@@ -143,7 +143,7 @@ class Passage(NamedTuple):
 
 
 def _passages(scene: Scene, positions: Iterable[float], face: Iterable[float] = ()) -> Iterator[Passage]:
-    """Passages of the ends of the face, and of each y of ``face``, at the ``positions``; a spur pair's is one."""
+    """Passages of the ends of the face, and of the y in ``face``, through the ``positions``; spur pairs have one y."""
     meshing = scene.pair.meshing
     b, helical = meshing.face_width, meshing.overlap_ratio > 0
     for y in (0.0, b, *face) if helical else (0.0,):
@@ -152,11 +152,12 @@ def _passages(scene: Scene, positions: Iterable[float], face: Iterable[float] = 
 
 
 def _steep_side(scene: Scene, passage: Passage) -> int:
-    """On which side of a passage curves are steep: 1 after, −1 before, 0 neither.
+    """Side of a passage on which curves are steep: 1 after it, −1 before it, 0 neither.
 
-    After the line of a helical pair has begun, at the far end of the face, and before it ends, at the near one. The
-    load of a spur pair jumps there, with level sides; off the line of action it touches at an edge, or at the corner of
-    a relief, up to there, whose law goes over into that of the flank.
+    For helical pairs, curves are steep after the line has begun at the far end of the face, and before it ends at the
+    near end. On the line of action, the load of a spur pair jumps and curves are flat on both sides. Off the line of
+    action, a spur pair touches with an edge or the corner of a relief before the passage, and with its flank after it;
+    the law changes continuously from one to the other.
     """
     meshing, (_, u, y) = scene.pair.meshing, passage
     if not meshing.overlap_ratio:
@@ -164,26 +165,27 @@ def _steep_side(scene: Scene, passage: Passage) -> int:
         if flanks is None:
             return 0
         inwards = 1 if 2 * u < meshing.path_start + meshing.path_end else -1
-        # behind the corner of a relief the flank carries less
+        # behind the corner of a relief the flank carries less load
         behind = u in flanks.changes and inwards * (u - min(flanks.kinks, key=lambda kink: abs(kink - u))) < 0
         return 0 if behind else inwards
     return int((u, y) == (meshing.path_start, meshing.face_width)) - int((u, y) == (meshing.path_end, 0.0))
 
 
 def _known(scene: Scene, x: NDArray, on_line: NDArray) -> list[list[Change]]:
-    """Changes where an end of the face passes an end of the path (rank 0) or a kink, where the flanks touch there.
+    """Changes at passages of the face through an end of the path (rank 0) or a kink, if the flanks touch there.
 
-    Under each load of ``on_line`` (load, 3, x): the greatest compression on a line, and those at its ends.
+    One list for each load case of ``on_line`` (load, 3, x), which holds the greatest compression on a line and the
+    compressions at its ends.
     """
     meshing, flanks = scene.pair.meshing, flank_separation(scene)
     kinks, face = gap_kinks(scene)
-    if flanks is not None and not meshing.overlap_ratio:  # the line stands at the corner of a relief as a whole
+    if flanks is not None and not meshing.overlap_ratio:  # the whole line touches at the corner of a relief
         kinks = [*(u for u in kinks if u not in flanks.kinks), *flanks.changes]
     ends = (meshing.path_start, meshing.path_end)
     found: list[list[Change]] = [[] for _ in on_line]
     for passage in _passages(scene, (*ends, *kinks), face):
         side, (at, u, y) = _steep_side(scene, passage), passage
-        # where a line begins or ends it is short; those of spur pairs pass as a whole, wherever the flanks touch
+        # A line is short where it begins or ends, and the line of a spur pair passes as a whole: any contact counts.
         ended = side != 0 or not meshing.overlap_ratio or y in face
         rows = on_line[:, 0 if ended else 2 if y else 1]
         i = np.searchsorted(x, at)
@@ -193,7 +195,7 @@ def _known(scene: Scene, x: NDArray, on_line: NDArray) -> list[list[Change]]:
 
 
 def _sign_changes(curve: NDArray) -> NDArray:
-    """Indices i between which and i + 1 the curve changes its sign."""
+    """Indices i such that the curve changes sign between i and i + 1."""
     with np.errstate(invalid="ignore"):
         return np.flatnonzero((curve[1:] > 0) & (curve[:-1] <= 0) | (curve[1:] <= 0) & (curve[:-1] > 0))
 

@@ -1,4 +1,4 @@
-"""Choose resolution and number of samples of a robustness run for the accuracy that its scene asks for."""
+"""Choice of resolution and number of samples of a robustness run, for the accuracy that the scene asks for."""
 
 from __future__ import annotations
 
@@ -16,20 +16,22 @@ from gearbench.robustness.sampling import Sampler
 from gearbench.robustness.statistics import average_error
 from gearbench.scene import Scene
 
-#: Share of the accuracy that belongs to the resolution; the samples converge more slowly and have the rest.
+#: Share of the allowed error for the resolution; the samples converge more slowly and get the rest.
 RESOLUTION_SHARE = 0.4
-#: Error over the difference to a coarser companion: of samples, the phases are not those where contact changes.
+#: Estimated error over the difference to a coarser run; above 1 because panels do not end at the changes of contact of
+#: every sample.
 LEFT = 1.5
-#: Samples that the resolution is chosen on: the same ones for each, so that their scatter cancels.
+#: Number of samples for the choice of the resolution; all runs use the same samples, so that their scatter cancels.
 TRIAL_SAMPLES = 128
-#: Fewest and most samples, and standard errors that count as the error of a mean: the largest of four numbers counts.
+#: Minimum and maximum number of samples, and number of standard errors that count as the error of a mean. The largest
+#: error of the four means counts.
 FEWEST, MOST, STANDARD_ERRORS = 64, 2**20, 3.0
 
 
 def choose_robust(scene: Scene, *, seed: int, sampler: Sampler, threads: int) -> tuple[Choice[NDArray], int]:
     """Settings whose estimated error is within the accuracy of ``scene``, and the number of samples.
 
-    The error is that of the means over the samples of mean and RMS of STE and stiffness, the greatest of all loads.
+    The error is the largest of those of four sample means (mean and RMS of STE and stiffness) under all loads.
 
     Raises
     ------
@@ -41,7 +43,7 @@ def choose_robust(scene: Scene, *, seed: int, sampler: Sampler, threads: int) ->
     problems, count = [prepare_scene(each) for each in trial.scene.each_load], FEWEST
     parts: list[list[Responses]] = [[] for _ in problems]
     while True:
-        # the first half of the samples is there already, unless the sampler draws all of them anew
+        # the first half of the samples is known already, unless the sampler draws all of them anew
         start = 0 if sampler == "latin_hypercube" or not parts[0] else count // 2
         for problem, known in zip(problems, parts, strict=True):
             drawn = problem.draw(count, seed, sampler, start)
@@ -57,7 +59,7 @@ def choose_robust(scene: Scene, *, seed: int, sampler: Sampler, threads: int) ->
 
 
 def _means(scene: Scene, *, seed: int, sampler: Sampler) -> NDArray:
-    """Means over a few samples under each load, (load, 4)."""
+    """Means over ``TRIAL_SAMPLES`` samples under each load, (load, 4)."""
     problems = [prepare_scene(each) for each in scene.each_load]
     drawn = [respond(problem, problem.draw(TRIAL_SAMPLES, seed, sampler))[0] for problem in problems]
     return np.array([answers.numbers.mean(axis=1) for answers in drawn])

@@ -1,4 +1,4 @@
-"""Robustness of a scene from beginning to end: samples chosen or given, drawn, solved, reduced to a Dataset."""
+"""Robustness run of a scene: choose, draw and solve the samples, and reduce them to a Dataset."""
 
 from __future__ import annotations
 
@@ -39,30 +39,34 @@ def robust(
     Parameters
     ----------
     scene
-        With the effect ``manufacturing_errors``.
-    samples, seed, sampler
-        Number of samples (1000 by default, or chosen where the scene gives ``resolution.accuracy``) and how they are
-        drawn; sample i is the same whatever the number of threads.
-    threads, progress
-        Number of threads, as many as processors by default; called with the number of samples done so far.
+        A scene with the effect ``manufacturing_errors``.
+    samples
+        Number of samples; by default 1000, or chosen if the scene gives ``resolution.accuracy``.
+    seed, sampler
+        Seed and method of drawing; sample i does not depend on the number of threads.
+    threads
+        Number of threads; by default the number of processors.
     responses
-        Names of more responses, see ``gearbench.results.responses``.
+        Names of further responses, see ``gearbench.results.responses``.
     shares
-        Whether to compute the share of each error in the variance, and what a class finer gains; of several loads they
-        always are.
+        Whether to compute the share of each error in the variance, and the gain of a tolerance one class finer. With
+        several loads both are always computed.
+    progress
+        Function called with the number of samples done so far.
 
     Returns
     -------
-    Dataset over the samples: means and RMS values, the errors drawn; of the RMS values and the responses asked for,
-    statistics with standard errors, and the share of each error in the variance. After Ctrl-C it holds the samples
-    finished until then (``complete`` is 0). Of several loads it is that of ``sweep``, the same samples under each. Of a
-    train of parallel paths or a planetary set load sharing and its transmission error, over the errors of
-    ``[planetary.scatter]`` and those of profiles and helices.
+    Dataset over the samples with the errors drawn, means and RMS values. The RMS values and the requested responses
+    have statistics with standard errors, and the share of each error in the variance. After Ctrl-C the Dataset holds
+    the samples finished until then (``complete`` is 0). With several loads it is the Dataset of ``sweep``, with the
+    same samples under each load. For a train of parallel paths or a planetary set it holds load sharing and
+    transmission error of the train, under the errors of ``[planetary.scatter]`` and of profiles and helices.
 
     Raises
     ------
     InputError
-        If there are no random errors, no such response, or ``samples`` is not positive or given beside an accuracy.
+        If the scene has no random errors, a response is unknown, or ``samples`` is not positive or is given together
+        with an accuracy.
 
     Examples
     --------
@@ -99,7 +103,7 @@ def robust(
 
 
 def _under_loads(scene: Scene, samples: int, progress: Callable[[int], None], **how: Any) -> xr.Dataset:
-    """Dataset of a scene of several loads."""
+    """Dataset of a scene with several loads."""
     from gearbench.sweeps.run import sweep
 
     def advance(done: int, of: int) -> None:

@@ -1,4 +1,4 @@
-"""Points of the unit cube that random errors are drawn from: the same whatever computes them, and in any order."""
+"""Points of the unit cube from which random errors are drawn, reproducible in any order and on any machine."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from gearbench.errors import InputError
 
 Sampler = Literal["sobol", "random", "latin_hypercube"]
 
-#: Digits of the Sobol sequence: at most 2³⁰ points, on a grid of 2⁻³⁰.
+#: Binary digits of the Sobol sequence: at most 2³⁰ points, on a grid of 2⁻³⁰.
 SOBOL_BITS = 30
 
 
@@ -20,8 +20,8 @@ def unit_samples(
 ) -> NDArray:
     """Points in the open cube (0, 1)^dimension, or some rows of them.
 
-    Row i is the same bit for bit however the rows are split into ranges. With "sobol" and "random" it does not depend
-    on ``count`` either, so that a run can be lengthened; with "latin_hypercube" it does, by nature.
+    Row i is the same bit for bit, however the rows are split into ranges. With "sobol" and "random" it does not depend
+    on ``count`` either, so that a run can be extended; with "latin_hypercube" it necessarily does.
 
     Parameters
     ----------
@@ -38,12 +38,12 @@ def unit_samples(
 
     Returns
     -------
-    Points, (stop − start, dimension). None is 0 or 1, where a normal distribution has its infinities.
+    Points (stop − start, dimension), strictly between 0 and 1, where a normal distribution would be infinite.
 
     Raises
     ------
     InputError
-        If the sampler is unknown, a number negative, or the range not within the points.
+        If the sampler is unknown, a number is negative, or the range is not within the points.
     """
     stop = count if stop is None else stop
     if sampler not in _DRAW:
@@ -55,7 +55,7 @@ def unit_samples(
         raise InputError("rows", f"{start} to {stop}", f"must lie within 0 to {count}")
     if dimension == 0 or start == stop:
         return np.empty((stop - start, dimension))
-    # of use to the pseudo-random samplers only, once in 2⁵³ numbers
+    # only pseudo-random numbers may be exactly 0, once in 2⁵³ numbers
     return np.clip(_DRAW[sampler](count, dimension, seed, start, stop), 2.0**-54, 1 - 2.0**-53)
 
 
@@ -65,17 +65,17 @@ def _sobol(count: int, dimension: int, seed: int, start: int, stop: int) -> NDAr
     if count > 2**SOBOL_BITS:
         raise InputError("samples", count, f'sampler "sobol" has {2**SOBOL_BITS} at most')
     sequence = qmc.Sobol(dimension, scramble=True, bits=SOBOL_BITS, rng=seed)
-    # the first point apart: SciPy warns of a first draw that is not a power of two
+    # draw the first point separately, since SciPy warns if the first draw is not a power of two
     points = sequence.random(1)
     if start > 0:
         sequence.fast_forward(start - 1)
         points = np.empty((0, dimension))
     points = np.concatenate([points, sequence.random(stop - start - len(points))])
-    return points + 2.0 ** -(SOBOL_BITS + 1)  # from the corner of the grid's cells, which may be 0, to their middle
+    return points + 2.0 ** -(SOBOL_BITS + 1)  # from the corners of the grid cells, which may be 0, to their middles
 
 
 def _random(count: int, dimension: int, seed: int, start: int, stop: int) -> NDArray:
-    # one step of the generator a number
+    # the generator advances by one step for each number
     return np.random.Generator(np.random.PCG64(seed).advance(start * dimension)).random((stop - start, dimension))
 
 

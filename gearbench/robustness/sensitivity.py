@@ -1,13 +1,14 @@
 """Contribution of each error to the variance: first-order and total Sobol indices from given samples.
 
-S_i = Var(E[y | x_i]) / Var(y) of independent x_i. The response is expanded in polynomials orthonormal over the samples
-of each x_i (Oladyshkin & Nowak 2012), so that any distribution will do, and in products of two of them. Terms enter by
-orthogonal matching pursuit as long as they reduce the residual significantly; the coefficients are those of least
-squares. The main effects give S_i = Σ_k β_ik² / Var(y), less the bias Σ_k Var(β_ik) that noise in β adds to its square.
-The total index S_Ti adds the products that x_i is in; what neither holds is higher interaction, or noise of the fit.
+The first-order index of an independent variable x_i is S_i = Var(E[y | x_i]) / Var(y). The response is expanded in
+polynomials of each x_i, orthonormal over its samples (Oladyshkin & Nowak 2012) so that any distribution will do, and in
+products of two of them. Orthogonal matching pursuit adds terms as long as they reduce the residual significantly; the
+coefficients β follow by least squares. Then S_i = Σ_k β_ik² / Var(y), with the bias Σ_k Var(β_ik) from noise of β
+subtracted from the sum. The total index S_Ti also includes the products with x_i. The remainder is higher interaction
+or noise of the fit.
 
-What a smaller error does to the mean response follows from the same main effects: with f_i(x_i) = E[y | x_i], the mean
-over all errors with x_i scaled by s is E[f_i(s x_i)], exactly, whatever the interactions.
+The effect of a smaller error on the mean response follows from the same main effects. With f_i(x_i) = E[y | x_i], the
+mean over all errors with x_i scaled by s is exactly E[f_i(s x_i)], whatever the interactions.
 """
 
 from __future__ import annotations
@@ -23,27 +24,27 @@ from numpy.typing import NDArray
 #: Highest degree of one variable, and of each variable in a product of two.
 DEGREE, PRODUCT_DEGREE = 10, 2
 
-#: Share of the variance that is not worth explaining.
+#: Unexplained share of the variance at which the expansion ends.
 NEGLIGIBLE = 1e-6
 
-#: Products of two variables are looked for up to as many variables.
+#: Maximum number of variables for which products of two are tried.
 MOST_WITH_PRODUCTS = 60
 
 
 @dataclass(frozen=True)
 class Fit:
-    """Least squares on the chosen terms.
+    """Least-squares fit on the chosen terms.
 
     Parameters
     ----------
     owner
-        The variables of each term, (term, 2): the same one twice, or two of a product; −1 for the constant.
+        Variables of each term, (term, 2): the same variable twice, or the two of a product; −1 for the constant.
     coefficients, influence
-        β, (term,), and the contribution of each sample, (sample, term).
+        β (term,), and the influence of each sample on β, (sample, term).
     terms
         Values of the terms, (sample, term).
     residual
-        (sample,)
+        Residuals (sample,).
     """
 
     owner: NDArray
@@ -53,21 +54,21 @@ class Fit:
     residual: NDArray
 
     def of(self, variables: int, *, total: bool) -> NDArray:
-        """Terms of each variable, (term, variable): its own terms, or all that contain it."""
+        """Which terms belong to each variable, (term, variable): terms of it alone, or in ``total`` all with it."""
         first, second = (self.owner[:, [i]] == np.arange(variables) for i in (0, 1))
         return first | second if total else first & second
 
 
 @dataclass(frozen=True)
 class Sensitivity:
-    """Sensitivity of a metric to the errors: each (value, standard error), (error,).
+    """Sensitivity of a metric to the errors, as pairs (value, standard error) of arrays (error,).
 
     Parameters
     ----------
     first_order, total
-        Shares in the variance.
+        First-order and total shares in the variance.
     tightened
-        Change of the mean where that error alone is scaled.
+        Change of the mean if only this error is scaled.
     """
 
     first_order: tuple[NDArray, NDArray]
@@ -77,16 +78,16 @@ class Sensitivity:
 
 @dataclass(frozen=True)
 class Candidates:
-    """Terms that a response may be expanded in; single ones are those of one variable.
+    """Candidate terms for the expansion of a response, first those of a single variable, then products of two.
 
     Parameters
     ----------
     owner
-        The variables of each term, (term, 2).
+        Variables of each term, (term, 2).
     values, scaled
-        Values of the terms, (sample, term), and those of single ones at the scaled errors.
+        Values of all terms (sample, term), and of the terms of a single variable at the scaled errors.
     low
-        Terms that are always there, so that each index has an error estimate.
+        Numbers of the terms that every expansion contains, so that each index has an error estimate.
     """
 
     owner: NDArray
@@ -98,23 +99,23 @@ class Candidates:
 def sensitivities(errors: NDArray, responses: Sequence[NDArray], scale: float = 1.0) -> list[Sensitivity]:
     """First-order and total Sobol indices, and the change of the mean with each error scaled by ``scale``.
 
-    Indices are without bias as long as polynomials describe the effects (degree 10 and less alone, 2 in products);
-    therefore one near 0 may come out slightly negative. Standard errors are those of independent samples, by the
-    infinitesimal jackknife; for Sobol points and Latin hypercubes they err on the safe side. Constant errors have none.
+    Indices are unbiased as long as polynomials describe the effects (up to degree 10 alone, 2 in products). An index
+    near 0 may therefore be slightly negative. Standard errors are those of independent samples, by the infinitesimal
+    jackknife; for Sobol points and Latin hypercubes they are on the safe side. Constant errors have the index 0.
 
     Parameters
     ----------
     errors
-        Independent random variables, (sample, error), each of any continuous distribution.
+        Independent random variables (sample, error) of any continuous distribution.
     responses
-        Values of each response, (sample,).
+        Values (sample,) of each response.
     scale
-        0 to 1; scaled errors must lie where the errors do (0 within their range).
+        Factor from 0 to 1; scaled errors must lie within the range of the errors, so this range must contain 0.
 
     Returns
     -------
-    Values and standard errors of each response; NaN where the samples are too few (less than twice the terms of a
-    linear fit) or the response is constant.
+    Values and standard errors for each response. They are NaN if there are too few samples (less than twice the terms
+    of a linear fit) or the response is constant.
     """
     x = np.asarray(errors, dtype=float)
     n, d = x.shape
@@ -140,7 +141,7 @@ def sensitivities(errors: NDArray, responses: Sequence[NDArray], scale: float = 
 
 
 def _indices(fit: Fit, variables: int, *, total: bool) -> tuple[NDArray, NDArray]:
-    """Indices and their standard errors, bias corrected, from the influence of each sample."""
+    """Indices corrected for bias, and their standard errors from the influence of each sample, both (variable,)."""
     n, p = fit.influence.shape
     β, ψ = fit.coefficients, fit.influence
     correction = n / (n - p)
@@ -150,7 +151,7 @@ def _indices(fit: Fit, variables: int, *, total: bool) -> tuple[NDArray, NDArray
     σ2 = correction * (fit.residual**2).mean()
     A = (β**2 - var_β) @ mine
     V = (β**2 - var_β)[~constant].sum() + σ2
-    # influence of a sample on A: through β, and through the variance of the effect over the samples
+    # a sample influences A through β, and through the variance of the effect over the samples
 
     def on(terms: NDArray) -> NDArray:
         effect = (fit.terms * β) @ terms
@@ -161,7 +162,7 @@ def _indices(fit: Fit, variables: int, *, total: bool) -> tuple[NDArray, NDArray
     on_V = on(alone).sum(axis=1) + 2 * ψ[:, products] @ β[products] + correction * fit.residual**2 - σ2
     S = A / V
     on_S = (on_A - S * on_V[:, None]) / V
-    # Var β̂² = 4 β² v + 2 v², estimated without bias by 4 β̂² v − 2 v², and 2 v² at least; v = Var β̂
+    # With v = Var β̂: Var β̂² = 4 β² v + 2 v². The estimate 4 β̂² v − 2 v² is unbiased; it must be at least 2 v².
     second_order = 2 * (var_β**2 @ mine) / V**2
     variance = np.maximum(correction * (on_S**2).mean(axis=0) / n - second_order, second_order)
     return S, np.sqrt(variance)
@@ -178,7 +179,7 @@ def _change(fit: Fit, scaled: NDArray, variables: int) -> tuple[NDArray, NDArray
 
 
 def _fit(candidates: Candidates, y: NDArray) -> tuple[Fit, NDArray]:
-    """Least squares on the terms that matching pursuit chooses, and these terms at ``scale`` x, (sample, term)."""
+    """Least-squares fit on the terms that matching pursuit chooses, and these terms at the scaled x (sample, term)."""
     n, owner, terms = len(y), candidates.owner, candidates.values
     alone = owner[:, 0] == owner[:, 1]
     chosen = _pursue(terms, y, candidates.low)
@@ -188,7 +189,7 @@ def _fit(candidates: Candidates, y: NDArray) -> tuple[Fit, NDArray]:
     β = inverse @ (Q.T @ y)
     e = y - X @ β
     influence = n * e[:, None] * (Q @ inverse.T)
-    # products are of no account where one variable is scaled
+    # products do not change the mean if one variable is scaled
     single = [candidates.scaled[:, i] if alone[i] else terms[:, i] for i in chosen]
     of = np.concatenate([[[-1, -1]], owner[chosen]])
     at_scale = np.column_stack([np.ones(n), *single])
@@ -196,7 +197,7 @@ def _fit(candidates: Candidates, y: NDArray) -> tuple[Fit, NDArray]:
 
 
 def _pursue(terms: NDArray, y: NDArray, first: NDArray) -> list[int]:
-    """Orthogonal matching pursuit: the terms ``first``, and those that then explain y significantly."""
+    """Orthogonal matching pursuit: numbers of the terms ``first`` and of further terms that explain y significantly."""
     n = len(y)
     chosen = list(first)
     most = max(min(n // 4, terms.shape[1]), len(chosen))
@@ -205,7 +206,7 @@ def _pursue(terms: NDArray, y: NDArray, first: NDArray) -> list[int]:
     Q[:, :p] = np.linalg.qr(np.column_stack([np.ones(n), terms[:, first]]))[0]
     r = y - Q[:, :p] @ (Q[:, :p].T @ y)
     floor = NEGLIGIBLE * float(((y - y.mean()) ** 2).sum())
-    # n log(ratio of residuals) that is worth a term: extended information criterion (Chen & Chen 2008)
+    # a term must reduce n log(residual) by this much: extended Bayesian information criterion (Chen & Chen 2008)
     worth = math.log(n) + 2 * math.log(terms.shape[1] or 1)
     while p <= most and r @ r > floor:
         score = np.abs(r @ terms)
@@ -222,7 +223,7 @@ def _pursue(terms: NDArray, y: NDArray, first: NDArray) -> list[int]:
 
 
 def _candidates(x: NDArray, scale: float) -> Candidates:
-    """Polynomials of each variable of x (sample, variable), at ``scale`` x too, and products of two."""
+    """Polynomials of each variable of x (sample, variable), also at scale · x, and products of two variables."""
     n, d = x.shape
     both = [_orthonormal(column, scale) for column in x.T]
     single = [basis for basis, _ in both]
@@ -247,7 +248,7 @@ def _candidates(x: NDArray, scale: float) -> Candidates:
 
 
 def _orthonormal(x: NDArray, scale: float) -> tuple[NDArray, NDArray]:
-    """Polynomials of degree 1 … orthonormal over the samples and free of mean, (sample, degree); at x and scale · x."""
+    """Polynomials (sample, degree) from degree 1, orthonormal over the samples and without mean, at x and scale · x."""
     low, high = x.min(), x.max()
     degree = min(DEGREE, len(np.unique(x)) - 1)
     powers, scaled = (

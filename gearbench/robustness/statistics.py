@@ -1,18 +1,19 @@
 """Mean, standard deviation and maximum over error samples, with their standard errors.
 
-Every standard error is that of the statistic over repeated draws of as many samples with another seed.
+A standard error is the standard deviation of the statistic over repeated draws of the same number of samples with other
+seeds.
 
-Mean and standard deviation are averages, to first order: of the values x, and of the influence
-ψ = ((x − m)² − s²)/2s. For pseudo-random samples the error of an average is its scatter over √n; for ψ that is the
-classical s/2 √((kurtosis − 1)/n). Points of a Sobol sequence are not independent and do better. One draw still shows
-how much: consecutive blocks of 2^k points are nets themselves, so the means of 8 to 15 blocks scatter as those of
-small scrambled nets do. Blocks averaged as if independent give an estimate that errs on the safe side, because the
-blocks also fill each other's gaps. A Latin hypercube has no such blocks: its errors are those of as many pseudo-random
-samples, an upper bound but for a factor n/(n−1) (Owen 1997).
+Mean and standard deviation are, to first order, averages: of the values x, and of the influence
+ψ = ((x − m)² − s²)/2s. For pseudo-random samples the error of an average is the scatter over √n; for ψ this is the
+classical s/2 √((kurtosis − 1)/n). Points of a Sobol sequence are not independent and have smaller errors. A single draw
+shows how small: consecutive blocks of 2^k points are nets themselves, so the means of 8 to 15 blocks scatter like those
+of small scrambled nets. The blocks are averaged as if they were independent. This overestimates the error, because they
+also fill each other's gaps. A Latin hypercube has no such blocks; its error is taken as that of pseudo-random samples,
+which is an upper bound up to a factor n/(n−1) (Owen 1997).
 
-The maximum depends on the tail alone, where no sampler is better than another in many dimensions (and resampling fails:
-the largest value reappears in 63 % of all bootstrap samples). A generalised Pareto law is fitted to the largest values
-by probability-weighted moments (Hosking & Wallis 1987); the scatter of the maximum follows in closed form.
+The maximum depends only on the tail, where no sampler is better than another in many dimensions. (Resampling fails: the
+largest value reappears in 63 % of all bootstrap samples.) A generalised Pareto law is fitted to the largest values by
+probability-weighted moments (Hosking & Wallis 1987); the scatter of the maximum follows in closed form.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from numpy.typing import NDArray
 
 from gearbench.robustness.sampling import Sampler
 
-#: Below as many samples no scatter is estimated (NaN).
+#: Minimum number of samples for a standard error; with fewer it is NaN.
 FEWEST = 8
 
 
@@ -34,14 +35,14 @@ def summarise(values: NDArray, sampler: Sampler = "random") -> dict[str, tuple[f
     Parameters
     ----------
     values
-        One value a sample, (sample,), in the order drawn: a Sobol sequence from its beginning.
+        One value for each sample, (sample,), in the order drawn; a Sobol sequence starts at its beginning.
     sampler
-        How the samples were drawn.
+        Sampler that drew the samples.
 
     Returns
     -------
-    (value, standard error) by name, in the unit of the values. NaN where there are too few samples: standard deviation
-    of one, errors of less than 8.
+    (value, standard error) by name, in the unit of the values. The standard deviation of a single sample, and standard
+    errors of fewer than 8 samples, are NaN.
     """
     x = np.asarray(values, dtype=float)
     if x.ndim != 1 or x.size == 0:
@@ -56,7 +57,7 @@ def summarise(values: NDArray, sampler: Sampler = "random") -> dict[str, tuple[f
 
 
 def average_error(values: NDArray, sampler: Sampler = "random") -> float:
-    """Standard error of the average of the samples, see the module; NaN for less than 8."""
+    """Standard error of the average of the samples, see the module; NaN for fewer than 8 samples."""
     n = values.size
     if n < FEWEST:
         return math.nan
@@ -66,10 +67,10 @@ def average_error(values: NDArray, sampler: Sampler = "random") -> float:
 
 
 def maximum_error(values: NDArray) -> float:
-    """Standard error of the largest of independent samples, see the module; NaN for less than 8.
+    """Standard error of the largest of independent samples, see the module; NaN for fewer than 8 samples.
 
-    The excesses y over a threshold that k samples exceed follow a generalised Pareto law of scale σ and shape γ. The
-    largest of n is then u + σ/γ ((k/E)^γ − 1), E exponentially distributed, with the variance
+    The excesses y over a threshold u that k samples exceed follow a generalised Pareto law of scale σ and shape γ. The
+    largest sample is then u + σ/γ ((k/E)^γ − 1), where E is exponentially distributed. Its variance is
     (σ k^γ/γ)² [Γ(1−2γ) − Γ(1−γ)²].
     """
     n = values.size
@@ -81,7 +82,7 @@ def maximum_error(values: NDArray) -> float:
     b_0, b_1 = y.mean(), ((np.arange(k)[::-1] + 0.35) / k) @ y / k  # E y, E y (1 − F(y))
     if b_1 <= 0:
         return 0.0
-    # bounded densities end at −1; at ½ the variance ceases to exist
+    # γ = −1 is a density that ends abruptly; from γ = ½ on the variance does not exist
     γ = float(np.clip(2 - b_0 / (b_0 - 2 * b_1), -1.0, 0.4)) if b_0 > 2 * b_1 else -1.0
     σ = b_0 * (1 - γ)
     if abs(γ) < 1e-4:

@@ -1,7 +1,7 @@
 """Tolerance to tighten first: reduction of the mean RMS of the STE by one finer class, per unit of cost.
 
-One ISO class finer divides a tolerance by √2 (ISO 1328-1:2013), and with it the error drawn within it. The change of
-the mean follows from the samples at hand (``sensitivity``), each with its standard error.
+One ISO class finer divides a tolerance, and thus the errors drawn within it, by √2 (ISO 1328-1:2013). The change of the
+mean and its standard error follow from the samples that are already computed (``sensitivity``).
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Tolerance of the next finer class over that of a class.
+#: Tolerance of the next finer class over the tolerance of a class.
 FINER = 2**-0.5
-#: Standard errors within which two gains are not told apart.
+#: Two gains that differ by less than this number of standard errors are not distinguished.
 APART = 2.0
 
 
@@ -29,11 +29,11 @@ class Gain:
     Parameters
     ----------
     name
-        Of the error; the teeth of a gear have one tolerance.
+        Name of the error; all teeth of a gear have the same tolerance.
     change, error
-        Of the mean STE RMS, and its standard error [µm].
+        Change of the mean STE RMS, and its standard error [µm].
     cost
-        What one class finer costs.
+        Relative cost of one class finer.
     """
 
     name: str
@@ -43,14 +43,14 @@ class Gain:
 
     @property
     def per_cost(self) -> float:
-        """Decrease for each unit of cost [µm]."""
+        """Decrease of the mean STE RMS per unit of cost [µm]."""
         return -self.change / self.cost
 
 
 def gains(dataset: xr.Dataset) -> list[Gain]:
-    """Gains of all tolerances of a Dataset of ``robust``, the greatest for each unit of cost first; [] if unknown.
+    """Gains of all tolerances of a Dataset of ``robust``, the greatest per unit of cost first; [] if unknown.
 
-    Of several loads the weighted means: the samples are the same under each, and so their errors add.
+    With several loads they are weighted means. The samples are the same under all loads, so standard errors add.
     """
     if "transmission_error_rms_tightened" not in dataset:
         return []
@@ -62,7 +62,7 @@ def gains(dataset: xr.Dataset) -> list[Gain]:
     for name in dict.fromkeys(names):
         own = np.flatnonzero(np.array(names) == name)
         cost = float(costs[own[0]])
-        # teeth are drawn independently: their effects add, and so do the squares of their errors
+        # teeth are drawn independently: their effects add, and so do the squares of their standard errors
         found.append(
             Gain(name=name, change=float(change[own].sum()), error=float(np.hypot.reduce(error[own])), cost=cost)
         )
@@ -72,7 +72,7 @@ def gains(dataset: xr.Dataset) -> list[Gain]:
 
 
 def tighten_first(dataset: xr.Dataset) -> str:
-    """The answer in a line; "" where the samples are too few to tell."""
+    """Recommendation in one line; "" if there are too few samples."""
     found = gains(dataset)
     if not found:
         return ""
@@ -90,7 +90,7 @@ def tighten_first(dataset: xr.Dataset) -> str:
 
 
 def _over_loads(dataset: xr.Dataset, name: str) -> NDArray:
-    """The values of a variable, of several loads their weighted mean."""
+    """Values of a variable; with several loads their weighted mean."""
     if "load_weight" not in dataset.coords:
         return dataset[name].values
     weight = dataset["load_weight"]
@@ -98,7 +98,7 @@ def _over_loads(dataset: xr.Dataset, name: str) -> NDArray:
 
 
 def _of_difference(a: Gain, b: Gain) -> float:
-    """Standard error of the difference of two gains for each unit of cost [µm]."""
+    """Standard error of the difference of two gains per unit of cost [µm]."""
     return float(np.hypot(a.error / a.cost, b.error / b.cost))
 
 
