@@ -1,13 +1,13 @@
-"""Exchange with other programs: gear pairs from REXS and results back into it."""
+"""Exchange with other programs: read gears from REXS files, and write results back."""
 
 from pathlib import Path
 
-#: Ends of names: XML, JSON and packed (REXS 1.5, file formats).
+#: Endings of file names: XML, JSON and packed (REXS 1.5, file formats).
 PLAIN = (".rexs", ".rexs.xml")
 JSON = (".rexsj", ".rexs.json")
 PACKED = (".rexsz", ".rexs.zip")
 
 
 def is_rexs(path: str | Path) -> bool:
-    """Whether the name of a file says that it is REXS."""
+    """Whether a file is REXS, by its name."""
     return str(path).lower().endswith((*PLAIN, *JSON, *PACKED))

@@ -1,7 +1,7 @@
-"""Gear pairs from REXS files: which stages there are, and a stage as a scene.
+"""Stages of REXS files, and their conversion to scenes.
 
-Values that a file leaves out are either derived (profile shifts from the centre distance), or assumed and
-said so (basic rack ISO 53 A, steel), or required (the rest). Flank modifications in the file are not read.
+Values missing in a file are derived (profile shifts from the centre distance), assumed with a note (basic rack ISO 53
+A, steel), or required (all others). Flank modifications in the file are not read.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ from gearbench.scene import Scene
 from gearbench.scene_file import parse_scene
 from gearbench.schema import read
 
-#: Effects that a stage is simulated with, and gear_body where its bores are known, unless its scene file is changed.
+#: Effects in the scene of a stage; gear_body is added if the bores are known.
 EFFECTS: dict[str, dict[str, Any]] = {
     "tooth_bending": {"model": "solid"},
     "hertz": {},
 }
-#: Profile shifts that overlap by less than this [normal modules] are rounded, not wrong.
+#: If the sum of the profile shifts is too large by less than this, the file has rounded them [normal modules].
 ROUNDING = 1e-3
-#: Rim below which a bore from a shaft is not taken for that of a gear body [normal modules].
+#: Minimum rim thickness for which the shaft diameter is used as the bore of the gear body [normal modules].
 LEAST_RIM = 0.5
 
 
@@ -42,13 +42,13 @@ class Stage:
     Parameters
     ----------
     number
-        In the list, from 1.
+        Number in the list of stages, from 1.
     component
-        The stage.
+        Component of the stage.
     gears
-        ``gear_1`` and ``gear_2``; of a planetary stage sun, first planet and ring.
+        ``gear_1`` and ``gear_2``; in a planetary stage, sun, first planet and ring.
     planetary
-        The planetary stage; absent for two gears.
+        The planetary stage; None for two gears.
     """
 
     number: int
@@ -59,7 +59,7 @@ class Stage:
 
 @dataclass(frozen=True)
 class StageScene:
-    """A stage as the tables of a scene file, and notes on values assumed, derived or left out."""
+    """Tables of a scene file for a stage, and notes on values assumed, derived or left out."""
 
     stage: Stage
     tables: dict[str, Any]
@@ -67,12 +67,12 @@ class StageScene:
 
 
 def stages(document: RexsDocument) -> tuple[Stage, ...]:
-    """Cylindrical stages with two gears, and planetary stages in place of those that they hold, in file order.
+    """List cylindrical stages with two gears, and planetary stages instead of their parts, in file order.
 
     Raises
     ------
     InputError
-        If there is none.
+        If there are none.
     """
     sets = {part.id: each for each in planetary_stages(document) for part in each.parts}
     found: list[Stage] = []
@@ -94,12 +94,12 @@ def stages(document: RexsDocument) -> tuple[Stage, ...]:
 
 
 def find_stage(document: RexsDocument, wanted: str | int | None) -> Stage:
-    """The stage with a number from the list ("2"), else with that id; "id:37" is an id in any case.
+    """Find a stage by its number in the list ("2"), or else by its id; "id:37" is always an id.
 
     Raises
     ------
     InputError
-        If there is no such stage, or there are several and none is asked for.
+        If there is no such stage, or ``wanted`` is None and there are several.
     """
     all_stages = stages(document)
     known = ", ".join(f"{stage.number} (id {stage.component.id})" for stage in all_stages)
@@ -120,30 +120,30 @@ def find_stage(document: RexsDocument, wanted: str | int | None) -> Stage:
 def read_rexs(
     path: str | Path, stage: str | int | None = None, *, torque: float | None = None, load_case: int | None = None
 ) -> Scene:
-    """Scene of a stage of a REXS file.
+    """Read the scene of a stage of a REXS file.
 
     Parameters
     ----------
     path
         ``.rexs`` or ``.rexsz``, versions 1.0 to 1.7.
     stage
-        Its number in the list of stages, from 1, or its id; may be left out where there is only one.
+        Number in the list of stages, from 1, or id; optional if there is only one stage.
     torque
-        On the driving gear [N·m]; from the file's loads where absent.
+        Torque on the driving gear [N·m]; by default from the loads in the file.
     load_case
-        Number of the load case that is read; the first where absent.
+        Number of the load case to read; by default the first.
 
     Raises
     ------
     InputError
-        Naming file, component and attribute.
+        If the file or the stage cannot be read; names file, component and attribute.
     """
     document = read_document(path)
     return scene_of(document, stage_scene(document, find_stage(document, stage), torque=torque, load_case=load_case))
 
 
 def scene_of(document: RexsDocument, found: StageScene) -> Scene:
-    """The scene of a stage; faults name file and stage."""
+    """Make the scene of a stage; errors name file and stage."""
     if "load" not in found.tables:
         drive = "its torque does not follow from the external loads: give it (--torque)"
         raise InputError(f"component {found.stage.component.id}.torque", "missing", drive, str(document.path))
@@ -154,7 +154,7 @@ def scene_of(document: RexsDocument, found: StageScene) -> Scene:
 
 
 def pair_of(document: RexsDocument, found: StageScene) -> Pair:
-    """The pair of a stage, of a set at the sun, which needs no torque; faults name file and stage."""
+    """Make the pair of a stage (sun-planet in a set), for which no torque is needed; errors name file and stage."""
     if found.stage.planetary is not None:
         return scene_of(document, replace(found, tables={"load": {"torque": 1.0}, **found.tables})).pair
     try:
@@ -166,12 +166,12 @@ def pair_of(document: RexsDocument, found: StageScene) -> Pair:
 def stage_scene(
     document: RexsDocument, stage: Stage, *, torque: float | None = None, load_case: int | None = None
 ) -> StageScene:
-    """Tables of a scene file for ``stage``; without ``[load]`` where no torque is known.
+    """Make the tables of a scene file for ``stage``; without ``[load]`` if no torque is known.
 
     Raises
     ------
     InputError
-        Naming file, component and attribute.
+        If the stage cannot be read; names file, component and attribute.
     """
     try:
         return _stage_scene(document, stage, torque, load_case)
@@ -221,7 +221,7 @@ def _stage_scene(document: RexsDocument, stage: Stage, torque: float | None, loa
 def _set_scene(
     document: RexsDocument, stage: Stage, of: PlanetaryStage, torque: float | None, load_case: int | None
 ) -> StageScene:
-    """Tables of a planetary stage, from those of its meshes at the sun and at the ring."""
+    """Make the tables of a planetary stage from those of its sun-planet and planet-ring pairs."""
     sun, planet, ring = stage.gears
     pairs = [
         _stage_scene(document, Stage(stage.number, component, gears), None, load_case)
@@ -260,16 +260,16 @@ def _check_mates(one: RexsGear, two: RexsGear) -> None:
 
 
 def _shift_sum(one: RexsGear, two: RexsGear, centre_distance: float) -> float:
-    """x_1 + x_2 without backlash."""
+    """Sum x_1 + x_2 for zero backlash."""
     if abs(one.base_radius + two.base_radius) >= abs(centre_distance):
-        return 0.0  # the pair itself refuses such a distance
+        return 0.0  # ``Pair`` will refuse this distance
     return profile_shift_sum((one, two), centre_distance)
 
 
 def _profile_shifts(
     one: RexsGear, two: RexsGear, centre_distance: float, notes: list[str]
 ) -> tuple[float | None, float | None]:
-    """Profile shifts as the file gives them; the wheel's is left to be derived where rounding makes teeth overlap."""
+    """Profile shifts from the file; the wheel's becomes None, to be derived, if rounding makes the teeth overlap."""
     x1, x2 = one.profile_shift, two.profile_shift
     if x1 is None or x2 is None:
         missing = [g.component.label for g, x in ((one, x1), (two, x2)) if x is None]
@@ -293,12 +293,12 @@ def _all_shifts(given: tuple[float | None, float | None], total: float) -> tuple
 
 
 def _member(gear: RexsGear, own: float | None, x: float) -> dict[str, Any]:
-    """Table of one gear; values the file leaves out are left to the defaults of the scene, ISO 53 A.
+    """Table of one gear; values missing in the file get the defaults of a scene, ISO 53 A.
 
     Raises
     ------
     InputError
-        If the tip circle lies within the circle of the reference line, or the root circle beyond it.
+        If the tip circle lies inside the circle of the reference line, or the root circle outside of it.
     """
     circle = gear.pitch_radius + x * gear.normal_module
     for name, radius, side in (("tip", gear.tip_radius, 1), ("root", gear.root_radius, -1)):
@@ -337,7 +337,7 @@ def _bores(
     shifts: tuple[float, float],
     notes: list[str],
 ) -> None:
-    """Bore diameters from the shafts, where they leave a gear body; models of the body ask for them."""
+    """Add bore diameters from the shafts to ``members`` if the rim is thick enough; body models need them."""
     for gear, member, x in zip(gears, members, shifts, strict=True):
         if gear.teeth < 0:
             notes.append(f"outside of {gear.component.label} not known: give outer_diameter for its body")
@@ -352,7 +352,7 @@ def _bores(
 def _materials(
     document: RexsDocument, gears: tuple[Component, Component], pair: dict[str, Any], notes: list[str]
 ) -> None:
-    """Material of the pair, and of the wheel where it has another."""
+    """Add the material to the tables of the pair, and of the wheel if it has another."""
     tables = [
         None if found is None else {"youngs_modulus": found[0], "poisson_ratio": found[1]}
         for found in (read_material(document, gear) for gear in gears)

@@ -1,7 +1,7 @@
-"""REXS files, as XML, as JSON or packed: their contents, safely read. Source: REXS 1.0 to 1.7 (rexs.info).
+"""Safe reader of REXS files: XML, JSON or packed. Source: REXS 1.0 to 1.7 (rexs.info).
 
-A model is a list of components with attributes, and of relations between them; a load spectrum may override attributes
-for its load cases. Document types are refused, and with them entity expansion.
+A model has components with attributes, and relations between components. A load spectrum may override attributes in
+its load cases. Files with a document type (DTD) are refused, which excludes entity expansion.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from gearbench.exchange.rexs_json import parse_json
 from gearbench.exchange.rexs_units import LENGTH, Dimension
 
 VERSIONS = tuple(f"1.{minor}" for minor in range(8))
-#: Other spellings of versions in files of the first years.
+#: Spelling of a version in early files → its number.
 _SPELLINGS = MappingProxyType({"1.00": "1.0", "1.10": "1.1"})
 #: Largest size of the text [bytes].
 LARGEST = 50_000_000
@@ -33,7 +33,7 @@ LARGEST = 50_000_000
 
 @dataclass(frozen=True)
 class Component:
-    """A component: its number, type, name and XML element."""
+    """Component of a model: number, type, name and XML element."""
 
     id: int
     kind: str
@@ -48,13 +48,13 @@ class Component:
 
 @dataclass(frozen=True)
 class Relation:
-    """A relation: its type, and the number of the component in each role, in order."""
+    """Relation between components: its type, and pairs of role and component number, in file order."""
 
     kind: str
     refs: tuple[tuple[str, int], ...]
 
     def ids(self, role: str) -> list[int]:
-        """Components in a role."""
+        """Numbers of the components in a role."""
         return [number for name, number in self.refs if name == role]
 
 
@@ -65,15 +65,15 @@ class RexsDocument:
     Parameters
     ----------
     path
-        Where it was read from.
+        The file.
     version
         "1.0" to "1.7".
     root
         The XML element ``model``.
     components, relations
-        Its contents.
+        Components by number, and relations in file order.
     load_cases
-        Load case of the first load spectrum → component → its element in that load case.
+        Load case of the first load spectrum → component → XML element of the component in that load case.
     """
 
     path: Path
@@ -93,7 +93,7 @@ class RexsDocument:
         return [self.components[i] for relation in relations for i in relation.ids(other)]
 
     def text(self, component: Component, name: str, case: int | None = None) -> tuple[str, str] | None:
-        """Text and unit of an attribute, in a load case where that overrides it; None where it is absent or empty."""
+        """Text and unit of an attribute, from the load case if that overrides it; None if absent or empty."""
         elements = [component.element]
         if case is not None and component.id in self.load_cases[case]:
             elements.insert(0, self.load_cases[case][component.id])
@@ -104,12 +104,12 @@ class RexsDocument:
         return None
 
     def number(self, component: Component, name: str, dimension: Dimension, case: int | None = None) -> float | None:
-        """Value of an attribute in the unit of ``dimension``; None where it is absent.
+        """Value of an attribute in the unit of ``dimension``; None if absent.
 
         Raises
         ------
         InputError
-            If it is no finite number, or its unit is not one of the dimension's.
+            If it is not a finite number, or its unit does not belong to the dimension.
         """
         found = self.text(component, name, case)
         if found is None:
@@ -129,7 +129,7 @@ class RexsDocument:
         return value * factor
 
     def vector(self, component: Component, name: str) -> NDArray:
-        """A vector attribute [mm]; raises ``InputError`` if it is missing, or not three lengths."""
+        """Value of a vector attribute, (3,) [mm]; raises ``InputError`` if it is missing, or not three lengths."""
         for attribute in children(component.element, "attribute"):
             if attribute.get("id") == name:
                 factor = LENGTH.factor(attribute.get("unit") or "mm")
@@ -143,12 +143,12 @@ class RexsDocument:
         raise InputError(f"{component.label}.{name}", "missing", "is required for shafts")
 
     def require(self, component: Component, name: str, dimension: Dimension) -> float:
-        """Number of a required attribute; lengths must be positive.
+        """Value of a required attribute; lengths must be positive.
 
         Raises
         ------
         InputError
-            Also if it is absent, or a length is not positive.
+            As in ``number``, and if the attribute is absent, or a length is not positive.
         """
         value, key = self.number(component, name, dimension), f"{component.label}.{name}"
         if value is None:
@@ -164,7 +164,7 @@ def read_document(path: str | Path) -> RexsDocument:
     Raises
     ------
     InputError
-        If it cannot be read, is no REXS of a known version, declares a document type (entities), or is too large.
+        If the file cannot be read, is not REXS of a known version, declares a document type, or is too large.
     """
     path = Path(path)
     try:
@@ -173,12 +173,12 @@ def read_document(path: str | Path) -> RexsDocument:
         raise error.in_file(str(path)) from None
     except OSError as error:
         raise InputError("", (error.strerror or str(error)).lower(), "must be a REXS file", str(path)) from None
-    except Exception as error:  # XML, JSON and ZIP readers say it with any of them
+    except Exception as error:  # XML, JSON and ZIP readers raise all kinds
         raise InputError("", "damaged", f"must be a REXS file ({error})", str(path)) from None
 
 
 def _numbers(array: Element) -> list[float]:
-    """Items of an array, one by one or as base64 of little-endian numbers (REXS 1.4)."""
+    """Read an array from single items, or from base64 of little-endian numbers (REXS 1.4)."""
     code = array.get("code")
     if code is None:
         return [float(item.text or "") for item in children(array, "c")]
@@ -190,12 +190,12 @@ def _numbers(array: Element) -> list[float]:
 
 
 def children(element: Element, tag: str) -> Iterator[Element]:
-    """Child elements with a tag, whatever their namespace."""
+    """Child elements with a tag, in any namespace."""
     return (child for child in element if isinstance(child.tag, str) and child.tag.rpartition("}")[2] == tag)
 
 
 def _parse(path: Path) -> Element:
-    """Root element of a file of any form."""
+    """Parse a file of any form; return its root element."""
     name = path.name
     if name.lower().endswith(PACKED):
         with zipfile.ZipFile(path) as archive:
@@ -211,7 +211,7 @@ def _parse(path: Path) -> Element:
 
 
 def _model(archive: zipfile.ZipFile) -> str:
-    """Name of the one model of a packed file; the files that it refers to may stand beside it."""
+    """Name of the only model in a packed file, which may also contain files that the model refers to."""
     members = [member.filename for member in archive.infolist() if not member.is_dir()]
     models = [name for name in members if name.lower().endswith((*PLAIN, *JSON))]
     if len(models) != 1:
@@ -221,7 +221,7 @@ def _model(archive: zipfile.ZipFile) -> str:
 
 
 def _parse_xml(data: bytes) -> Element:
-    """Root element, comments kept."""
+    """Parse XML with its comments; return the root element."""
     from defusedxml import DefusedXmlException
     from defusedxml.ElementTree import DefusedXMLParser
 
@@ -259,7 +259,7 @@ def _document(path: Path, root: Element) -> RexsDocument:
             relations.append(Relation(element.get("type") or "", refs))
     cases = {
         _id(case, "load_case"): {_id(element, "component"): element for element in children(case, "component")}
-        for spectrum in islice(children(root, "load_spectrum"), 1)  # numbers of load cases begin anew in each
+        for spectrum in islice(children(root, "load_spectrum"), 1)  # each numbers its load cases from the start
         for case in children(spectrum, "load_case")
     }
     return RexsDocument(

@@ -1,4 +1,4 @@
-"""One gear of a REXS model: its sizes, wherever the file gives them, in the units of a scene."""
+"""Gear of a REXS model: dimensions from the gear, its flanks and its tools, in the units of a scene."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from gearbench.geometry.section import TransverseSection
 
 @dataclass(frozen=True, kw_only=True)
 class RexsGear(TransverseSection):
-    """A cylindrical gear as far as a file describes it; None for data it leaves out.
+    """Cylindrical gear as described in a file; None for missing data.
 
     Parameters
     ----------
     component
-        The gear.
+        Component of the gear.
     teeth, normal_module, pressure_angle, helix_angle
-        Of its transverse section; β > 0 right-handed, z and radii of a ring negative.
+        z, m_n [mm], α_n and β [°]; β > 0 is right-handed, z and radii of a ring are negative.
     face_width
         b [mm].
     profile_shift, addendum_coefficient, dedendum_coefficient, fillet_radius
@@ -39,31 +39,32 @@ class RexsGear(TransverseSection):
     root_radius: float | None
 
     def addendum(self, profile_shift: float) -> float | None:
-        """h_a* = (r_a − r)/m_n − x, from the tip circle before the basic profile; None where neither is given."""
+        """h_a* = (r_a − r)/m_n − x from the tip circle if given, else from the basic profile; None without both."""
         if self.tip_radius is None:
             return self.addendum_coefficient
         return (self.tip_radius - self.pitch_radius) / self.normal_module - profile_shift
 
     def dedendum(self, profile_shift: float) -> float | None:
-        """h_f* = x − (r_f − r)/m_n, from the root circle before the tool's profile; None where neither is given."""
+        """h_f* = x − (r_f − r)/m_n from the root circle if given, else from the tool; None without both."""
         if self.root_radius is None:
             return self.dedendum_coefficient
         return profile_shift - (self.root_radius - self.pitch_radius) / self.normal_module
 
 
 def read_gear(document: RexsDocument, component: Component) -> RexsGear:
-    """Sizes of a cylindrical gear, from the gear itself, its flanks and its tools.
+    """Read the dimensions of a cylindrical gear from the gear itself, its flanks and its tools.
 
     Raises
     ------
     InputError
-        Naming component and attribute: missing, no number, in an unknown unit, or different on both flanks.
+        If a value is missing, not a number, in an unknown unit, or different on both flanks; names component and
+        attribute.
     """
     if component.kind not in ("cylindrical_gear", "ring_gear"):
         raise InputError(component.label, component.kind, "must be a cylindrical gear or a ring gear")
     ring = component.kind == "ring_gear"
     teeth = document.require(component, "number_of_teeth", NUMBER)
-    teeth = abs(teeth) if ring else teeth  # positive in the norm, negative in ISO 21771
+    teeth = abs(teeth) if ring else teeth  # positive in the REXS standard, negative in ISO 21771
     if teeth != int(teeth) or teeth <= 0:
         raise InputError(f"{component.label}.number_of_teeth", teeth, "must be a positive whole number")
     sign = -1 if ring else 1
@@ -98,9 +99,10 @@ def read_gear(document: RexsDocument, component: Component) -> RexsGear:
 
 @dataclass(frozen=True)
 class _Source:
-    """Components that hold a gear's attributes: the gear, its left and right flank, its tools.
+    """Components that hold a gear's attributes: the gear, its left and right flank, and its tools.
 
-    Flanks are ``flank_geometry`` up to REXS 1.2, ``cylindrical_gear_flank`` from 1.3 on; the relation is the same.
+    Flanks are called ``flank_geometry`` up to REXS 1.2 and ``cylindrical_gear_flank`` from 1.3; the relation is the
+    same.
     """
 
     document: RexsDocument
@@ -110,7 +112,7 @@ class _Source:
         flanks = [
             flank for side in ("left", "right") for flank in self.document.related("flank", "gear", self.gear.id, side)
         ]
-        # 1.3 on: a step works on a gear or a flank; before: the gear refers to its tools, in their order
+        # from 1.3, a manufacturing step works on a gear or flank; before, the gear refers to its tools in their order
         tools = [
             tool
             for piece in (self.gear, *flanks)
@@ -120,7 +122,7 @@ class _Source:
         return [self.gear, *flanks, *dict.fromkeys(tools)]
 
     def value(self, name: str, dimension: Dimension) -> float | None:
-        """The one value of an attribute; both flanks must agree on it."""
+        """Value of an attribute; all components that give it must agree."""
         values = {c.label: self.document.number(c, name, dimension) for c in self._components()}
         given = {label: value for label, value in values.items() if value is not None}
         first = next(iter(given.values()), None)
@@ -131,7 +133,7 @@ class _Source:
         return first
 
     def coefficient(self, factor: str, length: str, module: float) -> float | None:
-        """A length in normal modules, given as that or in mm."""
+        """Length in normal modules, from an attribute in modules or from one in mm."""
         value = self.value(factor, NUMBER)
         if value is not None:
             return value
@@ -140,7 +142,7 @@ class _Source:
 
 
 def read_material(document: RexsDocument, gear: Component) -> tuple[float, float] | None:
-    """Young's modulus [GPa] and Poisson's ratio of the material referenced by a gear or its shaft; None without."""
+    """Young's modulus [GPa] and Poisson's ratio of the material that a gear or its shaft refers to; None without."""
     shafts = document.related("assembly", "part", gear.id, "assembly")
     for owner in (gear, *shafts):
         for material in document.related("reference", "origin", owner.id, "referenced"):
@@ -152,9 +154,9 @@ def read_material(document: RexsDocument, gear: Component) -> tuple[float, float
 
 
 def read_seat(document: RexsDocument, gear: Component) -> float | None:
-    """Outer diameter [mm] of the shaft section that a gear sits on; None where the file does not say.
+    """Outer diameter of the shaft section that carries a gear [mm]; None if the file does not give it.
 
-    The position of the gear on the shaft is its middle for some programs and its face for others; both lie on its seat.
+    Some programs write the position of the gear's middle, others that of its end face; both lie on the same section.
     """
     position = document.number(gear, "u_coordinate_on_shaft", LENGTH)
     if position is None:

@@ -1,7 +1,7 @@
-"""The JSON form of REXS, as the elements of its XML form: one reader serves both.
+"""Conversion of the JSON form of REXS to elements of the XML form, so that one reader serves both.
 
-Source: REXS 1.4, annex, and 1.5 to 1.7, JSON syntax (spec.rexs.info). The value of an attribute stands under the name
-of its type: "floating_point", "enum", …; arrays, matrices and their base64 codes under names of their own.
+Source: REXS 1.4, annex, and 1.5 to 1.7, JSON syntax (spec.rexs.info). The key of an attribute's value is the name of
+its type: "floating_point", "enum", …, with separate names for arrays, matrices and their base64 codes.
 """
 
 from __future__ import annotations
@@ -13,23 +13,23 @@ from xml.etree.ElementTree import Element, SubElement
 
 from gearbench.errors import InputError
 
-#: Keys of an attribute that are not its value.
+#: Keys of an attribute other than that of its value.
 _DESCRIBES = frozenset(("id", "unit", "origin"))
 _MODEL = ("version", "applicationId", "applicationVersion", "date", "applicationLanguage")
 _COMPONENT = ("id", "type", "name", "externalFile", "externalId")
-#: Element of an array whose items are arrays; a matrix has rows instead.
+#: Type of an array whose items are arrays; a matrix has rows instead.
 _RAGGED = "array_of_integer_arrays"
 
 
 def parse_json(data: bytes) -> Element:
-    """Root element ``model`` of a file in the JSON form.
+    """Parse a file in the JSON form; return the root element ``model``.
 
     Raises
     ------
     InputError
-        If it is no model.
+        If the file is not a model.
     ValueError, RecursionError
-        If it is no JSON.
+        If the file is not JSON.
     """
     found = json.loads(data.decode("utf-8-sig"))
     model = found.get("model") if isinstance(found, dict) else None
@@ -53,7 +53,7 @@ def parse_json(data: bytes) -> Element:
 
 
 def _objects(owner: dict[str, Any], key: str) -> Iterator[dict[str, Any]]:
-    """The objects of a list; none where it is absent."""
+    """Yield the objects of a list; none if the list is absent."""
     found = owner.get(key)
     found = [] if found is None else found
     if not isinstance(found, list) or not all(isinstance(each, dict) for each in found):
@@ -62,7 +62,7 @@ def _objects(owner: dict[str, Any], key: str) -> Iterator[dict[str, Any]]:
 
 
 def _element(parent: Element | None, tag: str, given: dict[str, Any], names: tuple[str, ...]) -> Element:
-    """An element with those of ``names`` that are given, as text."""
+    """Make an element with the given ``names`` as text attributes."""
     kept = {name: _text(given[name]) for name in names if given.get(name) is not None}
     return Element(tag, kept) if parent is None else SubElement(parent, tag, kept)
 
@@ -78,7 +78,7 @@ def _components(parent: Element, owner: dict[str, Any]) -> None:
 
 
 def _value(attribute: Element, kind: str, value: Any) -> None:
-    """Put a value into its attribute as the XML form has it."""
+    """Put a value into its attribute in the XML form."""
     if isinstance(value, dict):  # base64
         sizes = {name: _text(size) for name, size in value.items() if name != "value"}
         coded = SubElement(attribute, "matrix" if "matrix" in kind else "array", sizes)
@@ -102,7 +102,7 @@ def _cells(parent: Element, values: list[Any]) -> None:
 
 
 def _text(value: Any) -> str:
-    """A scalar as XML writes it."""
+    """Format a scalar as in XML."""
     if value is None:
         return ""
     if isinstance(value, bool):

@@ -1,6 +1,6 @@
-"""Planetary stages of REXS files: a sun, equal planets and a ring, read as ``[planetary]``.
+"""Planetary stages of REXS files with one sun, equal planets and one ring, read as ``[planetary]``.
 
-Other stages (stepped planets, several suns, no ring) stay lists of pairs.
+Other planetary stages (stepped planets, several suns, no ring) are read as separate pairs.
 """
 
 from __future__ import annotations
@@ -17,26 +17,26 @@ from gearbench.exchange.rexs_document import Component, RexsDocument
 from gearbench.exchange.rexs_torque import loads_of
 from gearbench.exchange.rexs_units import LENGTH, NUMBER, STIFFNESS
 
-#: Planets this near to even spacing are evenly spaced [rad].
+#: Tolerance for planets to count as evenly spaced [rad].
 EVEN = 1e-4
-#: Material that need not be given [GPa].
+#: Default material of a scene, which is not written into its tables [GPa, –].
 STEEL = {"youngs_modulus": 210.0, "poisson_ratio": 0.3}
-#: Radial stiffness of a bearing from which it is rigid [N/µm].
+#: Radial stiffness from which a bearing counts as rigid [N/µm].
 RIGID = 1e6
 
 
 @dataclass(frozen=True, kw_only=True)
 class PlanetaryStage:
-    """A planetary stage of a file.
+    """Planetary stage of a file.
 
     Parameters
     ----------
     component
-        The stage.
+        Component of the stage.
     sun, planets, ring
-        Its gears.
+        Components of the gears.
     at_sun, at_ring
-        Cylindrical stages of each planet.
+        Cylindrical stages sun-planet and planet-ring, in the order of the planets.
     """
 
     component: Component
@@ -48,7 +48,7 @@ class PlanetaryStage:
 
     @property
     def parts(self) -> tuple[Component, ...]:
-        """All its cylindrical stages, in the order of the meshes of a scene."""
+        """All cylindrical stages, in the order of the meshes of a scene."""
         return (*self.at_sun, *self.at_ring)
 
     @property
@@ -58,7 +58,7 @@ class PlanetaryStage:
 
 
 def planetary_stages(document: RexsDocument) -> tuple[PlanetaryStage, ...]:
-    """Planetary stages of one sun, planets of equal teeth, and one ring."""
+    """Find the planetary stages with one sun, planets of equal tooth counts, and one ring."""
     meshes = {
         relation.ids("stage")[0]: [document.components[relation.ids(role)[0]] for role in ("gear_1", "gear_2")]
         for relation in document.relations
@@ -94,7 +94,7 @@ def planetary_stages(document: RexsDocument) -> tuple[PlanetaryStage, ...]:
 def planetary_tables(
     document: RexsDocument, stage: PlanetaryStage, pairs: tuple[Mapping[str, Any], Mapping[str, Any]], case: int | None
 ) -> tuple[dict[str, Any], float | None, list[str]]:
-    """Table ``[planetary]`` from those of the pairs at sun and ring, torque on the sun if it is known, and notes."""
+    """Make the table ``[planetary]`` from those of both pairs; return it, the torque on the sun if known, and notes."""
     at_sun, at_ring = pairs
     notes: list[str] = []
     gears = {"sun": dict(at_sun["pinion"]), "planet": dict(at_sun["wheel"]), "ring": dict(at_ring["wheel"])}
@@ -128,7 +128,7 @@ def planetary_tables(
 
 
 def _shafts(document: RexsDocument, stage: PlanetaryStage) -> dict[str, list[Component]]:
-    """Shafts of sun, ring and carrier."""
+    """Central member → its shafts."""
     found = {
         name: document.related("assembly", "part", gear.id, "assembly")
         for name, gear in (("sun", stage.sun), ("ring", stage.ring))
@@ -138,7 +138,7 @@ def _shafts(document: RexsDocument, stage: PlanetaryStage) -> dict[str, list[Com
 
 
 def _beside(document: RexsDocument, shaft: Component) -> list[tuple[Component, Component]]:
-    """Connections of a shaft: bearing or coupling, and the part on the other side."""
+    """Connections of a shaft: bearings or couplings, with the part on the other side."""
     found = []
     for relation in document.relations:
         ids = {role: relation.ids(role) for role in ("outer_part", "inner_part", "assembly")}
@@ -151,7 +151,7 @@ def _beside(document: RexsDocument, shaft: Component) -> list[tuple[Component, C
 
 
 def _held(document: RexsDocument, stage: PlanetaryStage, notes: list[str]) -> str:
-    """The member that a coupling joins to the casing; the ring where none is."""
+    """Find the member that a coupling joins to the casing; the ring if there is none."""
     for name, shafts in _shafts(document, stage).items():
         for shaft in shafts:
             for joint, other in _beside(document, shaft):
@@ -162,14 +162,14 @@ def _held(document: RexsDocument, stage: PlanetaryStage, notes: list[str]) -> st
 
 
 def _radial(document: RexsDocument, joints: list[Component]) -> float | None:
-    """Radial stiffness of all bearings among the joints [N/µm]; None if they are rigid, or there are none."""
+    """Total radial stiffness of the bearings among the joints [N/µm]; None if they are rigid, or there are none."""
     bearings = [joint for joint in joints if "bearing" in joint.kind]
     total = sum(document.number(each, "radial_stiffness", STIFFNESS) or math.inf for each in bearings)
     return total if 0 < total < RIGID else None
 
 
 def _supports(document: RexsDocument, stage: PlanetaryStage, notes: list[str]) -> dict[str, Any]:
-    """Supports of the central members; the sun floats if others have bearings, or are coupled, and it has none."""
+    """Supports of the central members; the sun floats if only the others are connected to the casing."""
     joints = {
         name: [joint for shaft in shafts for joint, other in _beside(document, shaft) if other.kind == "gear_casing"]
         for name, shafts in _shafts(document, stage).items()
@@ -185,7 +185,7 @@ def _supports(document: RexsDocument, stage: PlanetaryStage, notes: list[str]) -
 
 
 def _positions(document: RexsDocument, stage: PlanetaryStage) -> dict[str, Any]:
-    """Angles of planets that are not evenly spaced, from the first on, "positions"."""
+    """Key "positions" with the angles of the planets from the first one [°]; no key if they are evenly spaced."""
     try:
         centre, *places = (document.vector(gear, "support_vector")[1:] for gear in (stage.sun, *stage.planets))
     except InputError:
@@ -200,7 +200,7 @@ def _positions(document: RexsDocument, stage: PlanetaryStage) -> dict[str, Any]:
 
 
 def _torque(document: RexsDocument, stage: PlanetaryStage, held: str, case: int | None) -> float | None:
-    """Torque on the sun [N·m] that balances the one load of the stage; None where there are none, or several."""
+    """Torque on the sun that balances the only load of the stage [N·m]; None without a load or with several."""
     z_s, z_r = (document.require(gear, "number_of_teeth", NUMBER) for gear in (stage.sun, stage.ring))
     share = {"sun": 1.0, "ring": abs(z_s / z_r), "carrier": abs(z_s) / (abs(z_s) + abs(z_r))}
     shafts = {shaft.id: name for name, own in _shafts(document, stage).items() for shaft in own}
@@ -211,7 +211,7 @@ def _torque(document: RexsDocument, stage: PlanetaryStage, held: str, case: int 
 
 
 def _outside(document: RexsDocument, ring: Component) -> float | None:
-    """Largest outer diameter of the shaft that a ring is part of [mm]."""
+    """Largest outer diameter of the shaft of a ring [mm]; None if unknown."""
     shafts = document.related("assembly", "part", ring.id, "assembly")
     pieces = [c for shaft in shafts for c in document.related("assembly", "assembly", shaft.id, "part")]
     sizes = [

@@ -1,8 +1,8 @@
-"""Results of a stage written back into a copy of its REXS file.
+"""Writer of results into a copy of a REXS file.
 
-REXS 1.5 has two attributes for a curve over the mesh cycle: ``meshing_stiffness_characteristic`` [N / mm], the mesh
-stiffness at each mesh position, and ``rotational_meshing_position`` [deg]; older versions have none. Without an
-attribute in its version a result is a custom attribute, named ``custom_gearbench_…``, as the standard provides.
+Since version 1.5, REXS has attributes for a curve over the mesh cycle: ``meshing_stiffness_characteristic`` [N / mm],
+the mesh stiffness at the mesh positions, and ``rotational_meshing_position`` [deg]. Results without an attribute in the
+version of the file become custom attributes ``custom_gearbench_…``, as the standard allows.
 """
 
 from __future__ import annotations
@@ -36,16 +36,16 @@ def write_results(document: RexsDocument, stage: Stage, dataset: xr.Dataset, tar
     Parameters
     ----------
     document, stage
-        The model and its stage.
+        The model, and one of its stages.
     dataset
-        Result of ``simulate`` for that stage.
+        Result of ``simulate`` for the stage.
     target
-        ``.rexs`` or ``.rexsz``.
+        File to write, ``.rexs`` or ``.rexsz``.
 
     Raises
     ------
     InputError
-        If the Dataset is no simulation of that stage, or the target cannot be written.
+        If the Dataset is not a simulation of the stage, or the target cannot be written.
     """
     target = check_target(target)
     if not target.name.lower().endswith((*PLAIN, *PACKED)):
@@ -76,7 +76,7 @@ def write_results(document: RexsDocument, stage: Stage, dataset: xr.Dataset, tar
 
 
 def _meshes(document: RexsDocument, stage: Stage, dataset: xr.Dataset) -> list[tuple[int, int, xr.Dataset]]:
-    """Cylindrical stage, teeth of the driving gear, and result of each mesh; a result of other gears is refused."""
+    """List cylindrical stage, teeth of the driving gear, and result of the meshes; refuse a result of other gears."""
     try:
         tables = tomllib.loads(str(dataset.attrs["scene"]))
         table = tables["pair"] if stage.planetary is None else tables["planetary"]
@@ -99,7 +99,7 @@ def _meshes(document: RexsDocument, stage: Stage, dataset: xr.Dataset) -> list[t
 
 
 def _set(element: Element, space: str, name: str, unit: str, value: str | Iterable[str]) -> None:
-    """Set an attribute of a component, in the indentation of the file."""
+    """Set an attribute of a component, with the indentation of the file."""
     for old in [child for child in children(element, "attribute") if child.get("id") == name]:
         element.remove(old)
     indent = "\n      "

@@ -1,4 +1,4 @@
-"""Shafts and bearings of a REXS file around one of its stages, the other stages meshing on the same shafts."""
+"""Shafts and bearings of a REXS file: scene of a stage with the other stages as further meshes."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from gearbench.schema import read
 from gearbench.system.schema import System
 
 FORCE = Dimension("kN", {"N": 1e-3, "kN": 1.0})
-#: Stiffness [N/µm] from which a bearing is called rigid by its file, not measured.
+#: Stiffness from which a value in the file means "rigid" instead of a real bearing [N/µm].
 _RIGID = 1e6
 #: Type of bearing in the file → kind of rolling bearing.
 _KINDS = {
@@ -34,9 +34,9 @@ _KINDS = {
 def read_rexs_system(
     path: str | Path, stage: str | int | None = None, *, torque: float | None = None, load_case: int | None = None
 ) -> tuple[Scene, tuple[str, ...]]:
-    """Scene of a stage of a REXS file on its shafts and bearings, and a line for each assumption.
+    """Read the scene of a stage of a REXS file with its shafts and bearings, and notes on assumptions.
 
-    Parameters and errors as ``read_rexs``. The other stages of the file are further meshes.
+    Parameters and errors are as in ``read_rexs``. The other stages of the file become further meshes.
     """
     return system_scene(read_document(path), stage, torque=torque, load_case=load_case)
 
@@ -44,19 +44,19 @@ def read_rexs_system(
 def system_scene(
     document: RexsDocument, stage: str | int | None = None, *, torque: float | None = None, load_case: int | None = None
 ) -> tuple[Scene, tuple[str, ...]]:
-    """Scene of a stage on its shafts, with the other stages of the file as further meshes; and what was assumed.
+    """Make the scene of a stage on its shafts, with the other stages as further meshes, and notes on assumptions.
 
     Parameters
     ----------
     document
         The file.
     stage, torque, load_case
-        As ``read_rexs``.
+        As in ``read_rexs``.
 
     Raises
     ------
     InputError
-        Naming file, component and attribute.
+        If the system cannot be read; names file, component and attribute.
     """
     own = find_stage(document, stage)
     found = stage_scene(document, own, torque=torque, load_case=load_case)
@@ -80,7 +80,7 @@ def system_scene(
 def _tables(
     document: RexsDocument, own: Stage, others: list[Stage], load_case: int | None
 ) -> tuple[dict[str, Any], list[str]]:
-    """Tables of ``[system]``, and notes."""
+    """Make the tables of ``[system]``, and notes."""
     case, notes = check_case(document, load_case), []
     driven = drives(document, case)
     meshes = [(PAIR, own), *((f"stage {other.number}", other) for other in others)]
@@ -113,7 +113,7 @@ def _tables(
 
 
 def _common_middle(document: RexsDocument, pair: tuple[Component, ...]) -> float:
-    """Middle of the face that both gears share, along the axes of the gearbox [mm]."""
+    """Middle of the common face width of both gears, along the axes of the gearbox [mm]."""
     spans = []
     for gear in pair:
         at = float(document.vector(gear, "support_vector")[0])
@@ -130,7 +130,7 @@ def _shaft_of(document: RexsDocument, gear: Component) -> Component:
 
 
 def _shaft(document: RexsDocument, shaft: Component, notes: list[str]) -> dict[str, Any]:
-    """Table of a shaft, gears not on it yet."""
+    """Make the table of a shaft, still without gears."""
     pieces = [c for c in document.related("assembly", "assembly", shaft.id, "part") if c.kind == "shaft_section"]
     if not pieces:
         raise InputError(shaft.label, "no shaft_section", "must have sections")
@@ -163,7 +163,7 @@ def _section(document: RexsDocument, piece: Component) -> dict[str, float]:
 
 
 def _bearing(document: RexsDocument, bearing: Component, notes: list[str]) -> dict[str, Any]:
-    """Table of a bearing: its stiffness where the file has a finite one, else its catalogue dimensions."""
+    """Make the table of a bearing: with its stiffness if the file gives a finite one, else with its dimensions."""
     table: dict[str, Any] = {
         "name": bearing.name or bearing.label,
         "position": document.require(bearing, "u_coordinate_on_shaft_inner_side", LENGTH),
@@ -194,7 +194,7 @@ def _bearing(document: RexsDocument, bearing: Component, notes: list[str]) -> di
 
 
 def _clockwise(document: RexsDocument, case: int | None) -> bool:
-    """Whether the shaft whose speed is given turns clockwise, seen along the axes."""
+    """Whether the first shaft with a given speed turns clockwise, seen along the axes; True if none is given."""
     for shaft in document.of_kind("shaft"):
         speed = document.number(shaft, "rotational_speed", SPEED, case)
         if speed:

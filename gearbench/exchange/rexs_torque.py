@@ -1,7 +1,7 @@
-"""Torque on every stage of a REXS model, from the one external load that defines it, along the shafts.
+"""Torque on the stages of a REXS model, followed along the shafts from the external load that defines it.
 
-Losses are not counted. Where a shaft carries several further stages, or a further load that takes torque, the share of
-each is not known: from there on there is no torque, and the stage needs one given.
+Losses are neglected. If a shaft carries several further stages, or another load that takes torque, the shares are not
+known: beyond this shaft the torque of a stage must be given by the user.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ class Drive:
 
 @dataclass(frozen=True)
 class Load:
-    """External load on a shaft: torque without its sign [N·m], whether it drives, whether it defines the torque."""
+    """External load on a shaft: absolute torque [N·m], whether it drives, and whether it defines the torque."""
 
     shaft: int
     component: Component
@@ -33,14 +33,14 @@ class Load:
 
 
 def drives(document: RexsDocument, case: int | None = None) -> dict[int, Drive]:
-    """Driving gear and torque of each stage that one defined torque determines, by the stage's number.
+    """Find driving gear and torque of all stages that the defining load determines, by component number of the stage.
 
-    Power flows in where torque and speed of the shaft have the same sign, or the speed is not given; else out.
+    Power flows in if torque and speed of the shaft have the same sign or the speed is not given; else it flows out.
 
     Raises
     ------
     InputError
-        If a torque, speed or number of teeth is no number or has an unknown unit.
+        If a torque, speed or number of teeth is not a number, or has an unknown unit.
     """
     load = _defining_load(document, case)
     if load is None:
@@ -72,7 +72,7 @@ def drives(document: RexsDocument, case: int | None = None) -> dict[int, Drive]:
 
 
 def _defining_load(document: RexsDocument, case: int | None) -> Load | None:
-    """The load that defines the torque: the one that says so, else the only one that has a torque."""
+    """Find the load that defines the torque: the one marked so, else the only load with a torque; None if ambiguous."""
     loads = [load for load in loads_of(document, case) if load.torque != 0]
     defining = [load for load in loads if load.defines]
     chosen = defining or loads
@@ -80,7 +80,7 @@ def _defining_load(document: RexsDocument, case: int | None) -> Load | None:
 
 
 def loads_of(document: RexsDocument, case: int | None) -> list[Load]:
-    """External loads that transmit torque, on their shafts."""
+    """List the external loads that transmit torque, with their shafts."""
     loads = []
     for component in document.of_kind("external_load"):
         torque = document.number(component, "torque_around_u_axis", TORQUE, case) or 0.0
@@ -109,7 +109,7 @@ def _stages_of(document: RexsDocument, gear: int) -> list[int]:
 
 
 def check_case(document: RexsDocument, case: int | None) -> int | None:
-    """Load case to read: the one asked for, else the first of the file; None where it has none.
+    """Choose the load case to read: ``case``, or by default the first of the file; None if it has none.
 
     Raises
     ------

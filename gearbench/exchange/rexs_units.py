@@ -1,6 +1,7 @@
-"""Units of REXS attributes. The ``unit`` of every attribute is read; none is assumed.
+"""Units of REXS attributes. The ``unit`` of every attribute is read, never assumed.
 
-Source: units of the REXS database, versions 1.0 to 1.6 (rexs.info); "°" became "deg", and "none" an empty text, in 1.4.
+Source: units of the REXS database, versions 1.0 to 1.6 (rexs.info). In version 1.4, "°" was replaced by "deg", and
+"none" by an empty text.
 """
 
 from __future__ import annotations
@@ -13,13 +14,13 @@ from types import MappingProxyType
 
 @dataclass(frozen=True)
 class Dimension:
-    """A kind of quantity: the unit it is returned in, and the value of each REXS unit in it."""
+    """Kind of quantity: the unit of returned values, and REXS unit → its value in that unit."""
 
     unit: str
     factors: Mapping[str, float]
 
     def factor(self, unit: str) -> float | None:
-        """Worth of one ``unit``, spaces aside; None where REXS knows no such unit for this dimension."""
+        """Value of one REXS ``unit``, ignoring spaces; None if the dimension has no such unit."""
         return self.factors.get("".join(unit.split()))
 
 

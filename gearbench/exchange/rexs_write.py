@@ -1,4 +1,4 @@
-"""A planetary scene as a REXS file of version 1.1: stage, gears, shafts, carrier, bearings of the pins, load."""
+"""Writer of a planetary scene as a REXS 1.1 file: stage, gears, shafts, carrier, pin bearings, load."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from gearbench.geometry.cutter import standard_cutter
 from gearbench.geometry.planetary import CARRIER, RING, SUN, PlanetarySet
 from gearbench.scene import Scene
 
-#: Version of the files, and stiffness that stands for a rigid connection [N/m].
+#: REXS version of the files, and stiffness that represents a rigid connection [N/m].
 VERSION, STIFF = "1.1", 1e20
 
 
 class _Model:
-    """Components and relations, numbered as they come."""
+    """XML model with components and relations, numbered in the order they are added."""
 
     def __init__(self) -> None:
         self.root = Element("model", applicationId="gearbench", version=VERSION)
@@ -28,7 +28,7 @@ class _Model:
         self.kinds: dict[int, str] = {}
 
     def component(self, kind: str, name: str = "", **attributes: Any) -> int:
-        """A component with attributes: a text or number, or a number or a vector with its unit."""
+        """Add a component; an attribute is a text or number, or a tuple of a number or vector and its unit."""
         number = len(self.kinds) + 1
         self.kinds[number] = kind
         element = SubElement(self.components, "component", id=str(number), type=kind, name=name)
@@ -44,19 +44,19 @@ class _Model:
         return number
 
     def relate(self, kind: str, **roles: int) -> None:
-        """A relation of components by their roles."""
+        """Add a relation between components, given by role."""
         relation = SubElement(self.relations, "relation", id=str(len(self.relations) + 1), type=kind)
         for role, number in roles.items():
             SubElement(relation, "ref", id=str(number), role=role, hint=self.kinds[number])
 
 
 def write_planetary(scene: Scene, target: str | Path) -> tuple[Path, tuple[str, ...]]:
-    """Write the planetary set of a scene as a REXS file; the file, and notes on what REXS does not hold.
+    """Write the planetary set of a scene as a REXS file; return the file, and notes on what REXS cannot represent.
 
     Raises
     ------
     InputError
-        If the scene has no set, or the target cannot be written.
+        If the scene is not a planetary set, or the target cannot be written.
     """
     target = check_target(target)
     if not target.name.lower().endswith(PLAIN):
@@ -90,7 +90,7 @@ def write_planetary(scene: Scene, target: str | Path) -> tuple[Path, tuple[str, 
 
 
 def _central(model: _Model, short: PlanetarySet, name: str, casing: int) -> int:
-    """Shaft of a central member, coupled to the casing if it is held, on a bearing unless it floats."""
+    """Add the shaft of a central member, with a coupling to the casing if held, and a bearing unless floating."""
     shaft = model.component("shaft", name, support_vector=([0.0, 0.0, 0.0], "mm"))
     if name == short.keys.held:
         joint = model.component("coupling", f"{name} held", rotational_stiffness=(STIFF, "N mm / rad"))
@@ -104,14 +104,14 @@ def _central(model: _Model, short: PlanetarySet, name: str, casing: int) -> int:
 
 
 def _gears(model: _Model, scene: Scene, short: PlanetarySet, shafts: dict[str, int]) -> dict[str, int]:
-    """Gears by their names, each with its flanks, tool and material; planets get shafts of their own."""
+    """Add the gears with flanks, tools and materials, and shafts of the planets; return the gears by name."""
     found: dict[str, int] = {}
     for mesh in scene.geometry.meshes:
         for index, (name, gear) in enumerate(zip(mesh.gears, mesh.pair.gears, strict=True)):
             if name in found:
                 continue
             place = short.axes[name]
-            sense = 1 if name == SUN else -1  # mates are of opposite hands, internal ones of the same
+            sense = 1 if name == SUN else -1  # external mates have opposite hands, internal mates the same
             found[name] = number = model.component(
                 "ring_gear" if gear.teeth < 0 else "cylindrical_gear",
                 name,
@@ -161,7 +161,7 @@ def _gears(model: _Model, scene: Scene, short: PlanetarySet, shafts: dict[str, i
 
 
 def _planets(model: _Model, short: PlanetarySet, stage: int, shafts: dict[str, int], gears: dict[str, int]) -> None:
-    """Pins with their bearings, and the cylindrical stages of every planet."""
+    """Add pins with their bearings, and the cylindrical stages of every planet."""
     stiffness = STIFF if short.keys.pin_stiffness is None else 1e6 * short.keys.pin_stiffness
     for name in short.keys.names:
         pin = model.component("shaft", f"pin of {name}", support_vector=([0.0, *short.axes[name]], "mm"))
