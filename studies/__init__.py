@@ -1,1 +1,1 @@
-"""Reproducible studies, one question a package: its scene(), compute(), checks() and figures()."""
+"""Reproducible studies: one package per question, with scene(), compute(), checks() and figures()."""

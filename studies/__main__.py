@@ -41,7 +41,7 @@ def short(module: ModuleType) -> str:
 
 
 def compute(module: ModuleType, quick: bool, folder: Path) -> xr.Dataset:
-    """The Dataset of a study; one that can be interrupted keeps what it has done in its ``folder``."""
+    """Compute the Dataset of a study; a study that can be interrupted keeps finished parts in ``folder``."""
     kept = {"folder": folder} if "folder" in signature(module.compute).parameters else {}
     return module.compute(quick=quick, **kept)
 

@@ -1,4 +1,4 @@
-"""Files that studies write: tables of reports, and Datasets of parts that take long."""
+"""Helpers for the files of studies: tables in reports, and stored Datasets of parts that take long."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ if TYPE_CHECKING:
 
 
 def verdicts(checks: Iterable[tuple[str, bool]]) -> list[str]:
-    """A line for each check of a study."""
+    """One line per check of a study."""
     return [f"- {'holds' if holds else 'FAILS'}: {text}" for text, holds in checks]
 
 
 def table(heads: Sequence[str], rows: Iterable[Iterable[str]], texts: int | None = None) -> list[str]:
-    """Lines of a Markdown table; all columns but the first ``texts`` are aligned to the right, none by default."""
+    """Lines of a Markdown table; columns after the first ``texts`` are right-aligned, by default none."""
     left = len(heads) if texts is None else texts
     rule = "|" + "---|" * left + "---:|" * (len(heads) - left)
     return [f"| {' | '.join(heads)} |", rule, *(f"| {' | '.join(row)} |" for row in rows)]
 
 
 def kept(path: Path | None, compute: Callable[[], xr.Dataset]) -> xr.Dataset:
-    """Result of ``compute``, read from ``path`` if it exists there, else saved there."""
+    """Return the result of ``compute``: read from ``path`` if it is there, else computed and saved there."""
     if path is None:
         return compute()
     if not path.exists():

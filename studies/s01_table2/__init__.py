@@ -1,8 +1,9 @@
-"""The convention of manufacturing errors that reproduces Table 2 of Garambois et al. 2017, and how well it does.
+"""Convention of manufacturing errors that best reproduces Table 2 of Garambois et al. 2017.
 
 The paper says that errors are random, of ISO class 6, linear and parabolic along profile and helix, plus parallelism
-of the axes; it does not print how they are signed, anchored, distributed or shared. A small set of conventions is
-tried on all known rows of the table, with nothing fitted; every one tried is in the Dataset and in the report.
+of the axes. It does not say how they are signed, anchored, distributed, or shared between the gears. The study tries a
+small set of conventions on all known rows of the table, without fitting anything. Dataset and report contain all of
+them.
 """
 
 from studies.s01_table2.data import compute, scene

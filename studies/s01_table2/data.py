@@ -1,4 +1,4 @@
-"""Table 2 of Garambois et al. 2017 under every convention of manufacturing errors that is tried."""
+"""Data of the study: Table 2 of Garambois et al. 2017 under all tried conventions of manufacturing errors."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ if TYPE_CHECKING:
 UNITS = {"m_k": "%", "m_ste": "µm", "sigma_k": "%", "max_k": "%", "sigma_ste": "µm", "max_ste": "µm"}
 COLUMNS = tuple(UNITS)
 BASE = PRESETS["garambois2017"]
-#: The errors of BASE that each tooth flank has, in contrast to those of the axes.
+#: Errors of BASE that belong to the tooth flanks, not to the axes.
 OF_TEETH = tuple(n for n in ("profile_slope", "profile_form", "helix_slope", "helix_form") if getattr(BASE, n))
 
 
 def scene(name: str = "SC", errors: ManufacturingErrors = BASE, resolution: Resolution | None = None) -> Scene:
-    """A gear of the table with the given errors."""
+    """Scene of a gear of the table with the given errors."""
     plain = gear(name).scene(resolution=resolution)
     return replace(plain, effects=(*plain.effects, errors))
 
 
 def product_conventions() -> Iterator[tuple[str, ManufacturingErrors]]:
-    """The grid: distributions × which profile tolerance is which × profile coordinate × what misaligns the flanks."""
+    """Yield the grid of conventions: distribution × use of profile tolerances × profile coordinate × misalignment."""
     tolerances: dict[str, tuple[Tolerance, Tolerance]] = {
         "as named": ("profile_slope", "profile_form"),
         "exchanged": ("profile_form", "profile_slope"),
@@ -63,7 +63,7 @@ def product_conventions() -> Iterator[tuple[str, ManufacturingErrors]]:
 
 
 def single_changes() -> Iterator[tuple[str, ManufacturingErrors, Resolution]]:
-    """The adopted convention with one thing changed at a time."""
+    """Yield variants of the adopted convention that differ in one respect."""
 
     def kinds(*names: str, **change: Any) -> dict[str, ErrorKind]:
         return {name: replace(getattr(BASE, name), **change) for name in names}
@@ -92,7 +92,7 @@ def single_changes() -> Iterator[tuple[str, ManufacturingErrors, Resolution]]:
 
 
 def evaluate(errors: ManufacturingErrors, resolution: Resolution, samples: int) -> NDArray:
-    """Statistics of every row, (gear, column), with scrambled Sobol samples of seed 0."""
+    """Compute the statistics of every row, (gear, column), with scrambled Sobol samples of seed 0."""
     results = []
     for row in table_2():
         problem = prepare_scene(scene(row.gear, errors, resolution))
@@ -102,7 +102,7 @@ def evaluate(errors: ManufacturingErrors, resolution: Resolution, samples: int) 
 
 
 def statistics(answer: Responses) -> tuple[float, ...]:
-    """In the order of ``COLUMNS``."""
+    """Statistics of a gear in the order of ``COLUMNS``."""
     k, ste = answer["mesh_stiffness_rms"], answer["transmission_error_rms"]
     return tuple(map(float, (k.mean(), ste.mean(), k.std(ddof=1), k.max(), ste.std(ddof=1), ste.max())))
 
@@ -113,7 +113,7 @@ def paper() -> NDArray:
 
 
 def compute(*, quick: bool = False) -> xr.Dataset:
-    """Every convention tried on every row, and the adopted one with 1000 samples."""
+    """Compute all conventions on all rows, and the adopted one with 1000 samples."""
     import xarray as xr
 
     tried = list(single_changes())

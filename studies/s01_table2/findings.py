@@ -1,4 +1,4 @@
-"""Agreement of conventions of manufacturing errors with Table 2: checks, figures, and the report."""
+"""Findings: agreement of the conventions of manufacturing errors with Table 2; checks, figures and report."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ LIMITS = {"m_k": 0.10, "m_ste": 0.15, "sigma_k": 0.30, "max_k": 0.30, "sigma_ste
 
 
 def log_rms(ours: NDArray, theirs: NDArray) -> NDArray:
-    """Log-RMS deviation of each column, over the gears."""
+    """RMS over the gears of the logarithmic deviation of every column, (column,)."""
     return np.sqrt(np.mean(np.log(ours / theirs) ** 2, axis=-2))
 
 
@@ -43,7 +43,7 @@ def checks(dataset: xr.Dataset) -> list[tuple[str, bool]]:
 
 
 def figures(dataset: xr.Dataset, folder: Path) -> None:
-    """Scatter plots of our values against the paper's, and the report with every convention tried."""
+    """Draw our values over the paper's, and write the report with all tried conventions."""
     _scatter(dataset, folder / "table2_scatter.png")
     _tried(dataset, folder / "table2_conventions.png")
     (folder / "table2.md").write_text(_report(dataset), encoding="utf-8")

@@ -1,4 +1,4 @@
-"""Errors of means over the error samples of five gears, by sampler and number of samples, over 20 seeds."""
+"""Data of the study: errors of means over error samples of five gears, by sampler, sample count and seed."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ if TYPE_CHECKING:
     import xarray as xr
 
 GEARS, COUNTS, SEEDS = ("SC", "7", "19", "36", "55"), (64, 128, 256, 512, 1000), 20
-#: Names of the means m_k and m_ste among the numbers whose error is measured.
+#: Means m_k and m_ste → names of their responses.
 QUANTITIES = {"m_k": "mesh_stiffness_rms", "m_ste": "transmission_error_rms"}
 
 
 def scene(name: str = "SC") -> Scene:
-    """A gear of the paper with its errors."""
+    """Scene of a gear of the paper with its errors."""
     return gear(name).scene(errors=True)
 
 
 def compute(*, quick: bool = False) -> xr.Dataset:
-    """Work–precision of every sampler on five gears, against means over 65 536 Sobol points.
+    """Compute the work–precision of every sampler on five gears, against means over 65 536 Sobol points.
 
-    The quick size is one gear with as many seeds: with a few, chance decides which sampler is the better one.
+    The quick size has one gear but all seeds: with few seeds, chance would decide which sampler is better.
     """
     import xarray as xr
 

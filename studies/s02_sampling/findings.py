@@ -1,4 +1,4 @@
-"""Errors of the means by sampler and number of samples: checks, and the figure."""
+"""Findings: errors of the means by sampler and number of samples; checks and figure."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ def relative_error(dataset: xr.Dataset, sampler: str, quantity: str) -> xr.DataA
 
 
 def compared(dataset: xr.Dataset, quantity: str) -> tuple[float, float]:
-    """RMS errors over all gears: with 256 Sobol points, with 1000 pseudo-random samples."""
+    """RMS errors over all gears with 256 Sobol points, and with 1000 pseudo-random samples."""
     sobol = relative_error(dataset, "sobol", quantity).sel(size=256)
     random = relative_error(dataset, "random", quantity).sel(size=1000)
     return float((sobol**2).mean() ** 0.5), float((random**2).mean() ** 0.5)
 
 
 def checks(dataset: xr.Dataset) -> list[tuple[str, bool]]:
-    """256 Sobol points against 1000 pseudo-random ones: the error over all gears, each quantity."""
+    """Check that the error over all gears with 256 Sobol points is no larger than with 1000 pseudo-random samples."""
     found = []
     for quantity in QUANTITIES:
         sobol, random = compared(dataset, quantity)
@@ -36,7 +36,7 @@ def checks(dataset: xr.Dataset) -> list[tuple[str, bool]]:
 
 
 def figures(dataset: xr.Dataset, folder: Path) -> None:
-    """Error of the means against the number of samples."""
+    """Draw the error of the means over the number of samples."""
     figure, axes = new_figure(1, 2, (10, 4.5), sharey=True)
     styles = {"sobol": (BLUE, "o", "scrambled Sobol"), "random": (ORANGE, "s", "pseudo-random")}
     for axis, quantity in zip(axes[0], QUANTITIES, strict=True):

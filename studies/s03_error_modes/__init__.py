@@ -1,4 +1,4 @@
-"""Shape of each manufacturing error on the flank, its zero point and its sign."""
+"""Shape, zero point and sign of every manufacturing error on the flank."""
 
 from studies.s03_error_modes.data import compute, scene
 from studies.s03_error_modes.findings import checks, figures

@@ -1,4 +1,4 @@
-"""Gap of each manufacturing error over the flank."""
+"""Data of the study: gap of every manufacturing error over the flank."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ MEANING = {
 
 
 def scene(kind: str = "profile_slope") -> Scene:
-    """Gear 24 with one error of 1 µm on the pinion (or of the axes)."""
+    """Scene of gear 24 with one error of 1 µm on the pinion (or of the axes)."""
     error: dict[str, Any] = {kind: ErrorKind(amplitude=1.0, gear="pinion")}
     plain = gear("24").scene()
     return replace(plain, effects=(*plain.effects, ManufacturingErrors(**error)))
 
 
 def flank(pair: Pair, points: int = 60) -> ContactLines:
-    """The whole rectangle of contact as if it were contact lines: positions along u, segments along y."""
+    """Represent the whole rectangle of contact as contact lines: positions along u, segments along y."""
     u = np.linspace(pair.meshing.path_start, pair.meshing.path_end, points)
     y = np.linspace(0, pair.meshing.face_width, points)
     grid_u, grid_y = np.meshgrid(u, y, indexing="ij")
@@ -49,7 +49,7 @@ def flank(pair: Pair, points: int = 60) -> ContactLines:
 
 
 def compute(*, quick: bool = False) -> xr.Dataset:
-    """Gap of each error over the radius and the face width [µm]."""
+    """Compute the gap of every error over radius and face width [µm]."""
     import xarray as xr
 
     lines = flank(scene().pair, 12 if quick else 60)

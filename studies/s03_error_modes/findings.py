@@ -1,4 +1,4 @@
-"""Bounds of the shapes of manufacturing errors, and a map of each over the flank."""
+"""Findings: bounds of the shapes of manufacturing errors, and their maps over the flank."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def checks(dataset: xr.Dataset) -> list[tuple[str, bool]]:
-    """No shape exceeds its amplitude or goes below zero."""
+    """Check that no shape exceeds its amplitude or is negative."""
     return [
         (f"{kind}: gap between 0 and 1 µm for an error of 1 µm", bool((v >= -1e-12).all() and (v <= 1 + 1e-12).all()))
         for kind, v in dataset.data_vars.items()
@@ -23,7 +23,7 @@ def checks(dataset: xr.Dataset) -> list[tuple[str, bool]]:
 
 
 def figures(dataset: xr.Dataset, folder: Path) -> None:
-    """One figure for each error."""
+    """Draw one figure per error."""
     for kind, meaning in MEANING.items():
         figure, ((axis,),) = new_figure(1, 1, (5.2, 3.6))
         y, radius = dataset["face_position"], dataset["radius"]

@@ -1,4 +1,4 @@
-"""Figure 4 of the paper, and its claims on accuracy, deflection shapes and time, against our finite elements."""
+"""Test of the paper's Figure 4 and of its claims on accuracy, deflection shapes and time by our finite elements."""
 
 from studies.s04_paper_validation.data import compute, scene
 from studies.s04_paper_validation.findings import checks, figures

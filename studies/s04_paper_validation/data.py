@@ -1,4 +1,4 @@
-"""The paper's pairs with every tooth model, and finite elements with and without a piece of the gear body."""
+"""Data of the study: the paper's pairs with every tooth model, and finite elements held at several depths."""
 
 from __future__ import annotations
 
@@ -24,15 +24,16 @@ ERRORS = {
     "mean k": "mesh_stiffness_mean_error",
     "p-p k": "mesh_stiffness_peak_to_peak_error",
 }
-#: Depths of the gear body below the root circle at which references are clamped [normal modules].
+#: Depths below the root circle at which the finite elements are clamped [normal modules].
 DEPTHS = (0.0, 0.5, 1.0, 2.0)
 PAPER, SOLID, FINE = "plate paper", "solid 4 5 5", "solid 5 8 12"
 
 
 def cases(*, quick: bool = False) -> dict[str, Scene]:
-    """The validation pairs, by name.
+    """Validation pairs by name.
 
-    Of case 2 the paper prints no profile shifts: equal ones, which undercut the pinion, and none on the pinion.
+    The paper does not give the profile shifts of case 2. Two variants are used: equal shifts, which undercut the
+    pinion, and no shift on the pinion.
     """
     if quick:
         return {"1": case(1)}
@@ -43,7 +44,7 @@ def cases(*, quick: bool = False) -> dict[str, Scene]:
 
 
 def models(*, quick: bool = False) -> dict[str, ToothBending]:
-    """Fast models by name: the paper's plate, every convention of it, and solids."""
+    """Fast models by name: the paper's plate, variants of its conventions, and solids."""
     found = {
         PAPER: ToothBending(basis="paper"),
         SOLID: ToothBending(model="solid", order=(4, 5, 5)),
@@ -61,13 +62,13 @@ def models(*, quick: bool = False) -> dict[str, ToothBending]:
 
 
 def scene(number: str = "1", tooth: str = PAPER) -> Scene:
-    """One of the pairs with one of the models."""
+    """Scene of one of the pairs with one of the models."""
     effects = (models()[tooth], Hertz(law="weber_banaschek"))
     return replace(cases()[number], name=f"case {number}, {tooth}", effects=effects)
 
 
 def on_body(scene: Scene, depth: float) -> Scene:
-    """Finite elements in place of the teeth, held ``depth`` modules below the root circle; 0: at the root."""
+    """Replace the teeth by finite elements that are held ``depth`` modules below the root circle (0: at the root)."""
     law = Hertz(law="weber_banaschek")
     if depth == 0:
         return replace(scene, effects=(ToothBending(model="finite_elements"), law))
@@ -79,7 +80,7 @@ def on_body(scene: Scene, depth: float) -> Scene:
 
 
 def body_errors(scene: Scene, depths: tuple[float, ...]) -> np.ndarray:
-    """Errors of the paper's plate [%] against finite elements held that deep below the root, (depth, error)."""
+    """Errors of the paper's plate against finite elements held at ``depths`` below the root, (depth, error) [%]."""
     names = [name.removesuffix("_error") for name in ERRORS.values()]
     plate = simulate(scene, outputs=names)
     found = [simulate(on_body(scene, depth), outputs=names) for depth in depths]
@@ -87,7 +88,7 @@ def body_errors(scene: Scene, depths: tuple[float, ...]) -> np.ndarray:
 
 
 def compute(*, quick: bool = False) -> xr.Dataset:
-    """Every model on every pair (quick: case 1) against finite elements."""
+    """Compare every model on every pair (quick: on case 1) with finite elements."""
     wanted = [(number, tooth) for number in cases(quick=quick) for tooth in models(quick=quick)]
     dataset = validate([scene(*each) for each in wanted])
     labels = {"case": [number for number, _ in wanted], "tooth": [tooth for _, tooth in wanted]}

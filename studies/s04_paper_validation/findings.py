@@ -1,4 +1,4 @@
-"""Errors of the models and the claims of the paper: checks, Figure 4, errors of all models, and the report."""
+"""Findings: errors of the models against the claims of the paper; checks, figures and report."""
 
 from __future__ import annotations
 
@@ -19,13 +19,14 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-#: Claims of the paper: relative error [%] of mean and peak-to-peak of STE and stiffness, in odd cases; MAC; time [s].
+#: Claims of the paper: relative error of mean and peak-to-peak of STE and stiffness [%], the same in odd cases [%],
+#: MAC. The next line has its times of the fast model and of finite elements [s], and their ratio.
 CLAIM, ODD_CASES, CLAIMED_MAC = 10.0, 25.0, 0.95
 CLAIMED_FAST, CLAIMED_FE, CLAIMED_GAIN = 1.0, 1000.0, 1000.0
 
 
 def of_model(dataset: xr.Dataset, number: str, name: str) -> xr.Dataset:
-    """The comparison of one model on one case."""
+    """Select the comparison of one model on one case."""
     hit = (dataset["case"].values == number) & (dataset["tooth"].values == name)
     return of_scene(dataset, int(np.flatnonzero(hit)[0]))
 
@@ -46,7 +47,7 @@ def errors(one: xr.Dataset) -> np.ndarray:
 
 
 def checks(dataset: xr.Dataset) -> list[tuple[str, bool]]:
-    """Checks of the fast models; the report compares the paper's own claims."""
+    """Check our limits on the fast models; the report compares the paper's claims."""
     found = []
     for number in cases_of(dataset):
         plate, solid, fine = (of_model(dataset, number, name) for name in (PAPER, SOLID, FINE))
@@ -71,7 +72,7 @@ COLOURS = {PAPER: (ORANGE, "--"), SOLID: (BLUE, "-.")}
 
 # -- figures ----------------------------------------------------------------------------------------------------------
 def figures(dataset: xr.Dataset, folder: Path) -> None:
-    """Figure 4, errors of all models, and a table of claims and conventions."""
+    """Draw Figure 4 and the errors of all models, and write the report with claims and conventions."""
     for number in cases_of(dataset):
         _figure_4(dataset, number, folder / f"figure4_{slug(number)}.png")
     _all_errors(dataset, folder / "errors.png")
@@ -80,7 +81,7 @@ def figures(dataset: xr.Dataset, folder: Path) -> None:
 
 
 def slug(number: str) -> str:
-    """Name of a pair as a part of a file's name."""
+    """Name of a pair as part of a file name."""
     return "case_" + "".join(c if c.isalnum() else "_" for c in number.replace(", ", " ").replace(" = ", " "))
 
 

@@ -1,8 +1,8 @@
-"""Errors of each fast tooth model against finite elements on 48 gear pairs drawn at random.
+"""Errors of the fast tooth models against finite elements on 48 random gear pairs.
 
 The pairs vary in module, numbers of teeth, helix angle, pressure angle, profile shifts, addendum, face width, bores and
-torque; they are drawn before anything is computed, none is left out because of its result, and no model has a constant
-that was fitted to them.
+torque. They are drawn before anything is computed, none is left out because of its result, and no constant of a model
+was fitted to them.
 """
 
 from studies.s05_tooth_models.data import compute, scene

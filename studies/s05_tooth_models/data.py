@@ -1,4 +1,4 @@
-"""Gear pairs drawn at random, and errors of every tooth model against finite elements on them."""
+"""Data of the study: random gear pairs, and errors of every tooth model against finite elements on them."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SEED, PAIRS = 2017, 48
-#: Accuracy of the finite elements: a tooth alone, a sector of teeth on the body.
+#: Accuracy of the finite elements of a clamped tooth, and of a sector of teeth on its body.
 ACCURACY = {"clamped": 0.005, "rim": 0.01}
 COARSE, FINE = (4, 5, 5), (8, 12, 12)
-#: Tooth models by what the finite elements they are held against stand on; "solid" is of its default order.
+#: Support of the finite elements → tooth models compared with them; "solid" has its default order.
 MODELS: dict[str, dict[str, tuple[Effect, ...]]] = {
     "clamped": {
         "plate, paper": (ToothBending(basis="paper"),),
@@ -55,12 +55,12 @@ ERRORS = tuple(
 
 
 def scene(i: int = 0) -> Scene:
-    """The pair number ``i`` of those drawn."""
+    """Scene of the random pair number ``i``."""
     return next(islice(draw(everyday, SEED), i, None))
 
 
 def compute(*, quick: bool = False) -> xr.Dataset:
-    """Errors [%], worst MAC and times of every model on every pair; NaN where a model refuses a pair."""
+    """Compute errors [%], worst MAC and times of every model on every pair; NaN if a model refuses a pair."""
     import xarray as xr
 
     scenes = list(islice(draw(everyday, SEED), 2 if quick else PAIRS))
@@ -81,14 +81,14 @@ def _pair_errors(
     try:
         reference = reference_scene(solid, accuracy)
         exact = simulate(reference, outputs=OUTPUTS)
-    except AccuracyError:  # very wide gears: the finest mesh that fits into 1.5 GB is a little too coarse
+    except AccuracyError:  # for very wide gears, the finest mesh that fits into 1.5 GB is slightly too coarse
         reference = reference_scene(solid, 1.5 * accuracy)
         exact = simulate(reference, outputs=OUTPUTS)
     found: dict[str, list[float]] = {name: [] for name in (*ERRORS, "mac", "seconds")}
     for effects in models.values():
         try:
             fast = replace(scene, effects=(*effects, Hertz()))
-        except ValidationError:  # Sainsot–Velex outside its range
+        except ValidationError:  # the pair is outside the range of Sainsot–Velex
             for column in found.values():
                 column.append(math.nan)
             continue

@@ -1,4 +1,4 @@
-"""Limits that the best fast teeth keep on every pair, distribution of all errors, and accuracy against time."""
+"""Findings: limits that the best fast teeth keep on every pair, distribution of errors, error over time."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-#: The models that are to be trusted, and what they are held to: mean, peak-to-peak [%], worst MAC.
+#: Recommended model by support, and its limits: errors of mean and peak-to-peak [%], worst MAC.
 BEST = {"clamped": "solid", "rim": "solid + ring"}
 LIMITS = {"mean": 3.0, "peak_to_peak": 6.0, "mac": 0.97}
 
 
 def checks(dataset: xr.Dataset) -> list[tuple[str, bool]]:
-    """The best fast tooth on every pair: mean within 3 %, peak-to-peak within 6 %, worst MAC at least 0.97."""
+    """Check the best fast tooth on every pair: mean within 3 %, peak-to-peak within 6 %, worst MAC at least 0.97."""
     found = []
     for support, model in BEST.items():
         here = dataset.sel({f"{support}_model": model})
@@ -37,12 +37,12 @@ def checks(dataset: xr.Dataset) -> list[tuple[str, bool]]:
     return found
 
 
-#: In the order of ``ERRORS``.
+#: Labels of the errors in the order of ``ERRORS``.
 LABELS = ("mean STE", "peak-to-peak STE", "mean k", "peak-to-peak k")
 
 
 def figures(dataset: xr.Dataset, folder: Path) -> None:
-    """Distribution of the errors of every model, and accuracy against time."""
+    """Draw the distribution of the errors of every model, and error over time."""
     for support in MODELS:
         figure, axes = new_figure(1, 4, (13, 4.2), sharey=True)
         boxes(axes[0], dataset[[f"{support}_{name}" for name in ERRORS]], LIMITS, (-50, -5, 0, 5, 50, 500))
@@ -60,7 +60,7 @@ def figures(dataset: xr.Dataset, folder: Path) -> None:
 
 
 def boxes(axes: Any, errors: xr.Dataset, limits: dict[str, float], ticks: Sequence[int]) -> None:
-    """Quartiles and ranges of ``errors``, each (pair, model), one a panel; linear up to the first of the ``ticks``."""
+    """Draw quartiles and ranges of ``errors`` (pair, model), one error per panel; linear up to the first tick."""
     models = [str(name) for name in next(iter(errors.coords.values())).values]
     for axis, (name, values), label in zip(axes, errors.data_vars.items(), LABELS, strict=True):
         columns = [column[np.isfinite(column)] for column in values.values.T]
@@ -71,7 +71,7 @@ def boxes(axes: Any, errors: xr.Dataset, limits: dict[str, float], ticks: Sequen
         axis.set_xscale("symlog", linthresh=min(tick for tick in ticks if tick > 0))
         axis.set_xticks(ticks, [f"{tick}".replace("-", "−") for tick in ticks])
         axis.set(xlabel=f"error of {label} [%]", yticks=range(1, len(models) + 1), yticklabels=models)
-    axes[0].invert_yaxis()  # shared
+    axes[0].invert_yaxis()  # the panels share this axis
 
 
 def _front(dataset: xr.Dataset, folder: Path) -> None:

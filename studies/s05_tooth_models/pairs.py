@@ -1,4 +1,4 @@
-"""Gear pairs drawn at random: over all gears in use, or over an everyday range."""
+"""Random gear pairs from all gears in use, or from an everyday range."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from gearbench.geometry.involute import inv, inverse_involute
 from gearbench.geometry.pair import Member, Pair
 from gearbench.scene import Load, Scene
 
-#: A scene of twelve numbers in [0, 1).
+#: Function that makes a scene from twelve numbers in [0, 1).
 Maker = Callable[[NDArray], Scene]
 
 
 def draw(make: Maker, seed: int) -> Iterator[Scene]:
-    """Scenes of pairs drawn at random, those left out that cannot be made or barely mesh (ε_α < 1.1)."""
+    """Yield scenes of random pairs; pairs that are not valid or barely mesh (ε_α < 1.1) are skipped."""
     rng = np.random.default_rng(seed)
     while True:
         u = rng.uniform(size=12)
@@ -34,10 +34,10 @@ def draw(make: Maker, seed: int) -> Iterator[Scene]:
 
 
 def in_use(u: NDArray) -> Scene:
-    """Gears in use: m 0.3–25, z 11–200, β 0–40° (0 in a third of them), α 14.5–25°, b/m 3–25, rims from 1.5 m on.
+    """Gears in use: m 0.3–25, z 11–200, β 0–40° (0 in a third of them), α 14.5–25°, b/m 3–25, rims from 1.5 m.
 
-    Module, numbers of teeth and face width are spread evenly by their logarithms; a rim is anything from 1.5 modules to
-    a body down to a tenth of the root circle.
+    The logarithms of module, numbers of teeth and face width are uniformly distributed. The rim is between 1.5 modules
+    thick and a body whose bore is a tenth of the root circle.
     """
     module, width = _between(u[0], 0.3, 25.0, 2), _between(u[8], 3.0, 25.0, 2)
     teeth = round(_between(u[1], 11, 120, 1))
@@ -66,7 +66,7 @@ def everyday(u: NDArray) -> Scene:
 
 
 def _between(u: float, low: float, high: float, digits: int) -> float:
-    """Value between ``low`` and ``high``, evenly by its logarithm."""
+    """Value between ``low`` and ``high`` with a uniform logarithm, rounded to ``digits``."""
     return round(float(np.exp(np.interp(u, [0, 1], np.log([low, high])))), digits)
 
 
@@ -79,7 +79,7 @@ def _pair(
     addendum: float,
     width: float,
 ) -> Pair:
-    """Pair without backlash, at the centre distance of its shifts."""
+    """Make a pair without backlash, at the centre distance of its profile shifts."""
     alpha_t = math.atan(math.tan(math.radians(alpha)) / math.cos(math.radians(helix)))
     working = inv(alpha_t) + 2 * sum(shifts) * math.tan(math.radians(alpha)) / sum(teeth)
     reference = module * sum(teeth) / 2 / math.cos(math.radians(helix))
@@ -98,7 +98,7 @@ def _pair(
 
 
 def _scene(pair: Pair, bores: list[float], load: float) -> Scene:
-    """Scene of a pair on its bores, between 10 and 60 N/mm of line load for each mm of module, on the pitch circle."""
+    """Make the scene of a pair with bores; the line load is 10 to 60 N/mm per mm of module, on the pitch circle."""
     bored = [replace(m, bore_diameter=d) for m, d in zip((pair.pinion, pair.wheel), bores, strict=True)]
     module = pair.normal_module
     torque = (10 + 50 * load) * module * pair.meshing.face_width * module * pair.pinion.teeth / 2e3

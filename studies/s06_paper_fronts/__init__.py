@@ -1,7 +1,7 @@
-"""The optimisation of Garambois et al. 2017, §6: the Pareto fronts of a reverse gear for three tools, against Table 2.
+"""Optimisation of Garambois et al. 2017, §6: Pareto fronts of a reverse gear for three tools, against Table 2.
 
-Every gear of the search and every row of the table is evaluated with the same model, resolution and error samples. The
-searches are stored beside the Dataset, generation by generation: an interrupted run continues with the next one.
+Every gear of the searches and every row of the table is evaluated with the same model, resolution and error samples.
+The searches store every generation beside the Dataset, so that an interrupted run continues with the next one.
 """
 
 from studies.s06_paper_fronts.data import compute, scene

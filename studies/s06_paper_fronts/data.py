@@ -1,4 +1,4 @@
-"""The fronts of the three tools and the rows of Table 2 under the same model."""
+"""Data of the study: the fronts of the three tools and the rows of Table 2 with the same model."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from studies.s06_paper_fronts.search import MODULE, TOOLS, search, study
 if TYPE_CHECKING:
     import xarray as xr
 
-#: The gear whose samples Figure 5 shows.
+#: Gear whose samples Figure 5 shows.
 SHOWN = "55"
 #: Column of the table → statistic of a design.
 _STATISTIC = {
@@ -33,7 +33,7 @@ _STATISTIC = {
 
 
 def compute(*, quick: bool = False, folder: Path | None = None) -> xr.Dataset:
-    """The fronts of the three tools and the rows of Table 2 under the same model; searches are kept in ``folder``."""
+    """Compute the fronts of the three tools, and the rows of Table 2; the searches are kept in ``folder``."""
     import xarray as xr
 
     searches = {tool: search(tool, quick=quick, folder=folder) for tool in TOOLS}
@@ -49,7 +49,7 @@ def compute(*, quick: bool = False, folder: Path | None = None) -> xr.Dataset:
 
 
 def _gears(tool: int, found: xr.Dataset) -> xr.Dataset:
-    """The feasible designs of a search, as gears."""
+    """Dataset of the feasible designs of a search."""
     import xarray as xr
 
     feasible = np.flatnonzero(found["feasible"].values)
@@ -68,7 +68,7 @@ def _gears(tool: int, found: xr.Dataset) -> xr.Dataset:
 
 
 def macro_and_micro(scene: Scene) -> dict[str, float]:
-    """Profile shift and addendum [modules], crowning and tip relief [µm], length of the relief [mm]; 0: absent."""
+    """Profile shift and addendum [modules], crowning and tip relief [µm], length of the relief [mm]; 0 if absent."""
     crowning, relief = scene.effect("crowning"), scene.effect("tip_relief")
     return {
         "profile_shift": scene.pair.gears[0].profile_shift,
@@ -80,11 +80,11 @@ def macro_and_micro(scene: Scene) -> dict[str, float]:
 
 
 def _run(found: xr.Dataset) -> xr.Dataset:
-    """Cost and history of the search of a tool."""
+    """Dataset of cost and history of the search of a tool."""
     import xarray as xr
 
     feasible = found["feasible"].values == 1
-    # what the compliance of the teeth depends on
+    # variables that determine the compliance of the teeth
     macro = np.stack([found[v].values[feasible] for v in ("teeth", "helix_angle", "addendum_fraction")], axis=1)
     numbers = {"wall_s": found.attrs["wall_time_s"], "asked": float(found["asked"].sum())}
     numbers |= {"designs": found.sizes["design"]}
@@ -94,7 +94,7 @@ def _run(found: xr.Dataset) -> xr.Dataset:
 
 
 def _rows(quick: bool) -> xr.Dataset:
-    """Table 2: what the paper prints, what this model gives, and the limits each row keeps."""
+    """Dataset of Table 2: printed values, values of this model, and limits that the rows keep."""
     import xarray as xr
 
     rows = table_2()
@@ -115,7 +115,7 @@ def _rows(quick: bool) -> xr.Dataset:
 
 
 def _samples(quick: bool) -> xr.Dataset:
-    """RMS values of one gear over the error samples."""
+    """Dataset of RMS values of one gear over the error samples."""
     import xarray as xr
 
     answer = responses(SHOWN, quick)
@@ -128,12 +128,12 @@ def _samples(quick: bool) -> xr.Dataset:
 
 
 def scene(name: str = SHOWN) -> Scene:
-    """A gear of the table at the resolution of the searches."""
+    """Scene of a gear of the table at the resolution of the searches."""
     return gear(name).scene(errors=True, resolution=Resolution(**study(1).base["resolution"]))
 
 
 def responses(name: str, quick: bool) -> Responses:
-    """Responses of a gear of the table to the error samples that every design of the searches sees."""
+    """Compute the responses of a gear of the table to the error samples of the searches."""
     r = study(1, quick=quick).robustness
     problem = prepare_scene(scene(name))
     return respond(problem, problem.draw(r.samples, r.seed, r.sampler))[0]

@@ -1,6 +1,6 @@
-"""Fronts and single gears compared, and the fronts against Table 2.
+"""Findings: measures that compare fronts and single gears, and checks of the fronts against Table 2.
 
-All objectives are minimised; ``F`` holds them as (point, objective).
+All objectives are minimised; ``F`` holds them, (point, objective).
 """
 
 from __future__ import annotations
@@ -17,47 +17,47 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-#: A gear belongs to the wide front if it is worse than some gear of the front by at most this much in both objectives.
+#: A gear belongs to the wide front if it is at most this share worse than a gear of the front in both objectives.
 WIDE = 0.10
 
 
 def coverage(A: NDArray, B: NDArray) -> float:
-    """Share of the points of B that some point of A equals or dominates (Zitzler & Thiele 1999)."""
+    """Share of the points of B that are equal to or dominated by a point of A (Zitzler & Thiele 1999)."""
     return float(np.mean([np.any(np.all(b >= A, axis=1)) for b in B])) if len(B) else float("nan")
 
 
 def reference_point(*fronts: NDArray) -> NDArray:
-    """Worst of each objective over all the fronts, and 10 % more, (objective,)."""
+    """Reference point: 1.1 times the worst objectives over all fronts, (objective,)."""
     return 1.1 * np.max([F.max(axis=0) for F in fronts], axis=0)
 
 
 def shares(ours: NDArray, theirs: NDArray) -> tuple[float, float]:
-    """Hypervolumes of two fronts, as shares of the box below their common reference point."""
+    """Hypervolumes of two fronts as shares of the box below their common reference point."""
     reference = reference_point(ours, theirs)
     return hypervolume(ours / reference), hypervolume(theirs / reference)
 
 
 def lead(point: NDArray, front: NDArray) -> float:
-    """By which share ``point`` beats some point of the front in both objectives; negative where it beats none."""
+    """Largest share by which ``point`` beats a point of the front in both objectives; negative if it beats none."""
     return float(np.max(np.min(1 - point / front, axis=1)))
 
 
 def distance(point: NDArray, front: NDArray) -> float:
-    """By which share the front must become better to reach ``point``; negative where it goes beyond it."""
+    """Share by which the front must improve to reach ``point``; negative if the front already dominates it."""
     return float(np.min(np.max(front / point, axis=1)) - 1)
 
 
 def wide(F: NDArray, front: NDArray, share: float = WIDE) -> NDArray:
-    """Points that are worse than some point of the front by at most ``share`` in every objective, (point,)."""
+    """Flag points that are at most ``share`` worse than a point of the front in every objective, (point,)."""
     return np.array([np.min(np.max(f / front, axis=1)) <= 1 + share for f in F], dtype=bool)
 
 
-#: A row of the table may beat a front by no more than this in both objectives.
+#: Largest share by which a row of the table may beat a front in both objectives.
 LEAD = 0.02
 
 
 def front(dataset: xr.Dataset, tool: int) -> NDArray:
-    """Objectives m_k, m_ste of a tool's front, (point, objective)."""
+    """Objectives m_k and m_ste of a tool's front, (point, objective)."""
     own = (dataset["design_tool"] == tool) & (dataset["on_front"] == 1)
     return np.stack([dataset[name].values[own.values] for name in ("m_k", "m_ste")], axis=1)
 
@@ -69,7 +69,7 @@ def rows_of(dataset: xr.Dataset, tool: int) -> tuple[list[str], NDArray]:
 
 
 def measures(dataset: xr.Dataset, tool: int) -> dict[str, float]:
-    """Hypervolumes, coverages, and how far the rows of a tool lead or lag."""
+    """Hypervolumes, coverages, and leads and distances of the rows of a tool."""
     ours, (_, theirs) = front(dataset, tool), rows_of(dataset, tool)
     volume, volume_rows = shares(ours, theirs)
     return {
@@ -83,7 +83,7 @@ def measures(dataset: xr.Dataset, tool: int) -> dict[str, float]:
 
 
 def checks(dataset: xr.Dataset) -> list[tuple[str, bool]]:
-    """No row of Table 2 beats the front of its tool; the quick size searches too little for that, and is told so."""
+    """Check that no row of Table 2 beats the front of its tool; the quick search is too small for this check."""
     found = []
     quick = bool(dataset.attrs["quick"])
     for tool in TOOLS:

@@ -1,4 +1,4 @@
-"""Figures 5, 8, 9 and 10 of Garambois et al. 2017 from the Dataset of ``s06_paper_fronts``, and its searches."""
+"""Figures: Figures 5, 8, 9 and 10 of Garambois et al. 2017 with our data, and the progress of the searches."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ if TYPE_CHECKING:
     import xarray as xr
     from numpy.typing import NDArray
 
-#: Okabe–Ito colours, and a marker for each tool, so that the tools can be told apart in grey too.
+#: Okabe–Ito colours and markers of the tools, which stay distinct in grey.
 COLOUR = {1: BLUE, 2: ORANGE, 3: GREEN}
 MARKER = {1: "o", 2: "s", 3: "^"}
-#: Boxes of Figure 9: more would hide each other.
+#: Number of boxes in Figure 9; more would hide each other.
 BOXES = 10
 ACROSS, UP = "m$_k$, mean RMS of mesh stiffness [%]", "m$_{ste}$, mean RMS of transmission error [µm]"
 _STYLE: Any = {"font.size": 12, "axes.titlesize": 12, "figure.titlesize": 14, "legend.fontsize": 10.5}
 
 
 def figures(dataset: xr.Dataset, folder: Path) -> None:
-    """Figures 5, 8, 9 and 10 of the paper, how the searches went, and the tables."""
+    """Draw Figures 5, 8, 9 and 10 of the paper and the progress of the searches, and write the tables."""
     import matplotlib as mpl
 
     with mpl.rc_context(_STYLE):
@@ -52,14 +52,14 @@ def _label(tool: int) -> str:
 
 
 def _columns(dataset: xr.Dataset, chosen: xr.DataArray, names: tuple[str, ...] = ("m_k", "m_ste")) -> list[Any]:
-    """Values of the chosen gears, by their m_k."""
+    """Values of the chosen gears, sorted by m_k."""
     values = [dataset[name].values[chosen.values] for name in names]
     order = np.argsort(values[0], kind="stable")
     return [v[order] for v in values]
 
 
 def figure_5(dataset: xr.Dataset) -> Any:
-    """Density of the RMS values of one gear over the error samples."""
+    """Draw the density of the RMS values of one gear over the error samples."""
     from scipy.stats import gaussian_kde
 
     figure, axes = _figure(2, (11.5, 5.4))
@@ -91,7 +91,7 @@ def figure_5(dataset: xr.Dataset) -> Any:
 
 
 def figure_8(dataset: xr.Dataset) -> Any:
-    """The three fronts, with the rows of Table 2 as printed and as re-evaluated."""
+    """Draw the three fronts, with the rows of Table 2 as printed and as re-evaluated."""
     figure, axis = _figure()
     for tool in TOOLS:
         colour, marker = COLOUR[tool], MARKER[tool]
@@ -127,7 +127,7 @@ def _finding_8(dataset: xr.Dataset) -> str:
 
 
 def figure_9(dataset: xr.Dataset) -> Any:
-    """The front of tool 3, and the dispersion of gears spread over it."""
+    """Draw the front of tool 3, and the scatter of gears spread over it."""
     from matplotlib.collections import PatchCollection
     from matplotlib.patches import Rectangle
 
@@ -153,7 +153,7 @@ def figure_9(dataset: xr.Dataset) -> Any:
 
 
 def _spread(x: NDArray, y: NDArray, count: int) -> NDArray:
-    """Indices of points spread evenly along a front in a picture of it."""
+    """Indices of ``count`` points spread evenly along a drawn front."""
     along = np.cumsum(np.hypot(np.diff(x, prepend=x[0]) / np.ptp(x), np.diff(y, prepend=y[0]) / np.ptp(y)))
     return np.unique([int(np.argmin(np.abs(along - at))) for at in np.linspace(0, along[-1], count)])
 
@@ -163,7 +163,7 @@ def _percent(ratio: NDArray) -> str:
 
 
 def figure_10(dataset: xr.Dataset) -> Any:
-    """The wide fronts: near-optimal gears too."""
+    """Draw the wide fronts, which include near-optimal gears."""
     figure, axes = _figure(3, (15.0, 6.0), sharex=True, sharey=True)
     near = dataset["in_wide_front"] == 1
     for axis, tool in zip(axes, TOOLS, strict=True):
@@ -187,7 +187,7 @@ def figure_10(dataset: xr.Dataset) -> Any:
 
 
 def searches(dataset: xr.Dataset) -> Any:
-    """Hypervolume over the generations, and how many designs of a generation were new."""
+    """Draw hypervolume and number of new designs over the generations."""
     figure, axes = _figure(2, (11.5, 5.2))
     generation = dataset["generation"].values
     for tool in TOOLS:

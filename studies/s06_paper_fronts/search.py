@@ -1,4 +1,4 @@
-"""The optimisation of Garambois et al. 2017, §6, as studies, one for each tool, run into folders that are resumed."""
+"""Searches: the optimisation of Garambois et al. 2017, §6, as one study per tool, in folders that can be resumed."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ if TYPE_CHECKING:
 
 TOOLS = (1, 2, 3)
 MODULE = {1: 1.0, 2: 1.5, 3: 2.0}  # m_n [mm]
-#: Every number of teeth that makes a gear within the limits of contact ratio and sliding at some β and h_a*.
+#: Tool → range of tooth numbers that keep the limits of contact ratio and sliding for at least one β and h_a*.
 TEETH = {1: (32, 39), 2: (21, 26), 3: (16, 19)}
-#: The quick size; the full one is that of ``study.toml``.
+#: Quick size of a search; ``study.toml`` gives the full size.
 QUICK = Algorithm(population=24, generations=8, seed=1), Robustness(samples=32)
 
 
 def study(tool: int, *, quick: bool = False) -> OptimisationStudy:
-    """The reverse gear cut by one of the three tools: that of ``study.toml`` with the module and teeth of the tool."""
+    """Make the study of one of the three tools: ``study.toml`` with the module and tooth numbers of the tool."""
     tables = read_toml(Path(__file__).with_name("study.toml"))
     tables["name"] = f"reverse gear, tool {tool}"
     tables["base"]["pair"]["normal_module"] = MODULE[tool]
@@ -38,9 +38,9 @@ def search(tool: int, *, quick: bool, folder: Path | None) -> xr.Dataset:
 
 
 def kept_search(wanted: OptimisationStudy, name: str, folder: Path | None) -> xr.Dataset:
-    """Run a study, or continue what there is of it in ``folder`` under ``name`` and its digest.
+    """Run a study, or continue it in the subfolder of ``folder`` with ``name`` and the digest of the study.
 
-    A search that was defined otherwise is never continued.
+    Because of the digest, the search of a different study is never continued.
     """
     if folder is None:
         return optimise(wanted)

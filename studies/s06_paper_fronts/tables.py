@@ -1,4 +1,4 @@
-"""Tables of ``s06_paper_fronts``: Table 2 of the paper again, the fronts against it, and what the searches cost."""
+"""Tables: Table 2 of the paper re-evaluated, comparison of the fronts with it, and cost of the searches."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from studies.s06_paper_fronts.search import MODULE, TOOLS, study
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Columns of a gear in the lists, with units.
+#: Columns of a gear in the lists, and their units.
 _GEAR = {
     "teeth": "z",
     "profile_shift": "x",
@@ -26,7 +26,7 @@ _GEAR = {
     "tip_relief": "f [µm]",
     "relief_length": "L [mm]",
 }
-#: Gears of each front that the regenerated table shows; the CSV holds all.
+#: Number of gears per front in the regenerated table; the CSV has all.
 SHOWN = 12
 
 
@@ -71,7 +71,7 @@ def _report(dataset: xr.Dataset) -> list[str]:
 
 
 def _cost(dataset: xr.Dataset) -> list[str]:
-    """Times, rates, and shares that were not computed again."""
+    """Lines on times, rates, and shares of designs that needed no new evaluation."""
     d = dataset
     rows = {
         "designs asked for": d["asked"],
@@ -98,7 +98,7 @@ def _span(dataset: xr.Dataset) -> list[str]:
 
 
 def _table_2(dataset: xr.Dataset) -> list[str]:
-    """The paper's rows under this model, then gears spread over our fronts, in the paper's columns."""
+    """Lines with the paper's rows under this model, then gears spread over our fronts, in the paper's columns."""
     lines = [
         "# Table 2 of Garambois et al. 2017",
         "",

@@ -1,7 +1,7 @@
-"""Accuracy and run time: error against time for every setting, from the paper's plate to 3D finite elements.
+"""Accuracy and run time: error over time for every setting, from the paper's plate to 3D finite elements.
 
-Whether an accuracy that is asked for is met is tried on random scenes, each against a reference far finer than what was
-chosen, and against all settings of the grid. Times are processor times: on an idle machine those are wall times.
+Random scenes test whether a requested accuracy is met: the result is compared with a far finer reference, and its cost
+with all settings of a grid. Times are processor times, which equal wall times on an idle machine.
 """
 
 from studies.s07_accuracy_cost.data import compute, scene

@@ -1,4 +1,4 @@
-"""Work–precision of the scenes, front over all models, accuracies asked for on random scenes, scaling."""
+"""Data of the study: work–precision of scenes, Pareto front of all models, requested accuracies, scaling."""
 
 from __future__ import annotations
 
@@ -39,12 +39,12 @@ if TYPE_CHECKING:
 
 SOLID = ToothBending(model="solid")
 MESHED_TOOTH = ToothBending(model="finite_elements")
-#: Accuracies asked for on the random scenes; seed and number of the scenes of each kind.
+#: Accuracies requested on the random scenes; the next line has seed and number of the scenes by kind.
 ACCURACIES, SOLID_ACCURACY, ROBUST_ACCURACY = (0.03, 0.01), 0.03, 0.02
 PROMISES = {"promise": (SEED, 60), "solid": (SOLID_SEED, 12), "robust": (ROBUST_SEED, 40)}
-#: Meshes of the front, and the one that the fast models are held against.
+#: Accuracies of the finite elements in the front, and of the reference of the fast models.
 FE_LEVELS, FE_REFERENCE = (0.1, 0.05, 0.02, 0.01), 0.003
-#: Ending of the names of scenes with meshed teeth, scenes and meshes of the quick size.
+#: Ending of the names of scenes with finite elements; scenes and meshes of the quick size.
 MESHED = "finite elements"
 QUICK = ("case 2", f"case 1, {MESHED}")
 FEW_MESHES = Meshes(levels={"hex8": (2, 3), "hex20": (2, 3)}, reference=(3, 4, 5), accuracies=(0.1,))
@@ -58,12 +58,12 @@ RESOLUTIONS = ((4, 2), (8, 3), (15, 8), (32, 12))
 
 
 def with_teeth(scene: Scene, teeth: Effect) -> Scene:
-    """``scene`` with other teeth in place of its plate."""
+    """Return ``scene`` with other teeth instead of its plate."""
     return replace(scene, effects=tuple(teeth if e.name == "tooth_bending" else e for e in scene.effects))
 
 
 def scenes() -> dict[str, Scene]:
-    """Scenes of the diagrams: the paper's, with solid and meshed teeth, a gear with random errors, the gears in use."""
+    """Scenes of the diagrams: the paper's with solid teeth and finite elements, random errors, gears in use."""
     plain = {"SC": gear("SC").scene(), "case 1": case(1), "case 2": case(2)}
     cases = [(name, plain[name]) for name in ("case 1", "case 2")]
     solid = {f"{name}, solid": with_teeth(scene, SOLID) for name, scene in cases}
@@ -72,20 +72,20 @@ def scenes() -> dict[str, Scene]:
 
 
 def scene(name: str = "case 1") -> Scene:
-    """One of the scenes of the work–precision diagrams."""
+    """Scene of a work–precision diagram, by name."""
     return scenes()[name]
 
 
 def compute(*, quick: bool = False, folder: Path | None = None) -> xr.Dataset:
-    """Work–precision of the scenes, front over all models, promises on random scenes, scaling; in one Dataset.
+    """Compute work–precision of the scenes, front of all models, promises on random scenes, and scaling.
 
-    Each part is kept in ``folder``, from which an interrupted run continues; nothing is kept of the quick size.
+    Finished parts are kept in ``folder``, from which an interrupted run continues; the quick size keeps nothing.
     """
     return join([kept(None if quick or folder is None else folder / f"{n}.nc", part) for n, part in _parts(quick)])
 
 
 def _parts(quick: bool) -> Iterator[tuple[str, Callable[[], xr.Dataset]]]:
-    """Name of each part, and how it is computed."""
+    """Yield the names of the parts, with functions that compute them."""
     repeats = 1 if quick else 7
     for name, scene in scenes().items():
         if not quick or name in QUICK:
@@ -98,7 +98,7 @@ def _parts(quick: bool) -> Iterator[tuple[str, Callable[[], xr.Dataset]]]:
 
 
 def join(parts: list[xr.Dataset]) -> xr.Dataset:
-    """One Dataset of all parts, the diagrams of all scenes one after the other."""
+    """Join all parts into one Dataset; the diagrams of the scenes follow one another."""
     import xarray as xr
 
     joined = {}
@@ -110,11 +110,11 @@ def join(parts: list[xr.Dataset]) -> xr.Dataset:
 
 
 def _diagram(name: str, scene: Scene, repeats: int) -> xr.Dataset:
-    """Work–precision of a scene, its settings as rows of ``curve``."""
+    """Compute the work–precision of a scene, with its settings along ``curve``."""
     quick = repeats == 1
     if name in gears():
         found = gear_cost(scene)
-    elif name.endswith(MESHED):  # the other settings are as with solid teeth, and slow
+    elif name.endswith(MESHED):  # other settings behave as with solid teeth, but are slow
         found = as_dataset(element_curves(scene, FEW_MESHES if quick else None))
     else:
         found = cost(scene, repeats=repeats, seeds=3 if quick else 12)
@@ -124,7 +124,7 @@ def _diagram(name: str, scene: Scene, repeats: int) -> xr.Dataset:
 
 
 def _front(name: str, scene: Scene) -> xr.Dataset:
-    """Every tooth model at several resolutions: error against finite elements, time with the teeth set up anew."""
+    """Measure every tooth model at several resolutions: error against finite elements, and time for a new pair."""
     import xarray as xr
 
     fine = partial(with_resolution, segments=64, gauss_points=12)
@@ -152,20 +152,20 @@ def _front(name: str, scene: Scene) -> xr.Dataset:
 
 
 def _scaling(repeats: int) -> xr.Dataset:
-    """Scaling, under names of its own."""
+    """Measure the scaling, with the names of its variables in the Dataset of the study."""
     names = {"seconds": "run_seconds", "processor_seconds": "run_processor", "size": "run_size"}
     return scaling(repeats, quick=repeats == 1).rename(names)
 
 
 def _fronts() -> xr.Dataset:
-    """The fronts of both cases, one after the other."""
+    """Compute the fronts of both cases, one after the other."""
     import xarray as xr
 
     return xr.concat([_front(f"case {k}", case(k)) for k in (1, 2)], "model")
 
 
 def _promised(kind: str, quick: bool) -> xr.Dataset:
-    """Settings chosen for requested accuracies on random scenes, along a dimension named after the ``kind``."""
+    """Choose settings for requested accuracies on random scenes; the dimension is named after the ``kind``."""
     seed, count = PROMISES[kind]
     drawn = random_scenes(1 if quick else count, seed=seed)
     if kind == "promise":
@@ -178,7 +178,7 @@ def _promised(kind: str, quick: bool) -> xr.Dataset:
 
 
 def as_table(kind: str, rows: list[dict[str, float]]) -> xr.Dataset:
-    """Rows of numbers along a dimension called ``kind``."""
+    """Make a Dataset of rows of numbers along the dimension ``kind``."""
     import xarray as xr
 
     return xr.Dataset({f"{kind}_{name}": (kind, np.array([row[name] for row in rows])) for name in rows[0]})

@@ -1,4 +1,4 @@
-"""Parts of the Dataset, and the numbers that are held."""
+"""Findings: parts of the Dataset, and checks of promises, convergence orders and scaling."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from studies.s07_accuracy_cost.scaling import DIMENSIONS, exponent
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Limits: share of the scenes whose true error is within the accuracy, and time, choosing included, over that
-#: of the best setting.
+#: Limits: least share of the scenes whose true error is within the requested accuracy, and largest ratio of the time,
+#: search included, to that of the best setting.
 MET, TIMES = 0.95, 6.0
-#: Variables that are there where a scene has finite elements.
+#: Variables that only scenes with finite elements have.
 FLANK = ("compliance_error", "compliance_error_bar", "compliance_order", "unknowns")
 
 
 def meshed(dataset: xr.Dataset) -> dict[str, xr.Dataset]:
-    """Settings of elements and meshes, by scene with meshed teeth; empty where the Dataset has none."""
+    """Scene with finite elements → diagram of its elements and meshes; empty if the Dataset has none."""
     names = [name for name in dict.fromkeys(dataset["setting_scene"].values.tolist()) if name.endswith(MESHED)]
     return {name: diagram(dataset, name) for name in names}
 
 
 def diagram(dataset: xr.Dataset, scene: str) -> xr.Dataset:
-    """The work–precision of one scene again, as ``cost`` returned it."""
+    """Work–precision of one scene, as ``cost`` returned it."""
     names = ("error", "error_bar", "processor_seconds", "seconds", "megabytes", "observed_order", "curve_knob", *FLANK)
     rows = dataset[[name for name in names if name in dataset]]
     rows = rows.isel(setting=dataset["setting_scene"].values == scene, curve=dataset["curve_scene"].values == scene)
@@ -34,18 +34,18 @@ def diagram(dataset: xr.Dataset, scene: str) -> xr.Dataset:
 
 
 def met(dataset: xr.Dataset, kind: str) -> float:
-    """Share of the promises of a kind whose true error is within the accuracy asked for."""
+    """Share of the promises of a kind whose true error is within the requested accuracy."""
     return float((dataset[f"{kind}_true"] <= dataset[f"{kind}_accuracy"]).mean())
 
 
 def ratios(dataset: xr.Dataset) -> np.ndarray:
-    """Time of the settings chosen over that of the best, where settings were chosen."""
+    """Ratios of the time with chosen settings to that with the best settings, for accuracies that could be met."""
     ratio = (dataset["promise_seconds"] / dataset["promise_best_seconds"]).values
     return ratio[np.isfinite(ratio)]
 
 
 def checks(dataset: xr.Dataset) -> list[tuple[str, bool]]:
-    """The promises, the orders observed, and how time grows."""
+    """Check the promises, the observed convergence orders, and the growth of run time."""
     ratio = ratios(dataset)
     found = [
         (
@@ -63,7 +63,7 @@ def checks(dataset: xr.Dataset) -> list[tuple[str, bool]]:
         )
     )
     order = _order(dataset, "case 2", "segments")
-    # lines are loaded over their length, so that the rule of the segments converges exponentially
+    # contact lines are loaded over their whole length, so the quadrature over segments converges exponentially
     found.append((f"case 2: order {order:.2f} in the segments", order > 4))
     for name, part in meshed(dataset).items():
         if part["knob"].isin("mesh, hex20").any():
@@ -76,11 +76,11 @@ def checks(dataset: xr.Dataset) -> list[tuple[str, bool]]:
 
 
 def _order(dataset: xr.Dataset, scene: str, setting: str) -> float:
-    """Median over the quantities of the order observed."""
+    """Median observed order over the quantities."""
     return float(np.nanmedian(diagram(dataset, scene)["observed_order"].sel(knob=setting)))
 
 
 def scaling_part(dataset: xr.Dataset) -> xr.Dataset:
-    """The part on scaling, as ``scaling`` returned it."""
+    """Part on scaling, as ``scaling`` returned it."""
     names = {"run_size": "size", "run_seconds": "seconds", "run_processor": "processor_seconds"}
     return dataset[list(names)].rename(names)

@@ -1,4 +1,4 @@
-"""Work–precision of the twelve gears in use: their segments, Gauss points and order of solid teeth."""
+"""Work–precision of the twelve gears in use over segments, Gauss points and order of solid teeth."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ if TYPE_CHECKING:
     from gearbench.scene import Scene
 
 _GEARS = Path(__file__).parents[2] / "examples" / "gears"
-#: Timed runs of each setting.
+#: Number of timed runs per level.
 REPEATS = 3
-#: Settings on levels that wide helical pairs on their bodies have time for; the last two of each are the reference.
+#: Settings with levels that are affordable for wide helical pairs on gear bodies; the last two are the reference.
 SETTINGS = (
     replace(SEGMENTS, levels=lambda _: (2, 4, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192)),
     replace(GAUSS_POINTS, levels=lambda _: (1, 2, 3, 4, 5, 6, 8, 12, 16, 24, 32, 48, 64)),
@@ -27,10 +27,10 @@ SETTINGS = (
 
 
 def gears() -> dict[str, Scene]:
-    """The pairs of ``examples/gears`` by name, with contact on the line of action."""
+    """Scenes of ``examples/gears`` by name, with contact on the line of action."""
     return {path.stem: read_scene(path).one_load.without("off_line_contact") for path in sorted(_GEARS.glob("*.toml"))}
 
 
 def gear_cost(scene: Scene) -> xr.Dataset:
-    """Work–precision of ``SETTINGS``; see ``gearbench.effort.workprecision.cost``."""
+    """Measure the work–precision of ``SETTINGS``; see ``gearbench.effort.workprecision.cost``."""
     return as_dataset([setting_curve(scene, setting, REPEATS) for setting in SETTINGS])

@@ -22,7 +22,7 @@ FAMILIES = {"plate": (BLUE, "o"), "solid": (ORANGE, "s"), "finite elements": (GR
 
 
 def figures(dataset: xr.Dataset, folder: Path) -> None:
-    """Work–precision diagrams, finite elements, front over all models, promises, scaling."""
+    """Draw work–precision diagrams, finite elements, front of all models, promises and scaling."""
     draw_diagrams(dataset, folder)
     if "model" in dataset.dims:
         draw_front(dataset, folder)
@@ -33,7 +33,7 @@ def figures(dataset: xr.Dataset, folder: Path) -> None:
 
 
 def draw_diagrams(dataset: xr.Dataset, folder: Path) -> None:
-    """Work–precision of each scene: error against time, and against memory; the gears in use by themselves."""
+    """Draw error over time and over memory for the scenes, with the gears in use in a separate figure."""
     names = [name for name in dict.fromkeys(dataset["setting_scene"].values.tolist()) if not name.endswith(MESHED)]
     paper, in_use = ([name for name in names if (name in gears()) == own] for own in (False, True))
     time = "Gauss panels, segments and the solver reach rounding; models and samples are what costs"
@@ -46,7 +46,7 @@ def draw_diagrams(dataset: xr.Dataset, folder: Path) -> None:
 
 
 def _panels(dataset: xr.Dataset, names: Sequence[str], across: str, title: str, path: Path, columns: int = 2) -> None:
-    """Work–precision of scenes side by side."""
+    """Draw the work–precision diagrams of several scenes in one figure."""
     rows = -(-len(names) // columns)
     figure, axes = new_figure(rows, columns, (6.5 * columns, 0.6 + 4.2 * rows), sharey=True)
     for axis, name in zip(axes.flat, names, strict=False):
@@ -64,7 +64,7 @@ def _panels(dataset: xr.Dataset, names: Sequence[str], across: str, title: str, 
 
 
 def _within_one_percent(part: xr.Dataset) -> str:
-    """Time of 1 % by segments, Gauss points, and positions or the order of solid teeth."""
+    """Text with the times for an error of 1 % by segments, Gauss points, and positions or order of solid teeth."""
     words = {"segments": "segments", "gauss_points": "Gauss panels", "positions": "uniform phases"}
     if "positions" not in part["knob"].values:
         words = {"segments": "segments", "gauss_points": "Gauss panels", "solid order": "order"}
@@ -73,7 +73,7 @@ def _within_one_percent(part: xr.Dataset) -> str:
 
 
 def draw_elements(dataset: xr.Dataset, folder: Path) -> None:
-    """Finite elements by type and mesh: error of the compliance and of the four numbers, against time and memory."""
+    """Draw errors of the compliance and of the four numbers by element type and mesh, over time and memory."""
     from matplotlib.ticker import FormatStrFormatter, LogLocator
 
     parts = meshed(dataset)
@@ -90,7 +90,7 @@ def draw_elements(dataset: xr.Dataset, folder: Path) -> None:
                 mine = part["setting_knob"].values == setting
                 axis.plot(x.values[mine], y.values[mine], marker=marker, color=colour, ms=5, lw=1.3, label=str(setting))
             axis.set(xscale="log", yscale="log", xlabel=across, ylabel=f"relative error: {of} [–]")
-            if "memory" in across:  # less than a decade: as numbers, not as powers side by side
+            if "memory" in across:  # the range is less than a decade: label with numbers instead of powers
                 axis.xaxis.set_minor_locator(LogLocator(subs=(2, 3, 5)))
                 axis.xaxis.set_minor_formatter(FormatStrFormatter("%g"))
                 axis.xaxis.set_major_formatter(FormatStrFormatter("%g"))
@@ -106,7 +106,7 @@ def draw_elements(dataset: xr.Dataset, folder: Path) -> None:
 
 
 def element_finding(name: str, part: xr.Dataset, error: float = 0.01) -> str:
-    """Time that each element needs for an error of the compliance."""
+    """Text with the times that the element types need for an error of the compliance."""
     words = []
     for setting in part["knob"].values.tolist():
         first = cheapest_mesh(part, setting, error)
@@ -117,7 +117,7 @@ def element_finding(name: str, part: xr.Dataset, error: float = 0.01) -> str:
 
 
 def cheapest_mesh(part: xr.Dataset, setting: str, error: float) -> xr.Dataset | None:
-    """The first level of a setting from which on the compliance is within ``error``; None if there is none."""
+    """First level of a setting from which on the compliance is within ``error``; None if there is none."""
     rows = part.isel(setting=part["setting_knob"].values == setting)
     above = np.flatnonzero(rows["compliance_error"].values > error)
     first = above[-1] + 1 if above.size else 0
@@ -125,7 +125,7 @@ def cheapest_mesh(part: xr.Dataset, setting: str, error: float) -> xr.Dataset | 
 
 
 def draw_front(dataset: xr.Dataset, folder: Path) -> None:
-    """Error against finite elements of all models at all resolutions: time beside memory, the front marked."""
+    """Draw the error of all models at all resolutions over time and over memory, with the front marked."""
     names = list(dict.fromkeys(dataset["model_scene"].values.tolist()))
     figure, axes = new_figure(len(names), 2, (12, 0.6 + 4.6 * len(names)), sharey="row")
     for row, name in zip(axes, names, strict=True):
@@ -155,7 +155,7 @@ def draw_front(dataset: xr.Dataset, folder: Path) -> None:
 
 
 def _apart(chosen: Sequence[int], x: np.ndarray, y: np.ndarray) -> list[int]:
-    """Points whose labels do not overlap on logarithmic axes."""
+    """Choose points whose labels do not overlap on logarithmic axes."""
     at = np.log10(np.column_stack([x, y]))
     # a label is about as wide as a quarter of the axes and as high as a thirtieth
     at /= np.ptp(at, axis=0) * (1 / 4, 1 / 30)
@@ -167,19 +167,19 @@ def _apart(chosen: Sequence[int], x: np.ndarray, y: np.ndarray) -> list[int]:
 
 
 def pareto(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Indices of the points that no other beats in both, by x."""
+    """Indices of the Pareto-optimal points, sorted by x."""
     order = np.argsort(x)
     least = np.minimum.accumulate(np.append(np.inf, y[order]))[:-1]
     return order[y[order] < least]
 
 
 def _notable(best: np.ndarray, labels: np.ndarray) -> list[int]:
-    """The first point of each label on the front."""
+    """Indices of the first point with each label on the front."""
     return [int(best[np.flatnonzero(labels[best] == name)[-1]]) for name in dict.fromkeys(labels[best].tolist())]
 
 
 def front_finding(part: xr.Dataset) -> str:
-    """The quickest plate, and solid and mesh of about 1 %, in numbers."""
+    """Text with the times of the fastest plate, and of solid teeth and finite elements with an error of about 1 %."""
     error, seconds = part["model_error"].max("quantity").values, part["model_seconds"].values
     words = [str(part["model_scene"].values[0])]
     plate = np.flatnonzero(part["model_label"].values == "plate, paper")
@@ -198,7 +198,7 @@ def _time(seconds: float) -> str:
 
 
 def draw_promises(dataset: xr.Dataset, folder: Path) -> None:
-    """True against estimated and requested error, and time over that of the best setting."""
+    """Draw true error over estimated and requested error, and time relative to the best setting."""
     figure, ((left, right),) = new_figure(1, 2, (12, 4.8))
     kinds = (("promise", BLUE, "o", "plates"), ("solid", ORANGE, "s", "solid teeth"), ("robust", GREEN, "^", "samples"))
     for kind, colour, marker, words in kinds:
@@ -231,7 +231,7 @@ def draw_promises(dataset: xr.Dataset, folder: Path) -> None:
 
 
 def draw_scaling(dataset: xr.Dataset, folder: Path) -> None:
-    """Time over segments, samples, pairs in contact and workers."""
+    """Draw run time over segments, samples, pairs in contact and workers."""
     words = {
         "segments": "segments on a contact line [–]",
         "samples": "error samples [–]",

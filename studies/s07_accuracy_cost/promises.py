@@ -1,4 +1,4 @@
-"""Whether an accuracy that is asked for is met, at what cost: random scenes, true errors, search over all settings."""
+"""Promises: whether a requested accuracy is met, and at what cost, on random scenes with a search over settings."""
 
 from __future__ import annotations
 
@@ -29,20 +29,20 @@ from gearbench.solution import solve_scene
 from gearbench.threads import default_threads
 from studies.s05_tooth_models.pairs import draw, everyday
 
-#: Scenes that the choice was not tuned on: plates, solid teeth, random errors, and the first draw of the latter. Its
-#: constants were settled on the seeds 9, 60, 61, 62 and 7003, and on the draws from 0 on.
+#: Seeds of scenes on which the accuracy control was not tuned: plates, solid teeth, random errors, and first draw of
+#: the random errors. It was tuned on the seeds 9, 60, 61, 62 and 7003, and on the draws from 0 on.
 SEED, SOLID_SEED, ROBUST_SEED, FIRST_DRAW = 7103, 7104, 7101, 50_000
-#: The reference and the one its error bar is taken from, and what the search over all settings may use.
+#: Resolutions of the reference and of its error bar; the next line limits the search over all settings.
 REFERENCE, BEFORE = {"segments": 180, "gauss_points": 24}, {"segments": 120, "gauss_points": 16}
 MOST_SEGMENTS, MOST_POINTS = 128, 32
-#: Settings that are timed again, and how often: the quickest repeat counts.
+#: Number of best settings that are timed again, and repeats, of which the fastest counts.
 FINALISTS, REPEATS = 4, 7
-#: Record of an accuracy that the choice reports as out of reach.
+#: Record of an accuracy that the accuracy control reports as out of reach.
 REFUSED = dict.fromkeys(("estimated", "true", "seconds", "best_seconds", "search_seconds", "trials"), float("nan"))
 
 
 def random_scenes(count: int, seed: int = SEED) -> list[Scene]:
-    """Spur and helical pairs with plates for teeth, half of them each with relief, crowning, a slope; none left out."""
+    """Random spur and helical pairs with plate teeth; relief, crowning and slope on half of them; none is left out."""
     return list(islice(_scenes(np.random.default_rng(seed), draw(everyday, seed)), count))
 
 
@@ -63,19 +63,19 @@ def _scenes(rng: np.random.Generator, pairs: Iterator[Scene]) -> Iterator[Scene]
 
 
 def covered_values(scene: Scene) -> np.ndarray:
-    """The numbers that an accuracy covers, (16,): see ``gearbench.accuracy.measure``."""
+    """Compute the numbers that an accuracy covers, (16,); see ``gearbench.accuracy.measure``."""
     return covers(solve_scene(scene))
 
 
 def covers(solved: Solved) -> np.ndarray:
-    """Covered values of a solved scene, see ``covered_values``."""
+    """Numbers of a solved scene that an accuracy covers, (16,)."""
     return covered(solved.cycle)
 
 
 def promises(scene: Scene, accuracies: Sequence[float]) -> list[dict[str, float]]:
-    """Settings chosen for each accuracy: estimated and true error, its time against the best setting's.
+    """Choose settings for all accuracies; return estimated and true errors, and times of chosen and best settings.
 
-    ``seconds`` is the whole time: of choosing, and of the run itself.
+    ``seconds`` is the whole time, of the search and of the final run.
     """
     reference = covered_values(with_resolution(scene, **REFERENCE))
     bar = float(relative_errors(covered_values(with_resolution(scene, **BEFORE)), reference).max())
@@ -85,7 +85,7 @@ def promises(scene: Scene, accuracies: Sequence[float]) -> list[dict[str, float]
         asked = replace(scene, resolution=Resolution(accuracy=accuracy))
         try:
             choice, search = timed(lambda s=asked: choose(s, solve_scene, covers))
-        except InputError:  # said to be out of reach: counts as not met
+        except InputError:  # reported as out of reach: counts as not met
             found.append({"accuracy": accuracy, **REFUSED, "reference_bar": bar})
             continue
         good = [at for _, error, at in grid if error <= accuracy][:FINALISTS]
@@ -107,7 +107,7 @@ def promises(scene: Scene, accuracies: Sequence[float]) -> list[dict[str, float]
 
 
 def _grid(scene: Scene, reference: np.ndarray) -> list[tuple[float, float, Scene]]:
-    """Processor time [s] and true error of every setting there is, the quickest first."""
+    """Processor time [s] and true error of every setting of the grid, fastest first."""
     found = []
     for n in (n for n in SEGMENTS.levels(scene) if int(n) <= MOST_SEGMENTS):
         for g in (g for g in GAUSS_POINTS.levels(scene) if int(g) <= MOST_POINTS):
@@ -118,14 +118,14 @@ def _grid(scene: Scene, reference: np.ndarray) -> list[tuple[float, float, Scene
 
 
 def solid_promise(scene: Scene, accuracy: float) -> dict[str, float]:
-    """Promises for a solid tooth, whose order is chosen too; the best order is searched, teeth set up anew."""
+    """Promise for solid teeth, whose order is chosen too; the best order is searched with teeth computed anew."""
     effects = tuple(ToothBending(model="solid") if e.name == "tooth_bending" else e for e in scene.effects)
     scene = replace(scene, effects=effects)
     choice = choose(replace(scene, resolution=Resolution(accuracy=accuracy)), solve_scene, covers)
     orders, fine = SOLID_ORDER.levels(scene), {"segments": 96, "gauss_points": 16}
     finest = [covered_values(with_resolution(with_order(scene, order), **fine)) for order in orders[-2:]]
     true = float(relative_errors(covers(choice.run), finest[1]).max())
-    forget_fast_teeth()  # teeth of high order that are kept would fill the memory
+    forget_fast_teeth()  # cached teeth of high order would fill the memory
     return {
         "accuracy": accuracy,
         "estimated": choice.estimated,
@@ -135,7 +135,7 @@ def solid_promise(scene: Scene, accuracy: float) -> dict[str, float]:
 
 
 def robust_promise(scene: Scene, accuracy: float, seed: int, samples: int = 8192) -> dict[str, float]:
-    """Promises for the means over error samples, against many samples at a fine resolution."""
+    """Promise for the means over error samples, against many samples at a fine resolution."""
     scene = replace(scene, effects=(*scene.effects, ManufacturingErrors(preset="garambois2017")))
     threads = default_threads()
     found = robust(replace(scene, resolution=Resolution(accuracy=accuracy)), seed=seed, threads=threads)

@@ -21,14 +21,14 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SEGMENTS, SAMPLES, WIDTHS = (2, 4, 8, 16, 32, 64, 128, 256, 512), (64, 256, 1024, 4096, 16384), (1, 2, 4, 8, 16)
-#: Samples of the run that is shared among workers.
+#: Number of samples of the run that is distributed over workers.
 SHARED = 4096
-#: Sizes over which run time is measured.
+#: Quantities over which run time is measured.
 DIMENSIONS = ("segments", "samples", "pairs", "workers")
 
 
 def scaling(repeats: int, *, quick: bool = False) -> xr.Dataset:
-    """Wall and processor time [s] over ``size`` for each of ``DIMENSIONS``, flat over ``run``."""
+    """Measure wall and processor time [s] over ``size`` for all ``DIMENSIONS``, with one entry of ``run`` per size."""
     import xarray as xr
 
     rows: list[tuple[str, float, float, float]] = []
@@ -58,7 +58,7 @@ def scaling(repeats: int, *, quick: bool = False) -> xr.Dataset:
 
 
 def _wider(scene: Scene, factor: float) -> Scene:
-    """A face and a torque, both multiplied by one factor: more pairs in contact, the same line load."""
+    """Multiply face width and torque by a factor: more pairs in contact at the same line load."""
     pair = replace(scene.pair, face_width=factor * scene.pair.face_width)
     return replace(scene, pair=pair, load=replace(scene.load, torque=factor * scene.load.torque))
 
@@ -71,6 +71,6 @@ def exponent(dataset: xr.Dataset, name: str, points: int = 3) -> float:
 
 
 def speed_up(dataset: xr.Dataset) -> float:
-    """Wall time with one worker over that with all of them."""
+    """Ratio of the wall time with one worker to that with all workers."""
     rows = dataset.isel(run=dataset["grows"].values == "workers")
     return float(rows["seconds"].values[0] / rows["seconds"].values[-1])

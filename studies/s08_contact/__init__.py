@@ -1,4 +1,4 @@
-"""Contact on the theoretical line held to contact finite elements, which assume neither line nor law of contact."""
+"""Contact on the line of action against contact finite elements, which assume neither contact line nor contact law."""
 
 from studies.s08_contact.data import compute, scene
 from studies.s08_contact.findings import checks, figures

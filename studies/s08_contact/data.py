@@ -1,4 +1,4 @@
-"""Spur pairs over their mesh cycles: contact finite elements beside contact on the theoretical line."""
+"""Data of the study: mesh cycles of spur pairs by contact finite elements and by contact on the line of action."""
 
 from __future__ import annotations
 
@@ -30,16 +30,16 @@ _TEETH = (ToothBending(model="solid"), GearBody(), Hertz())
 
 @dataclass(frozen=True, kw_only=True)
 class Case:
-    """A scene under rising torques.
+    """Scene with ascending torques.
 
     Parameters
     ----------
     scene
         The pair with its modifications.
     torques
-        On the pinion [N·m].
+        Torques on the pinion [N·m].
     width_factor
-        Deflection of teeth with free faces over that in plane strain; 1 where it is not known.
+        Ratio of the deflection of teeth with free end faces to that in plane strain; 1 if not known.
     """
 
     scene: Scene
@@ -63,7 +63,7 @@ _RIM = replace(_pair(2.54, 20.0, 121.92, (66.4, 147.7), (32, 64), dedendum=1.35)
 
 _RELIEF = TipRelief(amount=20.0, length=1.0)
 
-#: 1.0278: 3D over plane strain at four phases, of another program's finite elements.
+#: Cases by name. The factor 1.0278 is the ratio of 3D to plane strain at four phases, from another FE program.
 CASES = {
     "spur": Case(scene=_scene("spur", _SPUR, 100.0), torques=(100.0,), width_factor=1.0278),
     "spur_loads": Case(scene=_scene("spur_loads", _SPUR, 100.0), torques=(50.0, 200.0), width_factor=1.0278),
@@ -77,12 +77,12 @@ CASES = {
 
 
 def scene(name: str = "spur") -> Scene:
-    """The scene of a case."""
+    """Scene of a case."""
     return CASES[name].scene
 
 
 def curves(name: str, phases: int = PHASES, workers: int = 2) -> xr.Dataset:
-    """A case by contact finite elements: see ``fem_reference.contact.cycle.contact_cycle``."""
+    """Compute a case by contact finite elements; see ``fem_reference.contact.cycle.contact_cycle``."""
     from fem_reference.contact.cycle import contact_cycle
 
     case = CASES[name]
@@ -90,19 +90,19 @@ def curves(name: str, phases: int = PHASES, workers: int = 2) -> xr.Dataset:
 
 
 def outside_path(dataset: xr.Dataset, pair: Pair) -> np.ndarray:
-    """Share of the load that lies outside the path of contact, (torque, position)."""
+    """Share of the load outside the path of contact, (torque, position)."""
     turns = dataset.mesh_phase.values[:, None] + dataset.pair_index.values
     outside = (turns < 0) | (turns > pair.meshing.transverse_contact_ratio)
     return (dataset.load_share.values * outside).sum(axis=-1)
 
 
 def compute(*, quick: bool = False) -> xr.Dataset:
-    """Curves of every case and torque, and those of the fast teeth, on the line and off it, where the gears stand."""
+    """Compute the curves of all cases and torques by contact finite elements, and by fast teeth on and off the line."""
     return compare(["spur"], 4) if quick else compare(list(CASES), PHASES)
 
 
 def compare(names: Sequence[str], phases: int = PHASES) -> xr.Dataset:
-    """The same of some cases."""
+    """Compute the curves of some cases, as ``compute``."""
     import xarray as xr
 
     from fem_reference.contact.cycle import halfway
@@ -140,6 +140,6 @@ def compare(names: Sequence[str], phases: int = PHASES) -> xr.Dataset:
 
 
 def fast(scene: Scene, torque: float, phases: NDArray, *extra: OffLineContact) -> MeshCycle:
-    """Fast teeth at mesh phases (position,)."""
+    """Compute the mesh cycle of fast teeth at mesh phases, (position,)."""
     effects, resolution = (*scene.effects, *extra), Resolution(positions=len(phases))
     return model_cycle(replace(scene, load=Load(torque=torque), effects=effects, resolution=resolution), phases)

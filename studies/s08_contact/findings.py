@@ -1,7 +1,7 @@
-"""Checks and pictures of the curves.
+"""Findings: checks and pictures of the curves.
 
-Contact finite elements: their error bars, and those of another program for the spur pair. Fast teeth with contact off
-the line: the curves of the contact finite elements.
+Contact finite elements are checked by their error bars and, for the spur pair, against another FE program. Fast teeth
+with contact off the line are checked against contact finite elements.
 """
 
 from __future__ import annotations
@@ -17,18 +17,19 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-#: Spur pair under 100 N·m by contact finite elements with a mesher of their own [µm]: mean, RMS, peak-to-peak.
+#: STE of the spur pair under 100 N·m by another contact FE program with its own mesher [µm].
 LEVELS = {"mean": 11.15, "RMS": 1.74, "peak-to-peak": 4.76}
-#: … and its harmonics 1 to 5 [µm].
+#: Harmonics 1 to 5 of the same STE [µm].
 HARMONICS = (1.95, 1.28, 0.68, 0.20, 0.10)
-#: … within which contact finite elements agree with them, and the fast teeth with contact finite elements.
+#: Relative limits for the difference of contact finite elements from these, and of fast teeth from contact finite
+#: elements.
 _LIMITS = {"mean": 0.01, "RMS": 0.03, "peak-to-peak": 0.03}
-#: RMS over the cycle of what the fast teeth miss, over the mean.
+#: Limit for the RMS over the cycle of the error of the fast teeth, over the mean.
 _RESIDUAL = 0.01
 
 
 def checks(dataset: xr.Dataset) -> list[tuple[str, bool]]:
-    """The error bar of every curve at most 0.5 % of its mean; the spur pair as the other program has it."""
+    """Check that error bars are at most 0.5 % of the mean, and that the spur pair agrees with the other program."""
     found = []
     for row in range(dataset.sizes["design"]):
         here = dataset.isel(design=row)
@@ -42,7 +43,7 @@ def checks(dataset: xr.Dataset) -> list[tuple[str, bool]]:
 
 
 def off_line(here: xr.Dataset) -> list[tuple[str, bool]]:
-    """The fast teeth with contact off the line against contact finite elements, one case."""
+    """Check the fast teeth with contact off the line against contact finite elements, for one case."""
     fe, fast = here.transmission_error.values, here.off_line_transmission_error.values
     name = f"{here.case.values!s}, {float(here.torque):g} N·m, fast off the line"
     residual = float(np.sqrt(((fast - fe) ** 2).mean()) / fe.mean())
@@ -63,7 +64,7 @@ def harmonics(curve: np.ndarray, count: int = 5) -> np.ndarray:
 def agreement(
     name: str, curve: np.ndarray, truth: dict[str, float], amplitudes: np.ndarray, other: str
 ) -> list[tuple[str, bool]]:
-    """Levels and the first harmonics of a curve beside those of another."""
+    """Check that levels and first harmonics of a curve agree with those of another."""
     found = []
     for key, value in levels(curve).items():
         text = f"{name}: {key} {value:.2f} µm, {other} {truth[key]:.2f} (within {1e2 * _LIMITS[key]:g} %)"
@@ -76,7 +77,7 @@ def agreement(
 
 
 def figures(dataset: xr.Dataset, folder: Path) -> None:
-    """Transmission error over the mesh phase, and the share of the load outside the path of contact."""
+    """Draw the transmission error, and the share of the load outside the path of contact, over the mesh phase."""
     count = dataset.sizes["design"]
     figure, axes = new_figure(2, count, (3.2 * count + 1, 5.5), sharex=True)
     phase = dataset.mesh_phase.values

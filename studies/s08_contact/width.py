@@ -1,4 +1,4 @@
-"""The 25/40 pair by contact finite elements of finite width: light loads, short and long relief, a helix of 15°."""
+"""The 25/40 pair with finite face width by contact finite elements: light loads, reliefs, a helix angle of 15°."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ from studies.s08_contact.findings import off_line
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Relief of both gears, µm and mm; the spur pair and the helical one have the same gears, modules and bores.
+#: Relief of both gears, amount [µm] and length [mm]. Spur and helical pair have the same teeth, module and bores.
 _RELIEF = {"": None, "relief": (20.0, 1.0), "short_relief": (10.0, 0.5), "long_relief": (20.0, 2.0)}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Wide:
-    """Curves that are stored in one file.
+    """Curves stored in one file.
 
     Parameters
     ----------
@@ -38,9 +38,10 @@ class Wide:
     phases
         Number of phases.
     fineness
-        Of the strips.
+        Fineness of the strips.
     softer
-        Deflection on layers thin across the face over that on those of ``fineness``; gaps do not yield.
+        Ratio of the deflection with layers that are thin across the face to that with the layers of ``fineness``; gaps
+        are not scaled by it.
     """
 
     curves: dict[str, tuple[float, ...]]
@@ -49,7 +50,8 @@ class Wide:
     softer: float = 1.0
 
 
-#: Layers of the spur gears are three modules thick: curves of the same shape at a fourth of the cost.
+#: File → its curves. Layers of the spur gears are three modules thick, which gives the same shape at a fourth of the
+#: cost.
 WIDE = {
     "width_spur": Wide(
         curves={
@@ -69,7 +71,7 @@ WIDE = {
 
 
 def wide_scene(name: str) -> Scene:
-    """The scene of a curve: "spur" or "helical", "_" and a relief."""
+    """Scene of a curve; its name is "spur" or "helical", and optionally "_" with a relief."""
     kind, _, relief = name.partition("_")
     given, shape = scene("spur"), _RELIEF[relief]
     pair = given.pair
@@ -80,7 +82,7 @@ def wide_scene(name: str) -> Scene:
 
 
 def wide(name: str) -> xr.Dataset:
-    """All curves of a file of ``WIDE``, (curve, position); no mesh is refined for their error bars."""
+    """Compute all curves of a file of ``WIDE``, (curve, position), without mesh refinement for error bars."""
     chosen, rows = WIDE[name], []
     for which, torques in chosen.curves.items():
         settings = SpatialSettings(fineness=chosen.fineness)
@@ -91,7 +93,7 @@ def wide(name: str) -> xr.Dataset:
 
 
 def collected(name: str, rows: list[tuple[str, float, NDArray, NDArray]]) -> xr.Dataset:
-    """Curves from their scenes, torques [N·m], STE [µm] and stiffness [N/µm] (position,)."""
+    """Dataset of curves, given by scene, torque [N·m], STE [µm] and stiffness [N/µm], (position,)."""
     import xarray as xr
 
     chosen = WIDE[name]
@@ -108,12 +110,12 @@ def collected(name: str, rows: list[tuple[str, float, NDArray, NDArray]]) -> xr.
 
 
 def loaded(name: str, torque: float) -> Scene:
-    """The scene of a curve under its torque [N·m]."""
+    """Scene of a curve with its torque [N·m]."""
     return replace(wide_scene(name), load=Load(torque=torque))
 
 
 def fast_alike(here: xr.Dataset, *extra: OffLineContact) -> NDArray:
-    """STE [µm] of the fast teeth where the gears of a curve by contact finite elements stand, (position,)."""
+    """STE of the fast teeth at the gear positions of a curve by contact finite elements, (position,) [µm]."""
     given = loaded(str(here.case.values), float(here.torque))
     resolution = Resolution(positions=here.sizes["position"])
     given = replace(given, effects=(*given.effects, *extra), resolution=resolution)
@@ -121,7 +123,7 @@ def fast_alike(here: xr.Dataset, *extra: OffLineContact) -> NDArray:
 
 
 def checks(dataset: xr.Dataset) -> list[tuple[str, bool]]:
-    """The fast teeth with contact off the line as they are today, against every curve."""
+    """Check the current fast teeth with contact off the line against every curve."""
     found = []
     for row in range(dataset.sizes["curve"]):
         here = dataset.isel(curve=row)

@@ -1,4 +1,4 @@
-"""Contact off the line of action on gears in use: spur and helical, relieved or not, light to twice nominal load."""
+"""Contact off the line of action on gears in use: spur and helical, with and without relief, light to heavy loads."""
 
 from studies.s09_contact_in_use.data import compute, scene
 from studies.s09_contact_in_use.findings import checks, figures

@@ -1,4 +1,4 @@
-"""Twenty-four pairs over their mesh cycles: contact finite elements of finite width beside the models on lines."""
+"""Data of the study: mesh cycles of 24 pairs by contact finite elements of finite width and by models on lines."""
 
 from __future__ import annotations
 
@@ -35,23 +35,23 @@ PHASES = 8
 SEED = 2409
 #: Relative accuracy of the finite elements on lines.
 ACCURACY = 0.002
-#: Segments on a line at least, of the models on lines.
+#: Minimum number of segments on a contact line for models on lines.
 SEGMENTS = 60
-#: The models on lines: the fast one, the fast one with contact off the line, finite elements with contact off the line.
+#: Models on lines: fast model, fast model with contact off the line, finite elements with contact off the line.
 MODELS = ("fast", "fast_off_line", "lines_off_line")
 OUTPUTS = ("transmission_error", "mesh_stiffness")
 _GEARS = Path(__file__).parents[2] / "examples" / "gears"
-#: Real-world pairs, and the part of their nominal torque that they carry.
+#: Real-world pair → share of its nominal torque.
 KNOWN = {
     "fine_pitch": 1.0, "fzg_c": 0.3, "hcr_spur": 1.0, "nasa_28": 1.0, "osu_50": 0.5, "rim_17_43": 2.0, "ross_62": 2.0,
     "thin_rim": 1.0, "e_drive_input": 1.0, "e_drive_output": 0.3, "large_wheel": 1.0, "nrel_5mw_stage3": 2.0,
 }  # fmt: skip
-#: Number of random spur and helical pairs, and the shares of the torque that they carry in turn.
+#: Numbers of random spur and helical pairs, and shares of the nominal torque, used in turn.
 DRAWN, PARTS = (3, 7), (1.0, 0.1, 2.0, 0.5)
 
 
 def scenes() -> list[Scene]:
-    """All pairs, named."""
+    """Scenes of all pairs, with names."""
     plain = spur_scene("spur")
     high = replace(
         plain.pair, centre_distance=80.0, face_width=25.0,
@@ -66,10 +66,10 @@ def scenes() -> list[Scene]:
 
 
 def _drawn() -> Iterator[Scene]:
-    """Pairs of gears in use, spur and helical as many as are wanted, every second one relieved and crowned.
+    """Yield random pairs of gears in use, with ``DRAWN`` spur and helical ones; every second has relief and crowning.
 
-    Left out are those both of whose tips meet the fillets of the mate: they jam, which the models on lines, ending at
-    the form circles, warn of and do not solve.
+    Pairs are skipped if both tips meet the fillets of the mate. Such gears jam; models on lines end at the form
+    circles, so they only warn of this.
     """
     left = dict(zip((False, True), DRAWN, strict=True))
     count = 0
@@ -82,7 +82,7 @@ def _drawn() -> Iterator[Scene]:
             continue
         left[helical] -= 1
         m = each.pair.normal_module
-        # about as deep as teeth deflect under their nominal load: 7 µm for each 100 N/mm
+        # the relief is about the deflection of the teeth under nominal load: 7 µm per 100 N/mm
         depth = float(f"{7e-2 * each.load.torque * 2e3 / (m * each.pair.pinion.teeth * each.pair.face_width):.2g}")
         gaps = (TipRelief(amount=depth, length=round(0.5 * m, 2)), Crowning(amount=depth / 2)) if count % 2 == 0 else ()
         yield replace(
@@ -94,12 +94,12 @@ def _drawn() -> Iterator[Scene]:
 
 
 def scene(number: int = 0) -> Scene:
-    """The pair of a number."""
+    """Scene of the pair with this number."""
     return scenes()[number]
 
 
 def compute(*, quick: bool = False, folder: Path | None = None) -> xr.Dataset:
-    """Curves of all pairs; those of contact finite elements are kept in ``folder``, so that a run can continue."""
+    """Compute the curves of all pairs; contact finite elements are kept in ``folder``, so that a run can continue."""
     if quick:
         return collected([with_models(contact_curve(spur_scene("spur"), 2))])
     rows = [
@@ -110,14 +110,14 @@ def compute(*, quick: bool = False, folder: Path | None = None) -> xr.Dataset:
 
 
 def gathered(folder: Path) -> xr.Dataset:
-    """The pairs whose contact finite elements are in ``folder``, beside the models as they are today."""
+    """Dataset of the pairs whose contact finite elements are in ``folder``, with curves of the current models."""
     from gearbench.results.netcdf import open_result
 
     return collected([with_models(open_result(path)) for path in sorted(folder.glob("[0-9][0-9].nc"))])
 
 
 def contact_curve(scene: Scene, phases: int) -> xr.Dataset:
-    """One pair by contact finite elements, (position)."""
+    """Compute a pair by contact finite elements, (position,)."""
     import xarray as xr
 
     from fem_reference.contact.cycle import contact_cycle
@@ -135,7 +135,7 @@ def contact_curve(scene: Scene, phases: int) -> xr.Dataset:
 
 
 def with_models(row: xr.Dataset) -> xr.Dataset:
-    """One pair beside the curves of the models, (model, position)."""
+    """Add the curves of the models to a pair, (model, position)."""
     from fem_reference.contact.cycle import halfway
 
     scene = parse_scene(tomllib.loads(str(row["scene"].values)))
@@ -147,15 +147,15 @@ def with_models(row: xr.Dataset) -> xr.Dataset:
 
 
 def collected(rows: list[xr.Dataset]) -> xr.Dataset:
-    """All pairs, along ``design``."""
+    """Join all pairs along ``design``."""
     import xarray as xr
 
-    # rows that were read know the length of their own scene, which is that of the first: longer ones would be cut off
+    # encodings of rows read from disk hold a text length: without this, longer scenes would be cut off
     return xr.concat(rows, "design", coords="minimal", compat="override").drop_encoding()
 
 
 def curve(scene: Scene, model: str, phases: NDArray) -> MeshCycle:
-    """A model of ``MODELS`` at mesh phases (position,)."""
+    """Compute the mesh cycle of a model of ``MODELS`` at mesh phases, (position,)."""
     found = replace(scene, resolution=Resolution(positions=len(phases), segments=SEGMENTS))
     if model.endswith("off_line"):
         found = replace(found, effects=(*scene.effects, OffLineContact()))
@@ -165,7 +165,7 @@ def curve(scene: Scene, model: str, phases: NDArray) -> MeshCycle:
 
 
 def residual(dataset: xr.Dataset) -> xr.DataArray:
-    """RMS over the cycle of what the models are off by, over the mean of the contact finite elements [%]."""
+    """RMS over the cycle of the errors of the models, over the mean STE of contact finite elements [%]."""
     exact = dataset.transmission_error
     off = dataset.model_transmission_error - exact
     return 100 * np.sqrt((off**2).mean("position")) / exact.mean("position")

@@ -1,4 +1,4 @@
-"""Limits of contact finite elements and of the fast teeth off the line, and pictures of errors and curves."""
+"""Findings: limits for contact finite elements and fast teeth off the line; pictures of errors and curves."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-#: RMS over the cycle of what the fast teeth miss, and the error bar of the contact finite elements, over the mean [%].
+#: Limits over the mean STE [%]: RMS error of the fast teeth over the cycle, and error bar of contact finite elements.
 RESIDUAL, BAR = 1.0, 0.5
 
 
 def names(dataset: xr.Dataset) -> list[str]:
-    """Name of each pair."""
+    """Names of the pairs."""
     return [tomllib.loads(str(text))["name"] for text in dataset["scene"].values]
 
 
 def checks(dataset: xr.Dataset) -> list[tuple[str, bool]]:
-    """The error bar of every curve, and the residual of the fast teeth off the line."""
+    """Check the error bars of all curves, and the residuals of the fast teeth off the line."""
     off = residual(dataset)
     bar = 100 * dataset.transmission_error_uncertainty / dataset.transmission_error.mean("position")
     found = []
@@ -47,7 +47,7 @@ _STYLES = {
 
 
 def figures(dataset: xr.Dataset, folder: Path) -> None:
-    """residual.png and curves.png."""
+    """Write ``residual.png`` and ``curves.png``."""
     _residuals(dataset, folder / "residual.png")
     _curves(dataset, folder / "curves.png")
 

@@ -1,8 +1,8 @@
-"""The fronts of Garambois et al. 2017 on solid teeth on their gear bodies, beside those on the paper's clamped plate.
+"""Fronts of Garambois et al. 2017 with solid teeth on gear bodies, compared with those with the paper's clamped plate.
 
-The paper's plate is too soft, and its teeth stand on nothing that yields. Here the reverse gear is searched once more,
-with the tooth model that is within a percent of finite elements: which gears the front then holds, which of the
-paper's remain, and what the plate said about each of them.
+The paper's plate is too soft, and its gear body is rigid. Here the reverse gear is searched once more with the tooth
+model that is within one percent of finite elements. The study shows the gears of the new front, which gears of the
+paper's front remain, and what the plate predicted for them.
 """
 
 from studies.s10_fronts_on_bodies.data import compute, scene

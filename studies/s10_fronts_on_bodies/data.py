@@ -1,4 +1,4 @@
-"""Searches on both tooth models, the fronts of each judged by the other, and the rows of Table 2 under both."""
+"""Data of the study: searches with both tooth models, their fronts evaluated with both, and the rows of Table 2."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ from studies.s06_paper_fronts.search import study as plate_study
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Tooth models by the name they have here.
+#: Names of the tooth models in this study.
 MODELS = ("plate", "solid")
-#: Bore of all gears [mm]; the paper gives none. Half the reference diameter, as of a gear on a needle bearing.
+#: Bore of all gears [mm], half the reference diameter, as for a gear on a needle bearing; the paper gives no bore.
 BORE = 20.0
-#: Responses of the rows: their means are m_k and m_ste.
+#: Responses whose means are m_k and m_ste.
 NAMES = ("mesh_stiffness_rms", "transmission_error_rms")
 
 
 def study(tool: int, model: str, *, quick: bool = False) -> OptimisationStudy:
-    """The study of ``s06_paper_fronts`` on one of the tooth models."""
+    """Make the study of ``s06_paper_fronts`` with one of the tooth models."""
     given = plate_study(tool)
     if quick:
         given = replace(given, algorithm=QUICK[0], robustness=Robustness(samples=32, racing=True))
@@ -47,13 +47,13 @@ def study(tool: int, model: str, *, quick: bool = False) -> OptimisationStudy:
 
 
 def scene(number: int = 0) -> Scene:
-    """A row of Table 2 on solid teeth and bodies, at the resolution of the searches."""
+    """Scene of a row of Table 2 with solid teeth and gear bodies, at the resolution of the searches."""
     resolution = Resolution(**plate_study(1).base["resolution"])
     return on_body(table_2()[number].scene(errors=True, resolution=resolution))
 
 
 def on_body(scene: Scene) -> Scene:
-    """A scene of the paper with solid teeth on their bodies."""
+    """Return a scene of the paper with solid teeth on gear bodies."""
     pair = scene.pair
     bored = {name: replace(getattr(pair, name), bore_diameter=BORE) for name in ("pinion", "wheel")}
     teeth = [ToothBending(model="solid") if isinstance(e, ToothBending) else e for e in scene.effects]
@@ -61,14 +61,14 @@ def on_body(scene: Scene) -> Scene:
 
 
 def compute(*, quick: bool = False, folder: Path | None = None) -> xr.Dataset:
-    """The fronts of both tooth models, judged by both, and the rows of Table 2; searches are kept in ``folder``."""
+    """Compute the fronts of both tooth models and the rows of Table 2 with both; searches are kept in ``folder``."""
     searched = {(tool, model): study(tool, model, quick=quick) for tool in TOOLS for model in MODELS}
     found = {key: kept_search(wanted, f"{key[1]}{key[0]}", folder) for key, wanted in searched.items()}
     return assemble(found, quick=quick)
 
 
 def assemble(found: dict[tuple[int, str], xr.Dataset], *, quick: bool) -> xr.Dataset:
-    """The Dataset of the study from its searches, by tool and model."""
+    """Make the Dataset of the study from its searches, given by tool and model."""
     import xarray as xr
 
     fronts = xr.concat([_front(tool, model, found, quick) for tool, model in found], dim="design")
@@ -79,7 +79,7 @@ def assemble(found: dict[tuple[int, str], xr.Dataset], *, quick: bool) -> xr.Dat
 
 
 def _front(tool: int, model: str, found: dict[tuple[int, str], xr.Dataset], quick: bool) -> xr.Dataset:
-    """The front of a search, judged by its own tooth model and by the other one; NaN where that refuses a gear."""
+    """Evaluate the front of a search with both tooth models; NaN if a model refuses a gear."""
     import xarray as xr
 
     designs = Designs(found[tool, model])
@@ -97,7 +97,7 @@ def _front(tool: int, model: str, found: dict[tuple[int, str], xr.Dataset], quic
 
 
 def rows(quick: bool) -> xr.Dataset:
-    """m_k and m_ste of the rows of Table 2: as printed, on the plate, on solid teeth and their bodies."""
+    """Dataset of m_k and m_ste of the rows of Table 2: as printed, with the plate, and with solid teeth on bodies."""
     import xarray as xr
 
     table = table_2()
@@ -118,7 +118,7 @@ def rows(quick: bool) -> xr.Dataset:
 
 
 def means(scene: Scene, r: Robustness) -> list[float]:
-    """m_k and m_ste of a scene over error samples."""
+    """Compute m_k and m_ste of a scene over error samples."""
     problem = prepare_scene(scene)
     answers, _ = respond(problem, problem.draw(r.samples, r.seed, r.sampler), names=NAMES)
     return [float(answers[name].mean()) for name in NAMES]

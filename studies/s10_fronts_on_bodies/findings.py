@@ -1,4 +1,4 @@
-"""Plate and solid compared: shares of the fronts that remain, shifts of the rows, figures and report."""
+"""Findings: comparison of plate and solid teeth; shares of the fronts that remain, shifts of the rows."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ if TYPE_CHECKING:
 
 
 def points(dataset: xr.Dataset, tool: int, found_on: str, judged_by: str) -> NDArray:
-    """m_k, m_ste of the front that one model found, as another judges it, (point, objective); NaN where refused."""
+    """m_k and m_ste of a front, (point, objective), found with one model and evaluated with another; NaN if refused."""
     own = (dataset["design_tool"].values == tool) & (dataset["design_model"].values == MODELS.index(found_on))
     return np.stack([dataset[f"{name}_{judged_by}"].values[own] for name in ("m_k", "m_ste")], axis=1)
 
 
 def row_points(dataset: xr.Dataset, tool: int, model: str) -> NDArray:
-    """m_k, m_ste of the rows of a tool, (row, objective)."""
+    """m_k and m_ste of the rows of a tool, (row, objective)."""
     own = dataset["row_module"].values == MODULE[tool]
     return np.stack([dataset[f"row_{name}_{model}"].values[own] for name in ("m_k", "m_ste")], axis=1)
 
 
 def measures(dataset: xr.Dataset, tool: int) -> dict[str, float]:
-    """Comparison of the plate's front with that on solid teeth and bodies."""
+    """Measures that compare the front found with the plate to that found with solid teeth on bodies."""
     solid, plate = points(dataset, tool, "solid", "solid"), points(dataset, tool, "plate", "solid")
     before, kept = points(dataset, tool, "plate", "plate"), np.isfinite(plate).all(axis=1)
     both = np.concatenate([solid, plate[kept]])
@@ -60,7 +60,7 @@ def measures(dataset: xr.Dataset, tool: int) -> dict[str, float]:
 
 
 def checks(dataset: xr.Dataset) -> list[tuple[str, bool]]:
-    """The search on the solid must not be worse than the plate's front there; rows of Table 2 must not beat it."""
+    """Check, with solid teeth, that the solid's front is no worse than the plate's and no row of Table 2 beats it."""
     found = []
     quick = bool(dataset.attrs["quick"])
     for tool in TOOLS:
@@ -89,7 +89,7 @@ def figures(dataset: xr.Dataset, folder: Path) -> None:
 
 
 def fronts(dataset: xr.Dataset) -> Any:
-    """For each tool: the solid's front, the plate's front as the solid judges it, the rows of Table 2."""
+    """Draw for every tool the solid's front, the plate's front evaluated with solid teeth, and the rows of Table 2."""
     from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
     figure, axes = new_figure(1, len(TOOLS), (13.0, 5.0))
@@ -108,7 +108,7 @@ def fronts(dataset: xr.Dataset) -> Any:
 
 
 def rows(dataset: xr.Dataset) -> Any:
-    """Rows of Table 2: solid over plate, of both objectives, over the total contact ratio."""
+    """Draw the ratios solid/plate of both objectives of the rows of Table 2 over the total contact ratio."""
     figure, axes = new_figure(1, 1, (8.0, 5.0))
     axis = axes[0, 0]
     ratio = dataset["row_contact_ratio"].values
@@ -122,7 +122,7 @@ def rows(dataset: xr.Dataset) -> Any:
 
 
 def report(dataset: xr.Dataset) -> list[str]:
-    """Lines of the report: checks, the fronts, and every row of Table 2 under both models."""
+    """Lines of the report: checks, fronts, and all rows of Table 2 with both models."""
     lines = ["# The paper's fronts on solid teeth and their bodies", ""]
     lines += verdicts(checks(dataset))
     found = {tool: measures(dataset, tool) for tool in TOOLS}

@@ -1,4 +1,4 @@
-"""Errors of the teeth on their bodies against finite elements, on pairs drawn at random from all gears in use."""
+"""Data of the study: errors of teeth on bodies against finite elements on random pairs from all gears in use."""
 
 from __future__ import annotations
 
@@ -32,24 +32,24 @@ from studies.s05_tooth_models.pairs import draw, in_use
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Pairs drawn, by seed. The thresholds of the default order of solid teeth (``gearbench.effects.teeth``) were chosen on
-#: the first ones; the second ones were drawn when they stood.
+#: Seed → number of pairs. The thresholds of the default order of solid teeth (``gearbench.effects.teeth``) were tuned
+#: on the first set; the second set was drawn afterwards.
 DRAWN = {2017: 200, 2018: 30}
 #: Accuracy of the finite elements.
 ACCURACY = 0.01
-#: Tooth models held against finite elements of the whole gear: all but the finest.
+#: Tooth models compared with finite elements of the whole gear: all of s05 but the finest.
 MODELS = {name: MODELS_OF_S05["rim"][name] for name in list(MODELS_OF_S05["rim"])[:-1]}
 
 
 def scene(i: int = 0) -> Scene:
-    """The pair number ``i`` of those drawn first."""
+    """Scene of pair number ``i`` of the first set."""
     return next(islice(draw(in_use, min(DRAWN)), i, None))
 
 
 def compute(*, quick: bool = False, folder: Path | None = None) -> xr.Dataset:
-    """Errors [%], their error bars, worst MAC and times of every model on every pair; NaN where a model refuses a pair.
+    """Compute errors [%] with error bars, worst MAC and times of every model on every pair; NaN if a pair is refused.
 
-    Completed pairs are kept in ``folder`` and not computed again.
+    Finished pairs are kept in ``folder`` and not computed again.
     """
     import xarray as xr
 
@@ -60,7 +60,7 @@ def compute(*, quick: bool = False, folder: Path | None = None) -> xr.Dataset:
 
 
 def pair_errors(scene: Scene) -> xr.Dataset:
-    """Errors, error bars, MAC and seconds of the models on a pair, (tooth_model,); numbers of the reference."""
+    """Compute errors, error bars, MAC and times of the models on a pair, (tooth_model,), and data of the reference."""
     import xarray as xr
 
     solid = replace(scene, effects=(ToothBending(model="solid"), GearBody(), Hertz()))
@@ -78,7 +78,7 @@ def pair_errors(scene: Scene) -> xr.Dataset:
 
 
 def _finest_cycle(reference: Scene) -> xr.Dataset:
-    """Result of ``simulate`` for the reference by its finest level alone."""
+    """Simulate the reference with its finest level alone."""
     start = time.perf_counter()
     return dataset(replace(solve_scene(finest_level(reference)), scene=reference), OUTPUTS, start)
 
@@ -86,11 +86,11 @@ def _finest_cycle(reference: Scene) -> xr.Dataset:
 def _model_errors(
     scene: Scene, effects: tuple[Effect, ...], exact: tuple[Scene, xr.Dataset], again: tuple[Scene, xr.Dataset]
 ) -> dict[str, float]:
-    """One model against the reference and against its finest level, each a scene and its cycle."""
+    """Compare a model with the reference and with its finest level, both given as scene and cycle."""
     names = (*ERRORS, *(f"{name}_bar" for name in ERRORS), "mac", "mac_bar", "seconds")
     try:
         fast = replace(scene, effects=(*effects, Hertz()))
-    except ValidationError:  # Sainsot–Velex outside its range
+    except ValidationError:  # the pair is outside the range of Sainsot–Velex
         return dict.fromkeys(names, math.nan)
     cycle = simulate(fast, outputs=OUTPUTS)
     errors = cycle_errors(cycle, exact[1])

@@ -1,4 +1,4 @@
-"""Limits that solid teeth on their ring keep on gears in use, on how many of them, and pictures of the errors."""
+"""Findings: limits for solid teeth on a ring, shares of the pairs that keep them, and pictures of the errors."""
 
 from __future__ import annotations
 
@@ -19,32 +19,32 @@ if TYPE_CHECKING:
 
 
 BEST = "solid + ring"
-#: Limits of its errors: mean, peak-to-peak [%], least MAC.
+#: Limits for the errors of BEST: mean and peak-to-peak [%], worst MAC.
 LIMITS = {"mean": 1.0, "peak_to_peak": 3.0, "mac": 0.98}
 
 
 def helix_angles(dataset: xr.Dataset) -> NDArray:
-    """β of each pair [°]."""
+    """Helix angles β of the pairs, (pair,) [°]."""
     pairs = [tomllib.loads(str(text))["pair"] for text in dataset["scene"].values]
     return np.array([pair.get("helix_angle", 0.0) for pair in pairs])
 
 
 def drawn_later(dataset: xr.Dataset) -> xr.Dataset:
-    """The pairs on which nothing was chosen."""
+    """Select the second set of pairs, on which nothing was tuned."""
     return dataset.isel(design=dataset["seed"].values != min(DRAWN))
 
 
 def excess(dataset: xr.Dataset, name: str) -> NDArray:
-    """Excess of each pair over the limit of an error, less the error bar of the reference; 0 within it."""
+    """Excess of an error over its limit and the error bar of the reference, (pair,); 0 within the limit."""
     best = dataset.sel(tooth_model=BEST)
     limit = LIMITS["mean" if "mean" in name else "peak_to_peak"]
     return np.maximum(abs(best[name].values) - best[f"{name}_bar"].values - limit, 0.0)
 
 
 def checks(dataset: xr.Dataset) -> list[tuple[str, bool]]:
-    """Means within 1 %, peak-to-peak within 3 %, worst MAC at least 0.98, as far as the reference can tell.
+    """Check means within 1 %, peak-to-peak within 3 %, and worst MAC at least 0.98, beyond the error bars.
 
-    Of all pairs, and of those drawn when the default order stood.
+    The checks cover all pairs, and the second set alone.
     """
     later = drawn_later(dataset)
     return _checks(dataset, "") + (_checks(later, "drawn later: ") if later.sizes["design"] else [])
@@ -66,7 +66,7 @@ def _checks(dataset: xr.Dataset, which: str) -> list[tuple[str, bool]]:
 
 
 def figures(dataset: xr.Dataset, folder: Path) -> None:
-    """Distribution of the errors of every model; those of the best one over the helix angle."""
+    """Draw the distribution of the errors of every model, and the errors of the best model over the helix angle."""
     _models(dataset, folder)
     _helix(dataset, folder)
 

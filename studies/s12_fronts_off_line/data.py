@@ -1,4 +1,4 @@
-"""Rows of Table 2 and gears of the three fronts: contact on the line of action and off it, plate and solid teeth."""
+"""Data of the study: rows of Table 2 and gears of the fronts, contact on and off the line, plate and solid teeth."""
 
 from __future__ import annotations
 
@@ -26,30 +26,30 @@ if TYPE_CHECKING:
 
 #: Contact models: on the line of action, and off it.
 CONTACTS = ("line", "off_line")
-#: Numbers of each gear: means over the error samples [%, µm], and the RMS of the STE without errors [µm].
+#: Values per gear and their units: means over the error samples, and RMS of the STE without errors.
 NAMES = {"m_k": "%", "m_ste": "µm", "rms": "µm"}
 
 
 def scene(number: int = 0) -> Scene:
-    """A row of Table 2 at the resolution of the searches."""
+    """Scene of a row of Table 2 at the resolution of the searches."""
     return table_2()[number].scene(errors=True, resolution=Resolution(**plate_study(1).base["resolution"]))
 
 
 def variant(scene: Scene, model: str, contact: str) -> Scene:
-    """A scene of the paper on one of the ``MODELS``, in one of the ``CONTACTS``."""
+    """Return a scene of the paper with one of the ``MODELS`` and one of the ``CONTACTS``."""
     found = on_body(scene) if model == "solid" else scene
     extra: tuple[Effect, ...] = (OffLineContact(),) if contact == "off_line" else ()
     return replace(found, effects=(*found.effects, *extra))
 
 
 def judged(scene: Scene, r: Robustness) -> np.ndarray:
-    """``NAMES`` of a scene under every model and contact, (name, model, contact); NaN where a model refuses it."""
+    """Compute ``NAMES`` of a scene with every model and contact, (name, model, contact); NaN if a model refuses it."""
     found = np.full((len(NAMES), len(MODELS), len(CONTACTS)), np.nan)
     for i, model in enumerate(MODELS):
         for j, contact in enumerate(CONTACTS):
             try:
                 changed = variant(scene, model, contact)
-            except InputError:  # its body is too thin
+            except InputError:  # the gear body is too thin
                 continue
             nominal = replace(changed, effects=tuple(e for e in changed.effects if e.name != "manufacturing_errors"))
             rms = float(simulate(nominal, outputs=("transmission_error_rms",)).transmission_error_rms)
@@ -58,7 +58,7 @@ def judged(scene: Scene, r: Robustness) -> np.ndarray:
 
 
 def compute(*, quick: bool = False, folder: Path | None = None) -> xr.Dataset:
-    """All rows and fronts, judged; the searches on the plate are kept in ``folder``."""
+    """Evaluate all rows and fronts; the searches with the plate are kept in ``folder``."""
     import xarray as xr
 
     table = table_2()[:4] if quick else table_2()

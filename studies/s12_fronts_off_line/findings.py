@@ -1,4 +1,4 @@
-"""Effect of contact off the line on levels, ranks and fronts: checks, figures and report."""
+"""Findings: effect of contact off the line on levels, ranks and fronts; checks, figures and report."""
 
 from __future__ import annotations
 
@@ -21,32 +21,32 @@ if TYPE_CHECKING:
 
 
 _OBJECTIVES = ("m_k", "m_ste")
-#: Least rank correlation of m_ste on the line and off it.
+#: Least rank correlation between m_ste on the line and m_ste off it.
 _RANK = 0.9
 
 
 def of_tool(dataset: xr.Dataset, kind: str, tool: int) -> NDArray:
-    """Rows ("row") or gears of fronts ("design") that belong to a tool."""
+    """Flag the rows ("row") or gears of fronts ("design") that belong to a tool."""
     if kind == "row":
         return dataset["row_module"].values == MODULE[tool]
     return dataset["design_tool"].values == tool
 
 
 def points(dataset: xr.Dataset, kind: str, tool: int, model: str, contact: str) -> NDArray:
-    """m_k, m_ste, (gear, objective)."""
+    """m_k and m_ste of the gears of a tool, (gear, objective)."""
     own = of_tool(dataset, kind, tool)
     columns = [dataset[f"{kind}_{name}"].sel(model=model, contact=contact).values[own] for name in _OBJECTIVES]
     return np.stack(columns, axis=1)
 
 
 def change(dataset: xr.Dataset, kind: str, name: str, model: str) -> NDArray:
-    """Change by contact off the line, of all gears [%]; NaN where refused."""
+    """Relative change of a value by contact off the line, for all gears [%]; NaN if a model refuses a gear."""
     line, off = (dataset[f"{kind}_{name}"].sel(model=model, contact=contact).values for contact in CONTACTS)
     return 100 * (off / line - 1)
 
 
 def measures(dataset: xr.Dataset, kind: str, tool: int, model: str) -> dict[str, float]:
-    """Changes of a tool's gears on a model: medians and ranges [%], rank correlations, and who remains in front."""
+    """Changes of a tool's gears with a model: medians and ranges [%], rank correlations, gears left on the front."""
     own = of_tool(dataset, kind, tool)
     found: dict[str, float] = {}
     for name in NAMES:
@@ -66,7 +66,7 @@ def measures(dataset: xr.Dataset, kind: str, tool: int, model: str) -> dict[str,
 
 
 def checks(dataset: xr.Dataset) -> list[tuple[str, bool]]:
-    """Every gear is judged; contact off the line orders the gears of a tool much as contact on it does."""
+    """Check that every gear is evaluated, and that contact on and off the line rank the gears of a tool alike."""
     found = []
     for kind in ("row", "design"):
         judged = all(np.isfinite(dataset[f"{kind}_{name}"].sel(model="plate")).all() for name in NAMES)
@@ -93,7 +93,7 @@ def figures(dataset: xr.Dataset, folder: Path) -> None:
 
 
 def fronts(dataset: xr.Dataset) -> Any:
-    """Gears of the fronts on both models: on the line and off it, each joined to itself."""
+    """Draw the gears of the fronts with both models, joined by lines from contact on the line to contact off it."""
     figure, axes = new_figure(len(MODELS), len(TOOLS), (13.0, 8.0))
     for row, model in zip(axes, MODELS, strict=True):
         for axis, tool in zip(row, TOOLS, strict=True):
@@ -110,7 +110,7 @@ def fronts(dataset: xr.Dataset) -> Any:
 
 
 def rows(dataset: xr.Dataset) -> Any:
-    """Change of each row of Table 2 by contact off the line, over the total contact ratio."""
+    """Draw the changes of the rows of Table 2 by contact off the line over the total contact ratio."""
     figure, axes = new_figure(1, len(MODELS), (11.0, 4.5), sharey=True)
     ratio = dataset["row_contact_ratio"].values
     for axis, model in zip(axes.ravel(), MODELS, strict=True):
@@ -124,7 +124,7 @@ def rows(dataset: xr.Dataset) -> Any:
 
 
 def report(dataset: xr.Dataset) -> list[str]:
-    """Lines of the report: checks, what changes on the fronts and in Table 2, and every row of that."""
+    """Lines of the report: checks, changes on the fronts and in Table 2, and all rows of Table 2."""
     lines = ["# Table 2 and the paper's fronts with contact off the line", ""]
     lines += verdicts(checks(dataset))
     for kind, title in (("design", "The fronts"), ("row", "Table 2")):
