@@ -42,9 +42,13 @@ def new_figure(rows: int, columns: int, size: tuple[float, float], **more: Any) 
     return figure, figure.subplots(rows, columns, squeeze=False, **more)
 
 
-def legend_below(figure: Figure, axis: Axes, columns: int) -> None:
-    """Put one legend, made from ``axis``, below all axes."""
-    figure.legend(*axis.get_legend_handles_labels(), loc="outside lower center", ncols=columns, frameon=False)
+def legend_below(figure: Figure, axis: Axes, columns: int, *others: Axes) -> None:
+    """Put one legend below all axes, with the labels of ``axis`` and those that only ``others`` have."""
+    handles: dict[str, Any] = {}
+    for each in (axis, *others):
+        for handle, label in zip(*each.get_legend_handles_labels(), strict=True):
+            handles.setdefault(label, handle)
+    figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=columns, frameon=False)
 
 
 def _axes(axes: Axes | None, size: tuple[float, float] = (7.0, 4.0)) -> Axes:

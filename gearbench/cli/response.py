@@ -201,7 +201,8 @@ def _train_rows(dataset: xr.Dataset) -> Iterator[tuple[str, str, str]]:
     rms = (dataset["bearing_force_amplitude"] ** 2).sum(["mesh", "direction", "harmonic"], skipna=False) ** 0.5 / 2**0.5
     most = {str(name): float(rms.sel(bearing=name).max()) for name in rms["bearing"].values}
     pins = sorted((name for name in most if name.startswith("planet ")), key=lambda name: most[name])
-    shown = [name for name, force in most.items() if force and name not in pins[:-1]]  # show one pin for all
+    least = 1e-6 * max(most.values())  # forces that cancel leave rounding
+    shown = [name for name, force in most.items() if force > least and name not in pins[:-1]]  # show one pin for all
     curves = [
         ("largest force of a mesh over that where all paths share alike, K_γ", dataset["mesh_load_factor"], "1"),
         ("RMS of the transmission error of the train", dataset["train_dynamic_transmission_error_rms"], "µm"),

@@ -30,7 +30,7 @@ def write(draw: Any, one: xr.Dataset, path: Path) -> None:
     title = ": ".join(filter(None, [", ".join(name[:NAME] for name in names if name), found]))
     # names may contain characters that no font has
     title = "".join(letter if letter.isprintable() or letter == "\n" else "?" for letter in title)
-    figure.suptitle(title, fontsize="medium", parse_math=False)
+    figure.suptitle(title, fontsize="medium", parse_math=False, wrap=True)
     with replacing(path) as part:
         figure.savefig(part, dpi=120, format="png")
 

@@ -76,5 +76,5 @@ def draw_side_bands(dataset: xr.Dataset, folder: Path) -> Path:
         side_bands(dataset, rows[1][0], "passing_force").set_title(
             "force of the planets as they pass a place of the ring"
         )
-    legend_below(figure, first, 4)
+    legend_below(figure, first, 4, *(row[0] for row in rows[1:]))
     return write_figure(figure, folder / "side_bands.png")

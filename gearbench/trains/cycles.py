@@ -107,7 +107,7 @@ def check_train_cycles(scene: Scene) -> int:
     gears = gears_apart(scene)
     if not gears:
         raise InputError("effects", "all teeth are alike", "must have pitch_errors or waviness")
-    return check_cycles(list(gears.values()), "gears" if scene.train.planetary is None else "planetary")
+    return check_cycles(list(gears.values()), "gears" if scene.train.planetary is None else "planetary.ring.teeth")
 
 
 def train_cycles_memory(meshes: int, positions: int, cycles: int, orders: float) -> float:

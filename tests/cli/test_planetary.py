@@ -52,3 +52,11 @@ def test_a_page_is_refused_of_several_meshes(run, scene, tmp_path):
     code, _, said = run("simulate", scene, "--report", tmp_path / "page.html")
     assert code == 2
     assert "without --report" in said
+
+
+def test_forces_on_bearings_that_cancel_are_not_printed(run, scene):
+    scene.write_text(SET.replace("positions = 4", "positions = 8"))
+    code, said, _ = run("response", scene, "--speed", "1000:2000:2", "--harmonics", "1")
+    assert code == 0
+    assert "force on the bearing of planet" in said
+    assert "force on the bearing of sun" not in said

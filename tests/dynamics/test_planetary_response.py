@@ -12,6 +12,7 @@ from scipy.integrate import solve_ivp
 from gearbench import response, simulate
 from gearbench.contact.phases import uniform_phases
 from gearbench.dynamics.analysis import over_speed
+from gearbench.dynamics.drawing import write
 from gearbench.dynamics.figures import draw_response
 from gearbench.dynamics.housing import housing_response
 from gearbench.dynamics.nonlinear import nonlinear_response
@@ -303,6 +304,18 @@ def test_figures_are_of_the_set(tmp_path):
     assert names[:4] == ["modes.png", "sharing.png", "bearings.png", "ring.png"]
     assert len([name for name in names if name.startswith("campbell")]) == 1
     assert all((tmp_path / name).stat().st_size > 10_000 for name in names)
+
+
+def test_long_titles_stay_within_their_figure(tmp_path):
+    one, figures = xr.Dataset(attrs={"scene": f'name = "{"long name " * 4}"'}), []
+
+    def draw(figure, _):
+        figures.append(figure)
+        return "largest mesh force, 2.85e+03 N, at 1.428e+04 Hz and 8000 1/min"
+
+    write(draw, one, tmp_path / "figure.png")
+    (title,), whole = figures[0].texts, figures[0].bbox
+    assert title.get_window_extent().width < whole.width
 
 
 def test_other_answers_over_speed_are_refused_in_one_line():

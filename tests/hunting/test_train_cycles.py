@@ -112,8 +112,19 @@ def test_an_eccentric_sun_passes_planet_after_planet():
         assert_allclose(load[planet], np.roll(load[0], 8 * planet * 18 // 4), atol=1e-8)
 
 
-def test_the_figure_shows_both_curves(tmp_path):
-    assert draw_side_bands(hunting_cycle(made({"sun": PITCH["sun"]}, phases=4)), tmp_path).stat().st_size > 10_000
+def test_the_figure_shows_both_curves_and_names_their_orders(monkeypatch, tmp_path):
+    figures = []
+    monkeypatch.setattr("gearbench.hunting.figures.write_figure", lambda figure, _: figures.append(figure))
+    draw_side_bands(hunting_cycle(made({"sun": PITCH["sun"]}, phases=4)), tmp_path)
+    error, passing = figures[0].axes
+    drawn = {line.get_label() for line in (*error.get_lines(), *passing.get_lines())}
+    assert drawn == {text.get_text() for text in figures[0].legends[0].get_texts()}
+    assert "orders of ring" in drawn
+
+
+def test_a_set_with_too_many_cycles_is_refused_by_its_teeth():
+    with pytest.raises(InputError, match=r"planetary\.ring\.teeth = -97: 107670 mesh cycles"):
+        hunting_cycle(made({}, (37, 30, 97), planets=3, run_out={"sun": 5.0, "planet": [5.0, 0.0, 0.0]}))
 
 
 def test_teeth_that_are_alike_have_no_side_bands():
