@@ -1,4 +1,4 @@
-"""Planetary sets: load sharing, phases, what phasing cancels, against closed forms and a solution of its own."""
+"""Planetary sets: load sharing, phases and cancelled harmonics, against closed forms and an independent solution."""
 
 import math
 from dataclasses import replace
@@ -83,9 +83,10 @@ def test_three_planets_and_a_floating_sun_share_equally_whatever_the_pins():
 
 
 def springs(k_sun, k_ring, pins, torque, pin_stiffness, *, floating):
-    """Forces of the sun's meshes by springs on rigid members, in frames of the planets: tangential and radial.
+    """Forces of the sun's meshes by a model of springs on rigid members, with evenly spaced planets.
 
-    Stiffness of the meshes of each planet [N/mm], pins (tangential, radial) [mm], planets evenly spaced.
+    ``k_sun`` and ``k_ring`` are mesh stiffnesses of each planet [N/mm], ``pins`` position errors of the pins
+    (tangential, radial) in the frames of the planets [mm].
     """
     count, alpha = len(k_sun), math.radians(20.0)
     r_s = 36.0 * math.cos(alpha)
@@ -101,7 +102,7 @@ def springs(k_sun, k_ring, pins, torque, pin_stiffness, *, floating):
         of_sun = turn + np.sum(push * (sun - planet), axis=1) - spin
         return of_sun, spin + np.sum(back * planet, axis=1), yielded
 
-    # all of it is linear: rows of the springs, k a q = force where they are pressed; pins pull as well
+    # the model is linear: meshes push with k a q while they are loaded, pins push and pull
     def rows(q):
         of_sun, of_ring, yielded = approaches(q)
         return np.concatenate([of_sun, of_ring, yielded.ravel()])
@@ -206,7 +207,7 @@ def test_samples_with_errors_of_flanks_are_solved_as_single_sets_are(effects, mo
     own = {"scatter": {"pin_tangential": 15.0}, "pin_stiffness": 300.0, "phases": 4}
     train = sampled_train(parse_scene(tables(planets=4, effects={**effects, "manufacturing_errors": FLANKS}, **own)))
     whole, names, flanks = train.solved, train.names, train.flanks
-    # of sun and ring one flank, of planets two
+    # sun and ring have one flank in contact, planets two
     assert len(flanks.errors) == 2 * (1 + 1 + 4 * 2)
     assert {"profile_slope sun", "helix_slope planet 2, driven flank", "helix_slope ring"} < set(flanks.errors)
     errors = train.draw(np.random.default_rng(1).random((3, len(train.error_names))))
@@ -237,7 +238,7 @@ def test_over_a_revolution_run_outs_turn_with_their_members():
     keys = {"planets": 4, "pin_stiffness": 300.0, "run_out": {"sun": 20.0, "planet": [0.0, 8.0, 0.0, 0.0]}}
     whole = simulate(parse_scene(tables(**keys)), outputs=["transmission_error"])
     shares = whole["load_sharing_over_revolution"]
-    # at the beginning it is the set as it stands
+    # at the beginning it is the set without rotation
     assert_allclose(shares.isel(revolution=0), whole["load_sharing"].max("position"), rtol=1e-5)
     assert float(whole["mesh_load_factor"]) == float(shares.max()) > 1.05
     # the sun turns 96/36 times, and its eccentricity passes planet after planet
@@ -274,7 +275,7 @@ def test_the_plan_counts_meshes_and_motions():
     made = plan(parse_scene(tables(planets=4, floating=["sun"], scatter={"pin_radial": 5.0})))
     assert [part.size for part in made.parts if part.name == "balance"] == ["8 meshes, 7 free motions"]
     assert made.parts[-1].name == "robust"
-    # a cycle for each tooth of the ring, that the planets pass
+    # one mesh cycle for each tooth of the ring that the planets pass
     assert 0.01 < made.megabytes["hunting"] < 10.0
 
 
@@ -318,7 +319,7 @@ def test_planets_in_phase_have_one_phase_to_the_last_digit():
 
 @pytest.mark.parametrize("floating", [[], ["sun"]])
 def test_planets_that_part_leave_the_rest_in_balance(floating):
-    # pins stand far beside their places for so small a torque: found by random sets
+    # for so small a torque the errors of the pins are large; random sets found this case
     pins = {"pin_tangential": [-23.0, 16.3, 27.7, 27.7, 3.8], "pin_radial": [-21.9, 17.3, 1.0, 25.0, 2.4]}
     found = solved(planets=5, torque=4.74, floating=floating, effects={"tooth_bending": {}, "hertz": {}}, **pins)
     F, q, B = found.balance.force, found.balance.motion, found.linkage.rows

@@ -54,12 +54,13 @@ def test_shear_along_the_axis():
 
 @cache
 def annulus(n: float, nu: float, bore: float) -> np.ndarray:
-    """Amplitudes (U, V) on the rim under unit tractions (θ, R) × e^{inθ}, E = 210 GPa; 50 digits.
+    """Amplitudes (U, V) on the rim under unit tractions (θ, R) × e^{inθ}, E = 210 GPa, in 50 digits.
 
-    Navier's equations in polar coordinates, plane strain: u = R^s, s = ±n ± 1, four constants from both edges.
+    Navier's equations in polar coordinates and plane strain have solutions R^s with s = ±n ± 1; the conditions at both
+    edges give the four constants.
     """
     with mp.workdps(50):
-        # coincident powers of n = 0 and 1 are told apart by a little
+        # powers that coincide for n = 0 and 1 are separated by a small difference
         n = mp.mpf(n) + mp.mpf(10) ** -20
         lam, mu = mp.mpf(E) * nu / ((1 + mp.mpf(nu)) * (1 - 2 * mp.mpf(nu))), mp.mpf(E) / (2 * (1 + mp.mpf(nu)))
 
@@ -106,7 +107,7 @@ def test_harmonics_of_the_plane_annulus(n, nu, bore):
 
 @pytest.mark.parametrize("n", [20, 60, 300, 2000])
 def test_layer_of_high_harmonics_costs_little(n):
-    """Held 7 r/n below the rim, where (1 + 7)² e^−14 of the energy is left: 5e-5 of the greatest, from below."""
+    """Clamping at 7 r/n below the rim, where (1 + 7)² e^−14 of the energy is left, makes the ring 5e-5 stiffer."""
     found = ring().harmonics(np.array([n]))[0, :2, :2] * R_O
     exact = annulus(n, NU, R_I)
     assert_allclose(found, exact, rtol=0, atol=1.2e-4 * exact.max())
@@ -114,7 +115,7 @@ def test_layer_of_high_harmonics_costs_little(n):
 
 
 def test_convergence_along_the_radius_is_spectral():
-    """Two more functions leave less than a quarter of the error, down to what the layer costs."""
+    """Two more functions reduce the error to less than a quarter, down to the error of the layer."""
     for n in (0, 2, 8, 40):
         exact = annulus(n, NU, R_I)
         error = [
@@ -127,7 +128,7 @@ def test_convergence_along_the_radius_is_spectral():
 
 @pytest.mark.parametrize("bore", [0.95, 0.6, 0.2, 0.05])
 def test_six_functions_are_enough_at_any_bore(bore):
-    """The order of a gear body: 5e-4 of the greatest, from thin rims to shafts."""
+    """The default order of gear bodies is accurate to 5e-4 of the greatest compliance, from thin rims to shafts."""
     n = np.array([0, 1, 2, 3, 5, 8, 12, 20, 40])
     found = ring((6, 1), inner_radius=bore * R_O).harmonics(n)[:, :2, :2] * R_O
     for k, harmonic in zip(n, found, strict=True):
@@ -136,7 +137,7 @@ def test_six_functions_are_enough_at_any_bore(bore):
 
 
 def test_short_waves_see_a_half_plane():
-    """n ĉ_n → surface compliance of the half-plane: 2(1−ν²)/E, coupling (1−2ν)(1+ν)/E, along the axis 1/μ."""
+    """n ĉ_n tends to the compliance of the half-plane: 2(1−ν²)/E, coupling (1−2ν)(1+ν)/E, along the axis 1/μ."""
     direct, coupling = 2 * (1 - NU**2) / E, -(1 - 2 * NU) * (1 + NU) / E
     limit = np.array([[direct, coupling, 0], [coupling, direct, 0], [0, 0, 1 / MU]])
     n = np.array([200.0, 800.0])
@@ -148,9 +149,9 @@ def test_short_waves_see_a_half_plane():
 # -- along the axis ---------------------------------------------------------------------------------------------------
 @cache
 def strains():
-    """ε (6 components, ε_θθ ε_RR ε_zz γ_θR γ_θz γ_Rz) by the symbolic gradient, linear in u_c and its derivatives.
+    """Strains (ε_θθ ε_RR ε_zz γ_θR γ_θz γ_Rz) from the symbolic gradient, linear in u_c and its derivatives.
 
-    With e = R the coordinate s is the angle itself, counted from the screw.
+    With e = R the coordinate s is the angle, counted from the screw.
     """
     s, x, z = symbolic_solid.s, symbolic_solid.x, symbolic_solid.z
     root, screw = sp.symbols("root screw", positive=True)
@@ -171,9 +172,9 @@ def strains():
 
 
 def symbolic_compliance(body: Ring, n: int, along: int) -> np.ndarray:
-    """ĉ_n by Ritz with complex amplitudes: Legendre functions over the whole depth times g_j(z) e^{inθ}; (3q, 3q).
+    """ĉ_n (3q, 3q) by Ritz with complex amplitudes: Legendre functions over the whole depth times g_j(z) e^{inθ}.
 
-    In the phases of the ring (i for u_θ and u_z, i^j): real if the ring is right to say so.
+    It is in the phases of the ring (i for u_θ and u_z, i^j), in which it must be real.
     """
     q, depth = body.order[1], body.radius - body.inner_radius
     xi, wx = gauss(along + 12)
@@ -207,7 +208,7 @@ def symbolic_compliance(body: Ring, n: int, along: int) -> np.ndarray:
 @pytest.mark.parametrize("screw", [0.0, 0.012, -0.012])
 @pytest.mark.parametrize("n", [0, 1, 3, 7])
 def test_harmonics_against_the_symbolic_strains(n, screw):
-    """Strains by the metric of the screw, complex amplitudes, other functions of R over the whole depth."""
+    """Independent solution: strains from the metric of the screw, complex amplitudes, other functions of R."""
     body = ring((20, 4), screw=screw)
     exact = symbolic_compliance(body, n, 18)
     assert_allclose(exact.imag, 0, atol=1e-12 * np.abs(exact).max())
@@ -218,7 +219,7 @@ def test_harmonics_against_the_symbolic_strains(n, screw):
 
 @pytest.mark.parametrize("n", [1, 4, 9, 25])
 def test_screw_is_a_matter_of_coordinates(n):
-    """A load e^{inθ}, even along the axis, seen from coordinates that turn: e^{inκz} in Legendre functions."""
+    """In screw coordinates a load e^{inθ} that is constant along the axis is e^{inκz}, in Legendre functions."""
     kappa, q = 0.02, 14
     x = n * kappa * WIDTH / 2
     # about the middle of the axis e^{ixt} = Σ i^j (2j+1) j_j(x) P_j(t); the common phase drops out
@@ -227,7 +228,7 @@ def test_screw_is_a_matter_of_coordinates(n):
     screwed = ring((14, q), screw=kappa).harmonics(np.array([n]))[0].reshape(3, q, 3, q)
     # 14 functions hold a turn of up to 7.5 rad to 1e-5; before that the ends of the axis converge
     assert_allclose(np.einsum("ajbk,j,k->ab", screwed, seen, seen), straight, rtol=0, atol=1e-4 * straight.max())
-    # seen in the wrong sense it is another load
+    # with the wrong sense of the screw it is another load
     wrong = seen * (-1.0) ** np.arange(q)
     assert n == 1 or abs(np.einsum("ajbk,j,k->ab", screwed, wrong, wrong)[0, 0] / straight[0, 0] - 1) > 0.01
 
@@ -245,7 +246,7 @@ def test_harmonics_are_symmetric_and_positive(screw):
 
 @pytest.mark.parametrize("screw", [0.0, 0.02])
 def test_compliance_grows_with_every_function(screw):
-    """Rayleigh–Ritz, in the sense of quadratic forms, the load being the same."""
+    """By Rayleigh–Ritz the compliance under the same load grows as a quadratic form."""
     orders = [(3, 3), (4, 3), (4, 5), (7, 5), (8, 8)]
     found = [
         ring(o, screw=screw).harmonics(N).reshape(len(N), 3, o[1], 3, o[1])[:, :, :3, :, :3].reshape(-1, 9, 9)
@@ -257,7 +258,7 @@ def test_compliance_grows_with_every_function(screw):
 
 
 def test_smaller_bore_is_softer():
-    """Less is held: monotone as quadratic forms for every harmonic that reaches the bore."""
+    """A smaller bore holds less: the compliance grows as a quadratic form for every harmonic that reaches the bore."""
     n = np.array([0, 1, 2, 5])
     found = [ring((20, 3), inner_radius=r).harmonics(n) for r in (39.0, 36.0, 30.0, 20.0)]
     for stiff, soft in pairwise(found):
@@ -269,14 +270,14 @@ def test_smaller_bore_is_softer():
 
 
 def test_scaling():
-    """All lengths × s: ĉ is mm/N per unit traction × length, hence unchanged; moduli × m: 1/m."""
+    """Scaling all lengths leaves ĉ unchanged (mm/N per unit traction × length); moduli × m give 1/m."""
     body = ring((6, 4), screw=0.02)
     large = replace(body, inner_radius=3 * R_I, radius=3 * R_O, width=3 * WIDTH, screw=0.02 / 3, E=5 * E)
     assert_allclose(5 * large.harmonics(N), body.harmonics(N), rtol=0, atol=1e-11 * body.harmonics(N).max())
 
 
 def test_negative_harmonics_are_mirror_images():
-    """e^{−inθ} seen from the other end of the axis: what the gear body uses for n < 0."""
+    """e^{−inθ} is e^{inθ} seen from the other end of the axis; the gear body uses this for n < 0."""
     for screw in (0.0, 0.02):
         body = ring((6, 4), screw=screw)
         here, there = body.harmonics(np.array([3.0])), body.harmonics(np.array([-3.0]))
@@ -290,7 +291,7 @@ def test_negative_harmonics_are_mirror_images():
 
 @pytest.mark.parametrize(("most", "screw"), [(3, 0.0), (6, 0.02), (40, 0.0), (700, 0.0), (700, 0.02)])
 def test_interpolation_between_harmonics(most, screw):
-    """n ĉ_n along ln n by splines of degree five: 1e-3 of the harmonic itself."""
+    """Splines of degree five for n ĉ_n over ln n are accurate to 1e-3 of the harmonic."""
     body = ring((8, 5), screw=screw)
     n = np.unique(np.geomspace(1, most, 60).round()).astype(int)
     some, weights = harmonic_weights(most)

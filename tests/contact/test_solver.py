@@ -1,4 +1,4 @@
-"""The structured Newton solver against its readable twin, a dense active set, a generic QP solver and mpmath."""
+"""The structured Newton solver against its readable version, a dense active set, a generic QP solver and mpmath."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ RESIDUAL = 1e-10  # what every solution of the contact problem must hold
 
 
 def random_problem(seed: int, *, linear: bool, segments: int | None = None, rank: int | None = None) -> ContactProblem:
-    """One position: 1–4 pairs, 1–120 segments, rank 0–12, coupled or not, gaps from 0 to 1000 deflections."""
+    """Random problem of one position: 1–4 pairs, 1–120 segments, rank 0–12, coupled or not, gaps up to 1000."""
     rng = np.random.default_rng(seed)
     pairs = int(rng.integers(1, 5))
     each = segments or int(rng.integers(1, max(2, 120 // pairs + 1)))
@@ -58,7 +58,7 @@ def random_problem(seed: int, *, linear: bool, segments: int | None = None, rank
 
 
 def active_set(H: NDArray, e: NDArray) -> tuple[NDArray, float]:
-    """Exact P, δ of HP + e ≥ δ, P ≥ 0, ΣP = 1, complementary: dense primal active set after Lawson & Hanson."""
+    """Exact P and δ with HP + e ≥ δ, P ≥ 0, ΣP = 1 and complementarity, by Lawson & Hanson's active set."""
     n = e.size
     P, loaded = np.zeros(n), np.zeros(n, dtype=bool)
     first = int(np.argmin(e))
@@ -86,14 +86,14 @@ def active_set(H: NDArray, e: NDArray) -> tuple[NDArray, float]:
 
 
 def dense(problem: ContactProblem) -> tuple[NDArray, NDArray]:
-    """H with the linear law on its diagonal, and e, of the existing segments."""
+    """H, with the linear law added to its diagonal, and e of the existing segments."""
     active = problem.active[0]
     psi = full_factor(problem, 0)
     return psi @ psi.T + np.diag(problem.a[0, active]), problem.gap[0, active]
 
 
 def residuals(problem: ContactProblem) -> tuple[float, float, float]:
-    """|ΣP − F|/F, −min P and complementarity, from the equations of the contact problem, not from the solver."""
+    """|ΣP − F|/F, −min P and complementarity, from the equations of the contact problem, independent of the solver."""
     solution = solve(problem)
     active = problem.active[0]
     P, delta = solution.force.ravel()[active], float(solution.approach[0])
@@ -179,7 +179,7 @@ def test_agrees_with_a_generic_qp_solver():
 
 @pytest.mark.parametrize("method", [dense_fallback.active_set, dense_fallback.one_at_a_time])
 def test_dense_fallback_agrees_with_the_structured_solver(method):
-    """Both of its stages: the whole contact set at once, and the one that is sure to end."""
+    """Both stages agree: the whole contact set at once, and one segment at a time."""
     for seed in range(0, EXAMPLES, 4):
         problem, solution = solved(seed, True)
         P, delta, stiffness, _ = method(*dense(problem))
@@ -191,7 +191,7 @@ def test_dense_fallback_agrees_with_the_structured_solver(method):
 @pytest.mark.parametrize("nugget", [1e-2, 1e-5, 1e-9])
 @pytest.mark.parametrize("reach", [0.02, 0.1, 0.4])
 def test_smooth_compliances_without_a_law_are_solved(reach, nugget):
-    """Deflection of a surface that reaches far: eigenvalues over up to ten decades, edges that dig in, open gaps."""
+    """Long-range surface deflection: eigenvalues over up to ten decades, pressure peaks at edges, open gaps."""
     x = np.linspace(0, 1, 25)
     H = np.exp(-(np.subtract.outer(x, x) ** 2) / reach**2) + nugget * np.eye(25)
     value, vector = np.linalg.eigh(H)
@@ -239,7 +239,7 @@ def test_positions_are_independent_of_each_other():
 
 @pytest.mark.parametrize("seed", range(12))
 def test_load_dependent_law_agrees_with_extended_precision(seed):
-    """With the contact set of the solver, the equations are solved in 40 digits; the inequalities then hold too."""
+    """With the solver's contact set the equations are solved in 40 digits; the inequalities must then hold too."""
     problem = random_problem(seed + 500, linear=False, segments=2, rank=2)
     solution = solve(problem)
     active = problem.active[0]
@@ -271,7 +271,7 @@ def test_load_dependent_law_agrees_with_extended_precision(seed):
 
 # -- the law ----------------------------------------------------------------------------------------------------------
 def laws() -> tuple[NDArray, NDArray, NDArray]:
-    """Loads over 60 decades, on either side of the tangent's start, with their a and h."""
+    """Loads over 60 decades, on both sides of the start of the tangent, with a and h."""
     rng = np.random.default_rng(7)
     h = 10.0 ** rng.uniform(-3, 3, 400)
     a = h * rng.uniform(-5, 30, 400)
@@ -337,7 +337,7 @@ def test_law_is_monotone_and_smooth_where_its_tangent_takes_over():
 
 
 def test_slope_and_energy_belong_to_the_force():
-    """dE/ds = P and dP/ds = slope, by central differences in 40 digits of the law itself."""
+    """dE/ds = P and dP/ds = slope, by central differences of the law in 40 digits."""
     load, a, h = (x[::40] for x in laws())
     s = compression(load, a, h)
     P, slope, energy = compiled_law(s, a, h)

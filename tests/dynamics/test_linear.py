@@ -44,20 +44,20 @@ def test_two_wheels_against_time_integration(seed):
         return [y[1], (F - force - c * y[1]) / m]
 
     T = 2 * np.pi / omega
-    # from the answer itself: one period leads back to it
+    # started from the solution, one period leads back to it
     start = [series(x[0, 0], omega, 0.0), series(1j * omega * np.arange(H + 1) * x[0, 0], omega, 0.0)]
     t = np.linspace(0, T, 60)
     y = solve_ivp(rate, (0, T), start, method="DOP853", rtol=1e-11, atol=1e-16, t_eval=t).y[0]
     assert_allclose(series(x[0, 0], omega, t), y, atol=1e-6 * np.ptp(y))
     force = F + series(drive.stiffness[0, 0], omega, t) * (y - series(drive.motion[0], omega, t))
-    # of the force, whose orders are those of a product, the highest are cut
+    # the force is a product, whose highest orders are truncated
     assert_allclose(series(f[0, 0], omega, t), force, atol=1e-6 * np.ptp(force))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 1])
 def test_chain_of_masses_against_time_integration(seed):
-    """Four masses, two meshes of one frequency, a damper to ground."""
+    """Chain of four masses with two meshes of one frequency and a damper to ground."""
     rng = np.random.default_rng(seed)
     n, H, zeta = 4, 20, 0.05
     M = np.diag(rng.uniform(1, 3, n) * 1e-3)
@@ -132,7 +132,7 @@ def test_first_tongue_of_mathieu(depth):
 
 
 def test_damping_closes_the_tongue():
-    """First order in depth: unstable where the depth ε of k̄(1 + ε cos) exceeds 4ζ."""
+    """To first order, the motion is unstable if the depth ε of k̄(1 + ε cos) exceeds 4ζ."""
     w0, m, depth = 2e4, 1e-3, 0.05
     t = (np.arange(256) + 0.5) / 256 * 2 * np.pi
     k = (m * w0**2 * (1 + depth * np.cos(t)))[None, :, None, None]
@@ -142,7 +142,7 @@ def test_damping_closes_the_tongue():
 
 
 def test_limits_of_slow_and_fast():
-    """ω → 0: x = δ_s and f = F̄; ω → ∞: x stands still; constant k: the forced oscillator, order by order."""
+    """ω → 0: x = δ_s and f = F̄. ω → ∞: x stands still. Constant k: a forced oscillator for every order."""
     k, m, zeta, H = 5e5, 1e-3, 0.03, 6
     drive = excitation(k, [4e4, 1e4j], [4e-3, 1e-3, 2e-4j], 2000.0, H)
     system = modes(wheels(m), np.array([[k]]), zeta)
@@ -165,7 +165,7 @@ def test_uniform_phases_must_resolve_the_orders():
 
 
 def split(phase, angle):
-    """A pinion between two wheels on opposite sides, its own pair's wheel to the right."""
+    """A pinion between two wheels on opposite sides; the wheel of the scene's pair is on the right."""
     support = {"radial_stiffness": 200.0, "axial_stiffness": 100.0}
     ends = [{"position": 0.0, **support}, {"position": 100.0, **support}]
     shaft = {"sections": [{"length": 100.0, "diameter": 40.0}], "bearings": ends}
@@ -201,7 +201,7 @@ def split(phase, angle):
 
 
 def test_two_equal_opposite_meshes_cancel(tmp_path):
-    """In phase, wheels on opposite sides press a pinion from both: its bearings feel nothing."""
+    """Two wheels in phase on opposite sides of a pinion: their forces cancel at its bearings."""
     import tomli_w
 
     plain = spur_scene()
@@ -220,7 +220,7 @@ def test_two_equal_opposite_meshes_cancel(tmp_path):
 
 @pytest.mark.parametrize(("planet", "phase"), [(42, 0.35), (84, 0.70), (0.5, 0.5), (1, 0.0)])
 def test_phases_of_meshes_on_a_shared_pinion(planet, phase):
-    """A sun of 21 teeth: a planet at 42 of 120 tooth pitches is 0.35 of a period ahead or behind."""
+    """On a sun with 21 teeth, a planet at 42/120 of a turn is 7.35 pitches, so 0.35 of a period, ahead or behind."""
     z = 21 if planet < 2 else 120
     pair = spur_scene().pair
     pair = replace(pair, pinion=replace(pair.pinion, teeth=21), centre_distance=3 * 61 / 2)
@@ -236,7 +236,7 @@ def test_phases_of_meshes_on_a_shared_pinion(planet, phase):
 
 
 def test_equal_opposite_forces_cancel_to_rounding():
-    """A pinion on a spring between two wheels that only it couples: alike on both sides it does not move."""
+    """A pinion on a spring couples two equal wheels on opposite sides, and does not move."""
     k, H = 4e5, 8
     a = np.array([[-1.0, 1.0, 0.0], [1.0, 0.0, 1.0]])
     system = Mechanics(
@@ -264,7 +264,7 @@ def test_equal_opposite_forces_cancel_to_rounding():
 
 
 def test_stiff_bearings_leave_the_lowest_modes():
-    """Bearings of 1e10 N/µm: the twist of the coupled inertias stays, rigid bodies alone are left out."""
+    """With bearings of 1e10 N/µm the torsional modes of the coupled inertias remain; rigid-body modes are left out."""
     found = []
     for stiffness in (1e6, 1e10):
         ends = [{"position": p, "radial_stiffness": stiffness, "axial_stiffness": stiffness} for p in (0.0, 200.0)]
@@ -282,14 +282,14 @@ def test_dataset_of_a_pair_on_shafts():
     assert data["mesh_frequency"].values[0, 0] == pytest.approx(500 / 60 * 25)
     assert data["bearing_force_amplitude"].sizes["bearing"] == 4
     assert all(data[name].attrs["units"] for name in data.data_vars)
-    # below all modes the bearings share what the pinion feels: nothing, as the mesh force does not vary
+    # below all modes the mesh force does not vary, so neither do the bearing forces
     slow = response(scene, speed=0.5, harmonics=3)
     assert float(slow["mesh_force_rms"].max()) < 1e-3 * scene.F_bt
 
 
 @pytest.mark.slow
 def test_relief_that_a_helical_stage_needs():
-    """The numbers of docs/tutorial_response.md: largest RMS of the mesh force over the relief of both gears."""
+    """Numbers of docs/tutorial_response.md: largest RMS of the mesh force over the relief of both gears."""
     scene = read_scene(EXAMPLES / "shafts.toml")
     relief, found = scene.effect("tip_relief"), []
     for amount in (0.0, 10.0, 20.0, 30.0):

@@ -1,4 +1,4 @@
-"""Response of planetary sets: against time integration, the simulation, and what phasing cancels."""
+"""Response of planetary sets, against time integration and the simulation; harmonics that phasing cancels."""
 
 from dataclasses import replace
 from functools import partial
@@ -42,7 +42,7 @@ def scene(teeth=(36, 30, 96), torque=200.0, phases=32, damping=0.03, **keys):
 
 
 def smooth(model, orders=ORDERS, phases=128):
-    """The same with the first orders alone of forces, motions and stiffness, at so many phases that they are exact."""
+    """The model with only the first orders of forces, motions and stiffness, at enough phases to be exact."""
     phase, weight = uniform_phases(phases)
     wave = np.exp(2j * np.pi * np.outer(phase, np.arange(1, orders + 1)))
 
@@ -56,13 +56,13 @@ def smooth(model, orders=ORDERS, phases=128):
 
 
 def integrated(model, speed, periods, points=64):
-    """Mesh forces (point, mesh) over the last mesh period.
+    """Mesh forces (point, mesh) over the last mesh period, by time integration.
 
-    M q̈ + C q̇ + K q = f − Bᵀ F with modal damping C, by DOP853, from the quasi-static motion.
+    DOP853 integrates M q̈ + C q̇ + K q = f − Bᵀ F with modal damping C, starting from the quasi-static motion.
     """
     solved, linkage, bodies = model.solved, model.linkage, model.bodies
     names = linkage.bodies
-    # free motions of this test: x, y, turn of every body, held by nothing, stiff, or springs to the carrier
+    # motions in this test: x, y and rotation of every body, free, held, or on springs to the carrier
     turning = [name for name in names if bodies[name].torsion < np.inf]
     T = []
     for name in turning:
@@ -187,7 +187,7 @@ def test_phasing_cancels_at_any_speed(planets, ring, sun):
             assert error.sel(here).max() < 1e-10 * error.max()
         if k not in (1, planets - 1):
             assert radial.sel(here).max() < 1e-10 * mean
-        # a point of the ring feels planet after planet: multiples of the frequency at which they pass
+        # planets pass a point of the ring one after the other: multiples of this frequency
         passes = (order * ring + found["lobes"].values) % planets == 0
         assert waves.sel(here).values[:, ~passes].max() < 1e-10 * mean
         assert waves.sel(here).values[:, passes].max() > 1e-6 * mean
@@ -211,7 +211,7 @@ def test_bodies_that_yield_couple_the_stiffness_of_the_meshes():
     solved = solve_train(whole)
     K, B = TrainModel(scene=whole, solved=solved).stiffness, solved.linkage.rows
     assert np.abs(K - np.diag(np.diag(K))).max() > 1e-3 * K.max()
-    # yielding of the motions under forces: as in Newton's method of the simulation, which has bodies as motions
+    # compliance of the motions under forces, as in the Newton steps of the simulation, which treats bodies as motions
     free = len(B[0])
     yields = np.linalg.inv(solved.balance.statics.matrix(solved.balance.stiffness)[0])[:free, :free]
     assert_allclose(np.linalg.inv(solved.linkage.stiffness + B.T @ K @ B), yields, rtol=1e-8, atol=1e-9 * yields.max())

@@ -1,4 +1,4 @@
-"""The gear body as an effect: refusals, what they add, and what they must not change."""
+"""The gear body as an effect: refused keys, the added compliance, and results that must not change."""
 
 from __future__ import annotations
 
@@ -160,7 +160,7 @@ def lines(kind: str) -> ContactLines:
 
 
 def pair_blocks(part: LowRank | Dense, at: ContactLines) -> np.ndarray:
-    """Compliance between all segments, (position, pair, segment, pair, segment), absent lines zero."""
+    """Compliance between all segments (position, pair, segment, pair, segment); zero for absent lines."""
     if isinstance(part, Dense):
         return part.matrix.reshape(*at.shape, *at.shape[1:])
     psi = np.where(at.active[..., None, None], part.factor, 0.0)
@@ -171,13 +171,13 @@ def pair_blocks(part: LowRank | Dense, at: ContactLines) -> np.ndarray:
 
 @pytest.fixture
 def every_direction(monkeypatch):
-    """Compliance with the directions too that contact lines do not feel: term by term it is exact."""
+    """Keep all directions of the compliance, also negligible ones, so that it is exact term by term."""
     monkeypatch.setattr("gearbench.compliance.flank.NEGLIGIBLE", 0.0)
 
 
 @BOTH
 def test_directions_left_out_are_not_felt(kind, monkeypatch):
-    """C less its directions below ε λ_max is not negative and moves no point by more than ε λ_max |φ(P)| |φ(Q)|."""
+    """The omitted directions, below ε λ_max of C, are positive and move no point by more than ε λ_max |φ(P)| |φ(Q)|."""
     at = lines(kind)
     kept, coupled = pair_blocks(OWN.compliance(at, {}), at), simulate(scene(kind, "coupled"))
     monkeypatch.setattr("gearbench.compliance.flank.NEGLIGIBLE", 0.0)
@@ -192,7 +192,7 @@ def test_directions_left_out_are_not_felt(kind, monkeypatch):
         assert np.all(np.abs(missing) <= 1.000001 * np.sqrt(np.outer(most[p, k], most[p, k])))
         assert np.linalg.eigvalsh(missing)[0] > -1e-9 * whole.max()
     assert not np.array_equal(kept, whole)
-    # between teeth the error is of the order of √(0.1 ε) of what is left out, and the sum over the segments far below
+    # between teeth the error is about √(0.1 ε) of the omitted part, and its sum over the segments far less
     for name, tolerance in (("transmission_error", 1e-6), ("mesh_stiffness", 1e-6), ("line_load", 5e-5)):
         exact = all_coupled[name].values
         assert_allclose(coupled[name], exact, rtol=0, atol=tolerance * np.abs(exact).max())
@@ -201,11 +201,11 @@ def test_directions_left_out_are_not_felt(kind, monkeypatch):
 @BOTH
 @pytest.mark.usefixtures("every_direction")
 def test_foundation_is_the_part_of_the_body_below_the_loaded_tooth(kind):
-    """The whole body without the motion that one tooth causes at another is the uncoupled one."""
+    """The coupled compliance of the whole body, without its blocks between different teeth, is the uncoupled one."""
     at = lines(kind)
     own = pair_blocks(OWN.compliance(at, {}), at)
     all_teeth = pair_blocks(COUPLED.compliance(at, {}), at)
-    # square roots drop eigenvalues of 1e-12 of the greatest
+    # square roots drop eigenvalues below 1e-12 of the greatest
     k = np.arange(at.shape[1])
     assert_allclose(all_teeth[:, k, :, k], own[:, k, :, k], rtol=0, atol=1e-9 * own.max())
     others = all_teeth.copy()
@@ -216,7 +216,7 @@ def test_foundation_is_the_part_of_the_body_below_the_loaded_tooth(kind):
 @BOTH
 @pytest.mark.usefixtures("every_direction")
 def test_neighbours_are_the_next_teeth_of_each_gear(kind):
-    """Term by term: both gears in series, pair k + 1 on tooth + 1 of the pinion and tooth − 1 of the wheel."""
+    """Pair k + 1 is on the next tooth of the pinion and the previous tooth of the wheel; both compliances add."""
     at = lines(kind)
     pair, b = at.pair, at.pair.face_width
     found = pair_blocks(COUPLED.compliance(at, {}), at)
@@ -224,7 +224,7 @@ def test_neighbours_are_the_next_teeth_of_each_gear(kind):
     count = at.shape[1]
     blocks = [body.blocks(count - 1) for body in bodies]
     height = [r - g.root_radius for r, g in zip(at.radii, pair.gears, strict=True)]
-    # the wheel of the pair is the mirror image of the tooth modelled, whose flank is loaded from the other side
+    # the wheel is the mirror image of the modelled tooth, whose flank is loaded from the other side
     plain = [body.tooth.flank for body in bodies]
     for p, i, j in np.argwhere(at.active[:, :, None] & at.active[:, None, :]):
         x = [plain[g].shapes(height[g][p], at.y[p] if g == 0 else b - at.y[p]) for g in range(2)]
@@ -264,14 +264,14 @@ def test_factor_of_one_tooth_is_what_the_pair_adds_up(effect):
 @BOTH
 @pytest.mark.parametrize("more", BODIES)
 def test_problem_is_solved_to_its_residual(kind, more):
-    """H P + g(P) + e = δ where there is contact, P ≥ 0, ΣP = F: from the effects' own compliances."""
+    """H P + g(P) + e = δ in contact, P ≥ 0, ΣP = F, evaluated with the compliances of the effects."""
     data = simulate(scene(kind, more))
     for name in ("equilibrium_residual", "complementarity_residual"):
         assert float(np.abs(data[name]).max()) < 1e-9
     assert float(data.minimum_force.min()) > -1e-9
     problem = assemble(scene(kind, more), scene_lines(scene(kind, more), data.mesh_phase.values))
     assert problem.blocks == (1 if more == "coupled" else problem.shape[1])
-    # the same from H itself, as given by the effects, at every position
+    # the same equations with H from the effects, at every position
     psi = problem.factor
     own = problem.block[:, None] == problem.block
     solution = solve(problem)
@@ -291,7 +291,7 @@ def stiffness(kind: str, body: str = "") -> np.ndarray:
 
 
 def test_one_pair_in_contact_knows_no_neighbours():
-    """Spur: at the positions with one pair in contact, coupling changes nothing; elsewhere it does."""
+    """In spur gears, coupling changes nothing at positions with one pair in contact, but does elsewhere."""
     count = (simulated("spur").line_load.sum("segment") > 0).sum("pair").values
     one, two = count == 1, count == 2
     assert one.sum() >= 3
@@ -312,7 +312,7 @@ def test_body_makes_the_mesh_softer(kind):
 
 @BOTH
 def test_coupling_changes_the_sharing_of_the_load(kind):
-    """Teeth that move each other share less freely: the sum is the same."""
+    """Coupled teeth share the load differently; the sum remains the load."""
     load = [simulated(kind, m).line_load for m in BODIES]
     force = [(q * q.segment_length).sum("segment").values for q in load]
     total = scene(kind).F_bn
@@ -322,7 +322,7 @@ def test_coupling_changes_the_sharing_of_the_load(kind):
 
 
 def test_bore_as_large_as_can_be_is_a_clamp():
-    """A hub of metal that gives by 0.1 % of the root circle only: mesh stiffness of clamped teeth within 3 %."""
+    """With the largest possible bore the mesh stiffness is that of clamped teeth within 3 %."""
     given = tables("spur", SOLID | {"gear_body": {}}, {"bore_diameter": 64.8})
     given["pair"]["wheel"]["bore_diameter"] = 100.6
     found = simulate(parse_scene(given)).mesh_stiffness.values
@@ -347,7 +347,7 @@ print([m for m in sys.modules if m in ("gearbench.compliance.ring", "gearbench.c
 
 
 def test_equal_gears_and_new_centre_distances_share_their_teeth():
-    """Nothing of a tooth and its body depends on the mate: given profile shifts, the gear is the same."""
+    """A tooth and its body do not depend on the mate: with the same profile shift it is the same cached gear."""
     pair = lines("spur").pair
     here = toothed_ring(pair, 0, None)
     members = [replace(m, profile_shift=0.1) for m in (pair.pinion, pair.wheel)]

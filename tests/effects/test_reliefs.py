@@ -36,12 +36,12 @@ KINDS = {"tip_relief": TipRelief, "root_relief": RootRelief}
 
 
 def made(kind: type, **table: object) -> Any:
-    """An effect as from its table."""
+    """Make an effect from the keys of its table."""
     return read(kind, table)
 
 
 def starts(pair, index: int, radius: float) -> dict[str, float]:
-    """The begin of a relief at a radius, in each of the ways a drawing may give it."""
+    """Start of a relief at a radius, in all the ways in which a drawing may give it."""
     g = pair.gears[index]
     roll = math.sqrt(radius**2 - g.base_radius**2)
     return {
@@ -94,7 +94,7 @@ def test_the_tables_of_both_gears_are_the_flat_keys():
 
 
 def test_a_circular_relief_is_an_arc_without_kink():
-    """All its points are as far from one centre, which stands on the normal of the flank where it begins."""
+    """All points of the relief have the same distance from a centre on the flank's normal at the start."""
     effect = made(EndRelief, at_0={"amount": 900.0, "length": 3.0, "shape": "circular"})
     y = np.linspace(0.0, 3.0, 9)
     e = effect.gap(at(SPUR, np.full(9, SPUR.meshing.pitch_point), y)).ravel()
@@ -130,7 +130,7 @@ def test_circular_modifications_have_the_derivatives_they_say(amount):
     ids=lambda e: e.name,
 )
 def test_modifications_of_the_profiles_are_the_gap(pair, effect):
-    """Transverse, along the tangent at the same roll length; normal to the flank that is × cos β_b."""
+    """Modifications are transverse, along the tangent at a roll length; times cos β_b they are normal to the flank."""
     cos_b = math.cos(pair.meshing.beta_b)
     u = np.linspace(pair.meshing.path_start, pair.meshing.path_end, 33)
     total = np.zeros(33)
@@ -218,7 +218,7 @@ MIRRORED = {
 
 @pytest.mark.parametrize("name", MIRRORED)
 def test_the_coast_flank_is_that_of_the_mirror_image(name):
-    """Mirrored in the plane of the axes a right hand is a left one, turned end for end a right hand again."""
+    """The mirror image in the plane of the axes changes the hand of the helix; turned end for end it is restored."""
     table, mirrored = MIRRORED[name]
     coast = simulate(parse_scene(tables(-150.0, {name.partition(",")[0]: table})))
     drive = simulate(parse_scene(tables(150.0, mirrored)))
@@ -246,7 +246,7 @@ def test_each_flank_has_its_own_micro_geometry():
 
 
 def test_pitch_errors_of_the_coast_flanks_follow_the_order_of_the_teeth():
-    """The gears keep turning: the pair that comes into mesh next is at the other end of the path of contact."""
+    """The sense of rotation stays: on the coast flanks the next pair enters at the other end of the path of contact."""
     errors = [0.0] * 24
     errors[5] = 9.0
     table = {"pitch_errors": {"pinion": errors, "pinion_tooth": 4}}
@@ -329,7 +329,7 @@ def test_bad_coast_tables_are_one_line(coast, message):
 
 
 def test_flank_twist_keeps_its_sign_on_either_flank():
-    """S_α is of the gear's own face: at y = b less at y = 0, whichever flank carries."""
+    """S_α is the slope at y = b minus the slope at y = 0 of the gear's own face, whichever flank is loaded."""
     found = simulate(parse_scene(tables(-150.0, {"flank_twist": {"pinion": 8.0}})), outputs=["initial_gap"])
     y, u, e = (found[name].values for name in ("face_position", "path_position", "initial_gap"))
     present = found["segment_length"].values > 0

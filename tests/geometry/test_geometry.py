@@ -70,7 +70,7 @@ FILLETS = [
 
 
 def cut_by_rack(g: Gear, radius: np.ndarray) -> np.ndarray:
-    """Half angle left standing at each radius after the rack has rolled past: brute force over rack positions.
+    """Half angle of the tooth that remains at each radius after the rack has rolled past, by brute force.
 
     The point (R, ψ) of the gear, with the pitch point at angle ψ_s from the middle of the space, is inside the rack if
     it lies inside the rack's transverse section; the space's half angle is the largest ψ_s that is.
@@ -133,7 +133,7 @@ def test_fillet_meets_root_circle_and_involute(options):
 
 
 def test_undercut_begins_at_the_book_s_number_of_teeth():
-    """z_min = 2 (h_f* − ρ*(1 − sin α) − x) / sin² α."""
+    """Textbook: z_min = 2 (h_f* − ρ*(1 − sin α) − x) / sin² α."""
     depth = 1.25 - 0.38 * (1 - math.sin(math.radians(20)))
     limit = 2 * depth / math.sin(math.radians(20)) ** 2
     assert not gear(teeth=math.ceil(limit)).is_undercut
@@ -206,7 +206,7 @@ def test_centre_distance_profile_shift_and_backlash_go_round(teeth, beta, x, pla
 
 @pytest.mark.parametrize("m", [1.0, 4.5])
 def test_overlap_of_data_rounded_to_four_decimals_is_allowed(m):
-    """FZG type C: a′ 91.5, m_n 4.5, x 0.1817 and 0.1715 as published overlap by 6·10⁻⁵ mm."""
+    """The published data of FZG type C (a′ 91.5, m_n 4.5, x 0.1817 and 0.1715) overlap by 6·10⁻⁵ mm."""
 
     def fzg(shift):
         pinion, wheel = Member(teeth=16, profile_shift=0.1817), Member(teeth=24, profile_shift=shift)
@@ -282,7 +282,7 @@ PAIRS = {"spur": case(1).pair, "helical": case(2).pair, **{r.gear: r.scene().pai
 
 @pytest.mark.parametrize("pair", PAIRS.values(), ids=PAIRS.keys())
 def test_mean_length_of_the_contact_lines(pair):
-    """∫₀¹ Σ ℓ dτ = ε_α b / cos β_b: exact for the panel rule, as lengths are linear between transitions."""
+    """∫₀¹ Σ ℓ dτ = ε_α b / cos β_b is exact with Gauss panels, since lengths are linear between transitions."""
     phase, weight = gauss_phases(pair.meshing.transition_phases, 2)
     lines = contact_lines(pair, phase, 7)
     mean = weight @ lines.length.sum(axis=(1, 2))
@@ -311,7 +311,7 @@ def test_a_hardly_helical_pair_is_a_spur_pair():
 
 
 def test_lines_of_many_panels_are_cut_at_all_of_them():
-    """Of 15 segments eight panels and more were one: kinks of a measured grid within segments."""
+    """A line of 15 segments has an end of a segment at each of ten kinks, as many as a measured grid may have."""
     pair = case(1).pair
     kinks = np.linspace(0, pair.face_width, 12)[1:-1]
     lines = contact_lines(pair, [0.4], 15, (), kinks, parting=True)
@@ -320,7 +320,7 @@ def test_lines_of_many_panels_are_cut_at_all_of_them():
 
 
 def test_a_panel_that_a_line_crosses_in_no_time_has_its_share():
-    """Between two kinks nearer than any phases would show: on a hardly helical pair a line is there for an instant."""
+    """On an almost spur pair, a line crosses the panel between two close kinks within an instant of the mesh cycle."""
     pair = replace(case(1).pair, helix_angle=0.001)
     meshing = pair.meshing
     u = meshing.path_start + 0.3001 * meshing.base_pitch
@@ -346,7 +346,7 @@ def test_lengths_scale(scale):
 
 
 def test_tooth_that_undercut_cuts_off_is_refused():
-    """Three teeth without shift just keep a neck; with a negative shift they are cut through."""
+    """Three teeth without profile shift keep a thin neck; with a negative shift undercut cuts them off."""
     assert 0 < gear(teeth=3).neck < gear(teeth=4).neck
     with pytest.raises(InputError, match="cuts the tooth off"):
         gear(teeth=3, x=-0.2)

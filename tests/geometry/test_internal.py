@@ -41,7 +41,7 @@ def internal(z1=20, z2=66, m=2.0, a=None, wheel=None, pinion=None, **more) -> Pa
 
 # -- published numbers ------------------------------------------------------------------------------------------------
 def test_path_of_contact_of_18_60():
-    """Its tips alone bound it to 11.431 mm; the pinion's involute begins later, which is said."""
+    """The tip circles give 11.431 mm; the pinion's involute begins later, and a message says so."""
     pair = internal(18, 60)
     start, end = pair.meshing.tip_path
     assert end - start == pytest.approx(11.431, abs=5e-4)
@@ -58,7 +58,7 @@ def test_tip_of_60_misses_the_base_of_20_by_9_micrometres():
 
 @pytest.mark.parametrize(("alpha", "least"), [(20.0, 34), (25.0, 22), (14.5, 63)])
 def test_least_ring_whose_tip_is_outside_of_its_base_circle(alpha, least):
-    """z > 2 h_a cos β/(1 − cos α_t)."""
+    """Closed form: z > 2 h_a cos β/(1 − cos α_t)."""
     size = {"normal_module": 1.0, "pressure_angle": alpha, "helix_angle": 0.0, "face_width": 10.0}
     shape = {"profile_shift": 0.0, "addendum": 1.0, "dedendum": 1.25, "fillet_radius": 0.05, "blank": "pinion_cutter"}
     with pytest.raises(InputError, match="trims"):  # its tip is an involute, but no cutter is large enough
@@ -68,7 +68,7 @@ def test_least_ring_whose_tip_is_outside_of_its_base_circle(alpha, least):
 
 
 def test_a_published_planetary_set_to_its_digits():
-    """Univ. of Ljubljana, Lecad: m 1.75, z 21/43/108, the shift of the ring 0."""
+    """Published by Univ. of Ljubljana, Lecad: m 1.75, z 21/43/108, profile shift of the ring 0."""
     m, a = 1.75, 56.8
     sections = [
         TransverseSection(teeth=z, normal_module=m, pressure_angle=20.0, helix_angle=0.0) for z in (21, 43, -108)
@@ -86,7 +86,7 @@ def test_a_published_planetary_set_to_its_digits():
 
 @pytest.mark.parametrize("shift", [-0.3, 0.0, 0.4])
 def test_a_ball_between_the_flanks_touches_both(shift):
-    """Distance of its centre to the flank, by points of it; the flank does not come nearer."""
+    """The distance from the ball's centre to the points of the flank is nowhere less than its radius."""
     gear = internal(30, 90, wheel={"profile_shift": shift}).gears[1]
     size = over_balls(gear, shift, 3.4)
     centre = np.array([0.0, (size - 3.4) / 2])  # negative, as all sizes of rings
@@ -98,9 +98,9 @@ def test_a_ball_between_the_flanks_touches_both(shift):
 
 # -- the cut ----------------------------------------------------------------------------------------------------------
 def brute(gear: Gear, points: int = 2001) -> tuple[np.ndarray, np.ndarray]:
-    """Half-width R ψ at heights of the tooth [mm] that no point of the turning cutter has cut.
+    """Half-width R ψ of the tooth [mm] that the rotating cutter leaves, at heights of the tooth.
 
-    Made of nothing but the cutter's outline (involute as unwound string, arc) and rolling without slip.
+    It uses only the cutter's outline (involute as an unwinding string, and an arc) and rolling without slip.
     """
     z0, m, cutter = gear.cutter.teeth, gear.transverse_module, gear.cutter
     alpha, x0, x2 = gear.alpha_t, cutter.profile_shift, gear.profile_shift
@@ -144,7 +144,7 @@ def brute(gear: Gear, points: int = 2001) -> tuple[np.ndarray, np.ndarray]:
 
 
 def drawn(rng) -> Gear:
-    """A ring and a cutter that can cut it, drawn at random."""
+    """Random ring with a cutter that can cut it."""
     while True:
         z2 = int(rng.integers(30, 181))
         z0 = int(rng.integers(15, min(60, z2 - 12) + 1))
@@ -168,7 +168,7 @@ def held_to_the_cut(gear: Gear) -> float:
 
 
 def test_flank_and_fillet_are_those_of_a_brute_force_cut():
-    """Within 0.1 µm, where the paths of 2000 points of the cutter leave the flank."""
+    """They agree within 0.1 µm, the error of the brute-force cut with 2000 points of the cutter."""
     rng = np.random.default_rng(31)
     assert max(held_to_the_cut(drawn(rng)) for _ in range(3)) < 1e-4
 
@@ -189,7 +189,7 @@ def angles(pair: Pair) -> tuple[float, ...]:
 
 @pytest.mark.parametrize(("z1", "z2", "x"), [(25, 60, 0.0), (40, 60, 0.1), (48, 60, 0.2), (51, 60, 0.3), (70, 90, 0.0)])
 def test_fouling_by_the_closed_form(z1, z2, x):
-    """KHK: θ₁ z₁/z₂ + inv α′ − inv α_a2 ≥ θ₂ (trochoid interference)."""
+    """Trochoid interference by KHK: θ₁ z₁/z₂ + inv α′ − inv α_a2 ≥ θ₂."""
     pair = internal(z1, z2, wheel={"addendum": 0.6, "profile_shift": x}, pinion={"addendum": 0.6})
     r1, r2, a, own, ring, w = angles(pair)
     one = math.acos((r2**2 - r1**2 - a**2) / (2 * a * r1)) + inv(own) - inv(w)
@@ -199,7 +199,7 @@ def test_fouling_by_the_closed_form(z1, z2, x):
 
 @pytest.mark.parametrize("z1", range(46, 56))
 def test_catalogue_rule_of_fouling(z1):
-    """z₂ − z₁ > 9 at 20° without shift; here 60 − 51."""
+    """At 20° without profile shift z₂ − z₁ must be greater than 9; here it is 60 − 51."""
     wheel = {"cutter": Cutter(teeth=30)}
     if z1 < 52:
         assert tip_room(internal(z1, 60, wheel=wheel)) > 0
@@ -210,7 +210,7 @@ def test_catalogue_rule_of_fouling(z1):
 
 @pytest.mark.parametrize(("z1", "z2"), [(20, 36), (20, 37), (20, 38), (24, 44), (30, 46), (30, 60)])
 def test_radial_assembly_by_the_closed_form(z1, z2):
-    """KHK: θ₁ + inv α_a1 − inv α′ ≥ z₂/z₁ (θ₂ + inv α_a2 − inv α′) (trimming), whatever tooth is on the way in."""
+    """Trimming by KHK: θ₁ + inv α_a1 − inv α′ ≥ z₂/z₁ (θ₂ + inv α_a2 − inv α′), whichever tooth enters first."""
     pair = internal(z1, z2, wheel={"addendum": 0.7}, pinion={"addendum": 0.9})
     _, _, _, own, ring, w = angles(pair)
     one = math.asin(math.sqrt((1 - (math.cos(own) / math.cos(ring)) ** 2) / (1 - (z1 / z2) ** 2)))
@@ -260,7 +260,7 @@ def test_quadrature_along_the_tooth(z2, helix, shift):
 
 
 def test_flanks_touch_on_the_path_and_at_corners_beyond_it():
-    """Turned by what the separation says, the corner of one gear lies on the flank of the other."""
+    """After a rotation by the separation, the corner of one gear lies on the flank of the other."""
     pair = internal(24, 72, wheel={"addendum": 0.8})
     found, m, alpha = separation(pair), pair.meshing, pair.meshing.alpha_wt
     u = np.linspace(m.path_start, m.path_end, 50)
@@ -396,7 +396,10 @@ def test_conforming_flanks_are_warned_of():
 
 
 def near_rack_scene(teeth: int) -> Scene:
-    """A pinion on a wheel or in a ring of many teeth, its cutter of half as many, on bodies of rims alike."""
+    """A pinion in mesh with a wheel (z > 0) or ring (z < 0) of many teeth, with the same rim thickness.
+
+    The cutter of the ring has half as many teeth as the ring.
+    """
     rim = 2 * (1.25 + 0.1) + 8.0
     wheel = {"teeth": teeth, "addendum": 0.9, "profile_shift": -0.1, "fillet_radius": 0.2}
     wheel |= {"bore_diameter": 2 * (teeth - rim)} if teeth > 0 else {"outer_diameter": 2 * (rim - teeth)}
@@ -417,7 +420,7 @@ def near_rack_scene(teeth: int) -> Scene:
 
 @pytest.mark.slow
 def test_a_simulation_with_a_ring_and_one_with_a_wheel_meet_at_the_rack():
-    """Polynomials of 1/z from both sides; at a few phases a line begins to touch between these numbers of teeth."""
+    """Polynomials in 1/z from both sides agree at 1/z = 0, except at a few phases where a line begins to touch."""
     count = np.array([630.0, 1000.0, 1400.0, 2000.0])
     found = []
     for sign in (1, -1):

@@ -29,7 +29,7 @@ from tests.support.paths import STUDY
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """A small finished optimisation; a law of the contact is one of its variables, so that texts occur."""
+    """A small finished optimisation; the contact law is one of its variables, so that values may be texts."""
     mapping = read_study(STUDY).to_mapping()
     mapping["variables"]["law"] = {"paths": ["effects.hertz.law"], "values": ["weber_banaschek", "yang_sun"]}
     # some designs without any micro-geometry
@@ -201,7 +201,7 @@ def test_no_relief_is_listed_with_an_amount_but_no_length(designs):
     amount, fraction = (value(designs, f"effects.tip_relief.{key}") for key in ("amount", "length_fraction"))
     assert_array_equal(amount == 0, fraction == 0)
     assert 0 < np.sum(amount == 0) < len(amount)
-    # though the search went there: the codes are kept as they were
+    # the search went there, and the codes are kept unchanged
     column = [v.name for v in designs.study.variables].index("effects.tip_relief.amount")
     assert np.any(value(designs, "code")[amount == 0, column] > 0)
     numbers = select(designs).numbers

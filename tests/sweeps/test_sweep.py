@@ -42,19 +42,19 @@ def with_tables(scene: Scene, **effects: dict) -> Scene:
 
 
 def single_run(scene: Scene):
-    """As ``simulate``."""
+    """Dataset of ``simulate`` with the default outputs."""
     return dataset(solve_scene(scene), DEFAULT_OUTPUTS, 0.0)
 
 
 def assert_equal(point, single):
     for name in set(single.data_vars) - HOW:
         found, wanted = point[name], single[name]
-        if name.endswith("_phase"):  # known as well as the harmonic is
+        if name.endswith("_phase"):  # a phase is as accurate as its harmonic
             found, wanted = (x[name.replace("_phase", "_amplitude")] * np.exp(1j * x[name]) for x in (point, single))
         if "position" in found.dims:
             found = found.isel(position=slice(single.sizes["position"]))
         if name.endswith("_phase") and found.dims == ("harmonic",):
-            # of a harmonic that is rounding nothing is known: the harmonics themselves are compared
+            # the phase of a negligible harmonic is arbitrary, so complex harmonics are compared
             amplitude = name.replace("_phase", "_amplitude")
             found, wanted = (each[amplitude] * np.exp(1j * each[name]) for each in (point, single))
         # rounding of the solver, relative to the largest value
@@ -83,7 +83,7 @@ def test_torques_equal_single_runs(scene):
 
 @pytest.mark.parametrize("off_line", [False, True], ids=["on the line", "off the line"])
 def test_many_torques_of_wide_helical_pairs_on_their_bodies_equal_single_runs(off_line):
-    """Each begins from the solutions before it, on cells and on patches; flanks part, and lines get new patches."""
+    """Every torque starts from the previous solutions on cells and patches, while flanks part and patches change."""
     scene = read_scene(ROOT / "examples" / "gears" / "large_wheel.toml")
     scene = scene if off_line else scene.without("off_line_contact")
     scene = replace(scene, resolution=Resolution(positions=24))
@@ -96,7 +96,7 @@ def test_many_torques_of_wide_helical_pairs_on_their_bodies_equal_single_runs(of
 
 @pytest.mark.parametrize(("name", "off_line"), [("nasa_28", False), ("fzg_c", True)])
 def test_a_point_of_a_sweep_is_the_simulation_of_it(name, off_line):
-    """Panels end where its own load changes the contact: harmonics were off by up to 30 % on phases of all loads."""
+    """The panels of a point end where the contact changes under its load; other phases change harmonics by 30 %."""
     scene = read_scene(ROOT / "examples" / "gears" / f"{name}.toml")
     scene = scene if off_line else scene.without("off_line_contact")
     torques = [0.5 * scene.load.torque, scene.load.torque]
@@ -110,7 +110,7 @@ def test_a_point_of_a_sweep_is_the_simulation_of_it(name, off_line):
     ("name", "effects", "amounts"), [("case2", {}, [0.0, 20.0]), ("case1", {"off_line_contact": {}}, [5.0, 10.0])]
 )
 def test_phases_may_follow_the_torque_at_some_points_of_another_key(name, effects, amounts):
-    """Without relief all torques share their phases; with it, and off the line, each has its own."""
+    """Torques share their phases without relief, but have different phases with relief and off the line of action."""
     scene = with_tables(example(name), tip_relief={"amount": 10.0, "length": 0.6}, **effects)
     torques = [0.5 * scene.load.torque, scene.load.torque]
     loads = scene.to_mapping() | {"loads": [{"torque": torque} for torque in torques]}
@@ -312,13 +312,13 @@ def test_every_modification_has_a_torque_of_least_error_that_it_was_designed_for
     # a relief is designed for the torque under which the teeth deflect in proportion to it; torques in steps of 8 N·m
     deflection = np.array([float(dataset[outputs[1]].isel({AMOUNT: i}).sel(torque=t)) for i, t in enumerate(least)])
     np.testing.assert_allclose(deflection / amounts, np.mean(deflection / amounts), rtol=0.04)
-    # and each is the best of them at its own torque
+    # and every relief is the best one at its design torque
     at_its_own = dataset[outputs[0]].sel(torque=least)
     assert at_its_own.argmin(AMOUNT).values.tolist() == [0, 1, 2, 3]
 
 
 def test_torques_off_the_line_of_action_each_have_their_own_lines():
-    """How far lines reach depends on the load: a sweep is the simulations one by one."""
+    """The length of the lines depends on the load, so a sweep solves one simulation after the other."""
     scene = with_tables(example("case1"), off_line_contact={})
     torques = [0.1 * scene.load.torque, 2.0 * scene.load.torque]
     found = sweep(scene, torque=torques)
@@ -335,7 +335,7 @@ WAVE, COEFFICIENT = "effects.waviness.pinion.0.amplitude", "effects.profile_curv
 
 
 def test_items_of_lists_are_keys_too():
-    """A number of the first wave, and one of a list of numbers, both at once."""
+    """Keys may lead to a number of the first wave and to an item of a list of numbers, in the same sweep."""
     waves = {"pinion": [{"order": 3, "amplitude": 1.0}, {"order": 5, "amplitude": 2.0}]}
     scene = with_tables(example("case1"), waviness=waves, profile_curve={"pinion": {"polynomial": [0.0, 4.0]}})
     found = sweep(scene, {WAVE: [1.0, 6.0], COEFFICIENT: [4.0, 8.0]})
@@ -357,7 +357,7 @@ def test_items_of_lists_are_keys_too():
 
 
 def test_datasets_beside_each_other_are_those_that_xarray_aligns():
-    """NaN where one has no such position, pair or segment; whole numbers where none is missing."""
+    """Missing positions, pairs and segments are NaN; arrays without missing values remain integers."""
     rng = np.random.default_rng(0)
 
     def part(positions, pairs, segments):

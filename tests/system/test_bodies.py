@@ -1,4 +1,4 @@
-"""Bodies of other programs: a piece of our own shaft as one, springs in series, formats, units, faults."""
+"""Bodies from other programs: a piece of a shaft as a body, springs in series, formats, units, faults."""
 
 import numpy as np
 import pytest
@@ -22,13 +22,13 @@ SPEEDS = [900.0, 3100.0, 5200.0]
 
 
 def whole():
-    """A pinion on a shaft of 200 mm; a node where it is cut below."""
+    """A pinion on a shaft of 200 mm, with a node where ``cut`` divides it."""
     ends = [{"position": p, **BEARING} for p in (0.0, 200.0)]
     return spur_scene(shafts({"bearings": ends, "discs": [{"position": 120.0}]}), helix=15.0, segments=10)
 
 
 def cut(body):
-    """Its last 80 mm, with their bearing, as a body."""
+    """The same shaft, with its last 80 mm and their bearing as a body."""
     short = {
         "sections": [{"length": 120.0, "diameter": 40.0}],
         "bearings": [{"position": 0.0, **BEARING}],
@@ -39,7 +39,7 @@ def cut(body):
 
 
 def reduced(K, M, modes):
-    """Craig and Bampton's matrices: the first node, and ``modes`` of the rest with that held."""
+    """Craig and Bampton's matrices: motions of the first node, and ``modes`` of the rest with this node held."""
     inside = slice(6, None)
     values, vectors = eigh(K[inside, inside], M[inside, inside])
     T = np.zeros((len(K), 6 + modes))
@@ -65,7 +65,7 @@ def body_of(form, folder):
 
 @pytest.mark.parametrize("form", ["matrices", "modes", "all fixed modes", "none of them"])
 def test_piece_of_a_shaft_as_a_body_answers_as_the_shaft(form, tmp_path):
-    """Contact and response; without inner modes (Guyan) the contact, which is static."""
+    """Contact and response agree; without inner modes (Guyan) the static contact does."""
     one, two = whole(), cut(body_of(form, tmp_path))
     for name in ("transmission_error", "mesh_stiffness"):
         assert_allclose(simulate(two)[name], simulate(one)[name], rtol=1e-8)
@@ -85,7 +85,7 @@ def seated_in(body):
 
 
 def on_springs(folder, **mass):
-    """Bearings of the pinion's shaft on nodes of a body that has springs to the ground there, (x, y, z)."""
+    """Bearings of the pinion's shaft on nodes of a body, which is held there by springs (x, y, z) to the ground."""
     names = [(node, d) for node in "ab" for d in "xyz"]
     file = netcdf(folder / "housing.nc", names, stiffness=1e3 * np.diag([300.0, 300.0, 120.0] * 2), **mass)
     ends = seated_in("housing")
@@ -94,7 +94,7 @@ def on_springs(folder, **mass):
 
 
 def test_bearing_on_a_spring_is_one_in_series(tmp_path):
-    """200 and 300 N/µm in series are 120; a body without mass follows at once."""
+    """200 and 300 N/µm in series are 120 N/µm; a body without mass follows quasi-statically."""
     series = {"radial_stiffness": 120.0, "axial_stiffness": 48.0, "tilting_stiffness": 0.3}
     plain = spur_scene(shafts({"bearings": [{"position": p, **series} for p in (0.0, 200.0)]}), helix=15.0, segments=10)
     seated = on_springs(tmp_path)
@@ -105,7 +105,7 @@ def test_bearing_on_a_spring_is_one_in_series(tmp_path):
 
 
 def test_curved_bearing_on_a_spring_is_one_in_series(tmp_path):
-    """A straight curve is settled by iteration; a heavy housing stands still however it is shaken."""
+    """A linear characteristic curve is settled by iteration; a heavy housing does not vibrate."""
     curve = {"radial_curve": {"deflection": [10.0], "load": [2000.0]}, "axial_stiffness": 80.0}
     seated, straight = on_springs(tmp_path, mass=1e9 * np.eye(6)), []
     for given in (curve, {"radial_stiffness": 200.0, "axial_stiffness": 80.0}):
@@ -125,7 +125,7 @@ def test_curved_bearing_on_a_spring_is_one_in_series(tmp_path):
 
 
 def test_forces_of_both_shafts_meet_in_the_housing(tmp_path):
-    """All bearings on one node: what the pinion pushes the wheel pulls, and no spring of the housing feels it."""
+    """If all bearings are on one node, the forces of pinion and wheel cancel and do not load the housing's springs."""
     names = [("a", d) for d in "xyz"]
     file = netcdf(tmp_path / "soft.nc", names, stiffness=1e3 * np.diag([20.0, 20.0, 20.0]), mass=1e-3 * np.eye(3))
     on = {"on": {"body": "housing", "node": "a"}}
@@ -139,7 +139,7 @@ def test_forces_of_both_shafts_meet_in_the_housing(tmp_path):
     soft = spur_scene(both, helix=15.0, segments=10)
     for name in ("transmission_error", "mesh_stiffness"):
         assert_allclose(simulate(soft)[name], simulate(plain)[name], rtol=1e-7)
-    # by itself on the same springs the pinion's shaft does move
+    # the pinion's shaft alone on the same springs does move
     one = shafts({"bearings": seats[0]}, slender | {"bearings": wheel}, bodies=bodies)
     only = spur_scene(one, helix=15.0, segments=10)
     alone, held = (float(simulate(scene)["transmission_error_mean"]) for scene in (only, plain))
@@ -165,7 +165,7 @@ def test_three_formats_are_one_body(tmp_path):
 
 
 def test_narrow_punch_with_scalar_points(tmp_path):
-    """Fields of eight characters, and generalised coordinates on scalar points, which are no nodes."""
+    """Fields of eight characters; generalised coordinates are on scalar points, which are not nodes."""
     K = np.array([[40.5, -10.0, 0.0], [-10.0, 30.0, 5.0], [0.0, 5.0, 20.0]])
     punch(tmp_path / "b.pch", [(101, 1), (101, 2), (9001, 0)], wide=False, KAAX=K)
     found = read(Body, {"name": "b", "file": str(tmp_path / "b.pch")}).condensed
@@ -176,7 +176,7 @@ def test_narrow_punch_with_scalar_points(tmp_path):
 
 
 def test_units_and_axes(tmp_path):
-    """The same piece in metres, its axes called z, x, y: compliance between its nodes."""
+    """The same piece in metres, with its axes named z, x, y, has the same compliance between its nodes."""
     K, M = piece(support=(*SPRINGS, 1e6))
     plain = read(Body, {"name": "a", "file": str(netcdf(tmp_path / "a.nc", labels(), stiffness=K, mass=M))}).condensed
     scale = np.tile([1e-3] * 3 + [1.0] * 3, 3)
