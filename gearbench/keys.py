@@ -36,7 +36,7 @@ def key_at(kind: type, path: str) -> Key | None:
 
 
 def value_at(table: Any, path: str) -> Any:
-    """Value at a path below ``table``; None if there is none."""
+    """Read the value at the dotted key ``path`` below ``table``; None if there is none."""
     for part in path.split("."):
         if isinstance(table, Mapping):
             table = table.get(part)

@@ -2,11 +2,13 @@
 
 The search starts at settings that left about this error on gears in use (``AT_PERCENT``). The scene runs at these
 settings and again with fewer segments and Gauss points (the companion run). The difference of both runs bounds the
-discretisation error; the setting that contributes most is refined until the bound is met. Meanwhile solid teeth run
-one rung lower on the ladder of their orders, which saves time, because the error of segments and Gauss points hardly
-depends on the teeth. Then the order climbs rung by rung. A rung costs at least half as much again as the one before,
-so all rungs together usually take three times the last. The difference of the last two orders, extrapolated with the
-convergence order that the singular root allows, bounds the error of the higher one. The last run is the result.
+discretisation error; the setting that contributes most is refined until the bound is met.
+
+Solid teeth need one more step, because the order of their functions is a setting too. The first step runs them one rung
+lower on the ladder of orders, which saves time: the error of segments and Gauss points hardly depends on the teeth.
+Then the order climbs rung by rung. A rung takes at least 1.5 times as long as the one before, so all rungs together
+usually take three times the last. The difference of the last two orders, extrapolated with the convergence order that
+the singular root allows, bounds the error of the higher one. The last run is the result.
 
 The search fails, and reports the accuracy it reached, if the finest teeth are expected to leave too large an error, if
 it runs out of time, or if the next run needs more memory than the budget allows.
@@ -41,8 +43,8 @@ from gearbench.scene import Scene
 #: Type of the answer of a run.
 R = TypeVar("R")
 
-#: Share of the error budget for finite elements; and, with solid teeth, for segments and Gauss points (the squares of
-#: this part and of the part of the order add up).
+#: FE_SHARE: share of the error budget for finite elements. REST_SHARE: share for segments and Gauss points if the order
+#: of solid teeth needs the rest; the squares of both errors add up.
 FE_SHARE, REST_SHARE = 0.5, 0.6
 #: Segments, Gauss points and rung of the ladder of solid orders. AT_PERCENT: for an error of 1 %. A_DECADE: for a
 #: tenfold smaller error, segments are multiplied by 2.5 and the others increased by 4 and 3. LEAST: smallest values.
@@ -172,7 +174,7 @@ def choose(
 
 
 def first_settings(scene: Scene) -> Scene:
-    """Return ``scene``, which asks for an accuracy, with the settings at which the search starts."""
+    """Replace the requested accuracy of ``scene`` by the settings at which the search starts."""
     requested = scene.resolution.accuracy
     assert requested is not None
     scene, meshed = _finite_elements(with_resolution(scene), requested)
@@ -195,7 +197,7 @@ def _finite_elements(scene: Scene, budget: float) -> tuple[Scene, float]:
 
 @dataclass(frozen=True, kw_only=True, order=True)
 class _At:
-    """Settings of a run: segments n, Gauss points g, and rung of the ladder of solid orders (0 for other teeth)."""
+    """Settings of a run: segments n, Gauss points g, and index on the ladder of solid orders (0 for other teeth)."""
 
     n: int
     g: int
@@ -287,7 +289,7 @@ class _Search(Generic[R]):
             finest = float((self._falls(order, self.most.order) * by_order / CHANCE).max())
             if order == self.most.order or finest > budget:
                 raise self._stopped(f"solid teeth of the highest order leave about {100 * finest:.2g} %")
-            del answer  # may be large
+            del answer  # it may be large
             lower, order = at, order + 1
 
     def _falls(self, lower: int, order: int) -> float:

@@ -105,7 +105,7 @@ def _print_summary(name: str, dataset: xr.Dataset, folder: Path) -> None:
 
 
 def _print_front(dataset: xr.Dataset) -> None:
-    """At most twelve designs of the front, from one end to the other."""
+    """Print at most ``SHOWN`` designs of the front, from one end to the other."""
     from gearbench.cli.table import print_columns
     from gearbench.optimisation.designs import Designs
 
@@ -124,7 +124,7 @@ def _print_front(dataset: xr.Dataset) -> None:
 
 
 def _heading(number: int, label: str) -> str:
-    """Statistic, symbol and unit of an objective; a number where it is a weighted sum."""
+    """Column heading of an objective: symbol and unit; for a weighted sum, its number."""
     from gearbench.results.responses import quantity
 
     q = quantity(label)

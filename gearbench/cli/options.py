@@ -1,4 +1,4 @@
-"""Options that several commands share."""
+"""Options and helpers that several commands share."""
 
 from __future__ import annotations
 
@@ -128,7 +128,7 @@ def share(text: str) -> float:
     Raises
     ------
     InputError
-        If it is none.
+        If the text is not a number or percentage.
     """
     from gearbench.errors import InputError
 
@@ -144,7 +144,7 @@ def with_accuracy(scene: Scene, text: str | None) -> Scene:
     Raises
     ------
     InputError
-        If it is no such number, or the scene gives a resolution itself.
+        If the text is not a number or percentage, or the scene gives a resolution itself.
     """
     from dataclasses import replace
 

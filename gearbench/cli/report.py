@@ -17,7 +17,7 @@ def write_report(error: BaseException) -> Path:
     Raises
     ------
     OSError
-        If there is no such folder to write to.
+        If no temporary folder is writable.
     """
     from gearbench.results.provenance import git_revision, versions
 

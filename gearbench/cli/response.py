@@ -174,7 +174,7 @@ def parse_speeds(text: str) -> NDArray:
     Raises
     ------
     InputError
-        If it is none of these.
+        If the text has another form.
     """
     import numpy as np
 

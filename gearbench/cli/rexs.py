@@ -50,7 +50,7 @@ def load_any(
     Raises
     ------
     InputError
-        If there is none, or an option for REXS files is given with a TOML file.
+        If there is no such scene, or an option for REXS files is given with a TOML file.
     """
     from gearbench.errors import InputError
     from gearbench.exchange import is_rexs

@@ -18,7 +18,7 @@ MARGIN = 1.1
 
 
 class Archive:
-    """Designs numbered from 0 in the order they were first asked for, their results, and the history of the search.
+    """Designs, numbered from 0 in the order of their first request, with their results and the history of the search.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ class Archive:
         return [design for gear, design in gears.items() if gear not in self._number]
 
     def add(self, designs: Sequence[Design], new: Mapping[Design, Evaluation]) -> list[Evaluation]:
-        """Add a generation and return the results of all its designs; ``new`` has those of the unknown designs."""
+        """Add a generation and return the results of all its designs; ``new`` holds results of the unknown ones."""
         first, unknown = len(self.designs), self.unknown(designs)
         for design in unknown:
             self._number[self._gear(design)] = len(self.designs)

@@ -181,7 +181,7 @@ class _Candidate:
         return len(self._on_cycles) < len(self.study.responses)
 
     def _without_errors(self) -> Evaluation:
-        """Evaluate the scene without error samples; its responses stand as the means, other statistics are NaN."""
+        """Evaluate the scene without error samples: its responses count as means, and other statistics are NaN."""
         found = dict(zip(self.study.numbers, self._numbers(), strict=True))
         if self._over_speed:
             each = [self.force(one).without_errors for one in self.scene.each_load]

@@ -18,7 +18,8 @@ from gearbench.results.responses import quantity
 from gearbench.scene_file import read_loads, scene_key, table_class
 from gearbench.schema import as_table, check, keys, make, read, read_toml
 
-#: Tables of the base that make the designs pairs or planetary sets; prefix of keys for errors of a set's members.
+#: KINDS: table of the base that says whether designs are pairs or planetary sets. SCATTER: prefix of the keys for
+#: random errors of a planetary set.
 KINDS, SCATTER = ("pair", "planetary"), "planetary.scatter."
 _TABLES: dict[str, type] = {"algorithm": Algorithm, "robustness": Robustness, "speeds": Speeds}
 
@@ -113,7 +114,7 @@ def _check_numbers(study: OptimisationStudy, driven: Collection[str]) -> None:
 
 
 def changed_keys(variable: Variable) -> tuple[str, ...]:
-    """Keys of the scene that ``variable`` changes.
+    """List the keys of the scene that ``variable`` changes.
 
     Raises
     ------
@@ -145,7 +146,7 @@ def changed_keys(variable: Variable) -> tuple[str, ...]:
 
 
 def _check_loads(base: Mapping[str, Any], driven: Mapping[str, str]) -> None:
-    """Check the loads of the base; neither the base nor a variable may set another load beside them."""
+    """Check the loads of the base; neither the base nor a variable may then set a single load."""
     read_loads(base["loads"], "base.loads")
     if "load" in base:
         raise InputError("base.loads", "given", "conflicts with base.load: give one of the two")
@@ -197,7 +198,7 @@ def _check_gears(gears: Mapping[str, Any], driven: Collection[str]) -> None:
 
 
 def _variables(prefix: str, tables: Mapping[str, Any]) -> Iterator[Variable]:
-    """Find the variables in nested tables; a table of tables is one more level of a dotted name."""
+    """Yield the variables in nested tables; a table that holds only tables adds a part to their dotted names."""
     for name, table in tables.items():
         key = f"{prefix}{name}"
         if not isinstance(table, Mapping):

@@ -167,8 +167,8 @@ def peak_to_peak(phases: Phases, values: NDArray) -> NDArray:
 def peak_to_peak_floor(phases: Phases, values: NDArray, floor: NDArray) -> NDArray:
     """Estimate the error of ``peak_to_peak``, with ``floor`` = ``noise_floor`` (…, harmonic) of the curve.
 
-    One part is the error of the extremes from what the polynomials of the panels have ``_missed``. It is limited to the
-    amount by which the samples on the panel and its neighbours turn back, because a monotonic curve has no extreme
+    One part is the error of the extremes on panels whose polynomial misses the curve, see ``_missed``. It is at most
+    the amount by which the samples on the panel and its neighbours turn back, because a monotonic curve has no extreme
     there. The other part is twice the root sum of squares of the harmonics' floors, which add up at an extreme. For
     uniform phases, unknown harmonics count as the greatest known one.
     """

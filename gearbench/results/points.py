@@ -20,20 +20,20 @@ _LABELS = {"pair": "pair_index", "error_name": "error_name", "gear": "gear"}
 
 @dataclass(frozen=True)
 class Point:
-    """Coordinates and variables of the Dataset of one or more points."""
+    """Coordinates and variables of a Dataset, for one point or for several joined ones."""
 
     coords: Columns
     variables: Columns
 
     @cached_property
     def sizes(self) -> dict[str, int]:
-        """Length of the dimensions."""
+        """Dimension → its length."""
         both = (*self.coords.values(), *self.variables.values())
         return {d: n for dims, values in both for d, n in zip(dims, np.shape(values), strict=True)}
 
 
 def of_each_load(coords: Columns, variables: Columns, loads: tuple[int, ...]) -> Iterator[Point]:
-    """Yield the points of arrays with leading dimensions ``loads``; arrays without these are the same for all."""
+    """Yield one point per load from arrays with the leading dimensions ``loads``; other arrays are in every point."""
     if not loads:
         yield Point(coords, variables)
         return

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SEED, PAIRS = 2017, 48
-#: Accuracy of the finite elements of a clamped tooth, and of a sector of teeth on its body.
+#: Accuracy of the finite elements, for a clamped tooth and for a sector of teeth on its body.
 ACCURACY = {"clamped": 0.005, "rim": 0.01}
 COARSE, FINE = (4, 5, 5), (8, 12, 12)
 #: Support of the finite elements → tooth models compared with them; "solid" has its default order.

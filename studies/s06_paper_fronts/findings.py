@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-#: A gear belongs to the wide front if it is at most this share worse than a gear of the front in both objectives.
+#: A gear belongs to the wide front if it is worse than a gear of the front by at most this share in both objectives.
 WIDE = 0.10
 
 
@@ -48,7 +48,7 @@ def distance(point: NDArray, front: NDArray) -> float:
 
 
 def wide(F: NDArray, front: NDArray, share: float = WIDE) -> NDArray:
-    """Flag points that are at most ``share`` worse than a point of the front in every objective, (point,)."""
+    """Flag points that are worse than a point of the front by at most ``share`` in every objective, (point,)."""
     return np.array([np.min(np.max(f / front, axis=1)) <= 1 + share for f in F], dtype=bool)
 
 
@@ -83,7 +83,7 @@ def measures(dataset: xr.Dataset, tool: int) -> dict[str, float]:
 
 
 def checks(dataset: xr.Dataset) -> list[tuple[str, bool]]:
-    """Check that no row of Table 2 beats the front of its tool; the quick search is too small for this check."""
+    """Check that no row of Table 2 beats the front of its tool; the limit is looser for the quick, small search."""
     found = []
     quick = bool(dataset.attrs["quick"])
     for tool in TOOLS:

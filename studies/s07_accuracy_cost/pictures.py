@@ -1,4 +1,4 @@
-"""Figures of the study on the cost of accuracy."""
+"""Figures: work–precision diagrams, finite elements, front of all models, promises and scaling."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def _panels(dataset: xr.Dataset, names: Sequence[str], across: str, title: str, 
 
 
 def _within_one_percent(part: xr.Dataset) -> str:
-    """Text with the times for an error of 1 % by segments, Gauss points, and positions or order of solid teeth."""
+    """Text with the times in which segments, Gauss points, and positions or solid order reach an error of 1 %."""
     words = {"segments": "segments", "gauss_points": "Gauss panels", "positions": "uniform phases"}
     if "positions" not in part["knob"].values:
         words = {"segments": "segments", "gauss_points": "Gauss panels", "solid order": "order"}
@@ -174,7 +174,7 @@ def pareto(x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 
 def _notable(best: np.ndarray, labels: np.ndarray) -> list[int]:
-    """Indices of the first point with each label on the front."""
+    """Indices of the most expensive front point with each label."""
     return [int(best[np.flatnonzero(labels[best] == name)[-1]]) for name in dict.fromkeys(labels[best].tolist())]
 
 

@@ -1,7 +1,7 @@
-"""A planetary set of an electric axle: planets in phase, sequential or counter phase, as designed and with errors.
+"""Planet phasing of an electric axle: planets in phase, sequential or counter phase, without and with errors.
 
-Neighbouring tooth numbers give all three arrangements of four planets at nearly the same ratio. Each is solved with a
-sun that floats freely and with one that is held, without errors and for 1000 samples of class 6.
+Neighbouring tooth numbers give all three arrangements of four planets at nearly the same ratio. Every arrangement is
+solved with a floating sun and with a held sun, without errors and for 1000 error samples of class 6.
 """
 
 from studies.s13_planetary_phasing.data import compute, scene

@@ -1,4 +1,4 @@
-"""The sets, and their numbers without errors and over the samples."""
+"""Data of the study: planetary sets, and their responses without errors and over error samples."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from gearbench.trains.scatter import sampled_train
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Teeth of sun and planet of each arrangement of four planets; the ring has z_s + 2 z_p.
+#: Arrangement of four planets → teeth of sun and planet; the ring has z_s + 2 z_p teeth.
 ARRANGEMENTS = {"in phase": (24, 30), "sequential": (25, 31), "counter phase": (26, 32)}
 SUNS = ("floating", "held")
-#: Teeth of sun and planet of the sets of K_γ by the number of planets, all in phase.
+#: Number of planets → teeth of sun and planet of the sets for K_γ; all planets are in phase.
 LOADED = {3: (24, 30), 4: (24, 30), 5: (25, 30)}
-#: Stiffness across the axis of the sun of K_γ [N/µm]; 0: it floats freely.
+#: Radial stiffness of the sun in the sets for K_γ [N/µm]; 0 for a floating sun.
 SUPPORTS = (0.0, 20.0)
 CLASSES = (4, 5, 6, 7, 8)
-#: Torque on the sun for each planet [N·m].
+#: Torque on the sun per planet [N·m].
 TORQUE = 50.0
-#: Errors of class 6 [µm]: pins and thickness within ±, run-outs from 0 on (ISO 1328-2; pins about IT 6).
+#: Errors of class 6 [µm]: limits ± for pins and thickness, and from 0 for run-outs (ISO 1328-2; pins about IT 6).
 CLASS_6 = {
     "pin_tangential": 12.0,
     "pin_radial": 12.0,
@@ -40,14 +40,14 @@ CLASS_6 = {
 #: Ratio of the tolerances of neighbouring classes, ISO 1328.
 STEP = 2**0.5
 HARMONICS = 5
-#: Responses by harmonic, and all of them.
+#: Curves of which RMS and harmonics are computed; the next line lists all responses.
 CURVES = ("train_transmission_error", "carrier_torque", "sun_force", "sun_motion")
 RESPONSES = (
     "mesh_load_factor",
     *(f"{name}_rms" for name in CURVES),
     *(f"{name}_amplitude_{n}" for name in CURVES for n in range(1, HARMONICS + 1)),
 )
-#: Statistics over the samples.
+#: Statistics over the error samples.
 STATISTICS = {"mean": np.mean, "q95": lambda x: np.quantile(x, 0.95), "q99": lambda x: np.quantile(x, 0.99)}
 
 
@@ -60,7 +60,7 @@ def scene(
     flanks: bool = True,
     positions: int = 24,
 ) -> Scene:
-    """A helical set of module 1.75 on elastic bodies and pins; ``sun``: how it is held, it floats unless told."""
+    """Make a helical set of module 1.75 on elastic bodies and pins; ``sun`` sets its support (floating by default)."""
     z_s, z_p = teeth
     wider = STEP ** (iso_class - 6)
     own = {
@@ -98,7 +98,7 @@ def scene(
 
 
 def answers(scene: Scene, names: tuple[str, ...], samples: int) -> NDArray:
-    """Responses without errors, and their ``STATISTICS`` over the samples, (1 + statistic, response)."""
+    """Compute responses without errors, and their ``STATISTICS`` over the samples, (1 + statistic, response)."""
     train = sampled_train(scene)
     found = train.respond(train.draw(unit_samples("sobol", samples, len(train.error_names), 0)), names)
     rows = [[float(response(name).reduce(train.solved.cycle)) for name in names]]
@@ -106,7 +106,7 @@ def answers(scene: Scene, names: tuple[str, ...], samples: int) -> NDArray:
 
 
 def compute(*, quick: bool = False) -> xr.Dataset:
-    """All arrangements, and K_γ over the classes."""
+    """Compute the responses of all arrangements, and K_γ over the tolerance classes."""
     import xarray as xr
 
     samples, positions = (16, 12) if quick else (1024, 24)
@@ -139,7 +139,7 @@ def compute(*, quick: bool = False) -> xr.Dataset:
 
 
 def _factor(planets: int, support: float, iso_class: int, samples: int, positions: int) -> NDArray:
-    """K_γ of pins, thickness and run-outs of a class."""
+    """Compute K_γ with errors of pins, thickness and run-outs of a class, (1 + statistic,)."""
     sun = {"sun_support": support} if support else None
     whole = scene(LOADED[planets], planets=planets, sun=sun, iso_class=iso_class, flanks=False, positions=positions)
     return answers(whole, ("mesh_load_factor",), samples)[:, 0]

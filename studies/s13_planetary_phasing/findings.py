@@ -1,4 +1,4 @@
-"""Gains and costs of phasing, and K_γ beside the tables of norms."""
+"""Findings: gains by phasing, and K_γ compared with the tables of standards."""
 
 from __future__ import annotations
 
@@ -9,36 +9,36 @@ from studies.s13_planetary_phasing.data import ARRANGEMENTS, HARMONICS, LOADED, 
 if TYPE_CHECKING:
     import xarray as xr
 
-#: K_γ by the number of planets, as the norms have it.
+#: Standard → number of planets → K_γ.
 NORMS = {
     "IEC 61400-4": {3: 1.10, 4: 1.25, 5: 1.35},
     "classification societies": {3: 1.00, 4: 1.20, 5: 1.30},
 }
-#: What may be left of a harmonic that cancels, over the greatest that adds up. With bodies that couple the meshes 1e-4
-#: is left, 3e-7 of the mesh force, without them 1e-7; the cause is not established.
+#: Largest remainder of a harmonic that cancels, over the greatest harmonic that adds up. The remainder is 1e-4 (3e-7 of
+#: the mesh force) with bodies that couple the meshes, and 1e-7 without; the cause is not established.
 _NOTHING = 2e-4
 
 
 def value(dataset: xr.Dataset, arrangement: str, sun: str, response: str, statistic: str = "mean") -> float:
-    """A response of a set."""
+    """Value of a statistic of a response of a set."""
     at = {"arrangement": arrangement, "sun": sun, "response": response, "statistic": statistic}
     return float(dataset["value"].sel(at))
 
 
 def bought(dataset: xr.Dataset, arrangement: str, sun: str, statistic: str) -> float:
-    """Transmission error of the set in phase over that of another arrangement, both as RMS over the cycle."""
+    """Ratio of the RMS transmission error of the set in phase to that of another arrangement."""
     rms = (value(dataset, each, sun, "train_transmission_error_rms", statistic) for each in ("in phase", arrangement))
     return next(rms) / next(rms)
 
 
 def factor(dataset: xr.Dataset, planets: int, support: float, statistic: str, iso_class: int = 6) -> float:
-    """K_γ of a set."""
+    """Value of a statistic of K_γ of a set."""
     at = {"planets": planets, "support": support, "iso_class": iso_class, "statistic": statistic}
     return float(dataset["mesh_load_factor"].sel(at))
 
 
 def checks(dataset: xr.Dataset) -> list[tuple[str, bool]]:
-    """Harmonics that cancel without errors, gains that errors leave, and the order of size of K_γ."""
+    """Check that harmonics cancel without errors, that phasing still helps with errors, and the magnitude of K_γ."""
     found = []
     for arrangement, (sun, _) in ARRANGEMENTS.items():
         for name, adds in (("train_transmission_error", {0}), ("sun_force", {1, 3})):

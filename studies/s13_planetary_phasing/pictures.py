@@ -1,4 +1,4 @@
-"""Harmonics of torsion and radial force of the arrangements, K_γ over the classes, and the tables of the report."""
+"""Figures: harmonics of torsion and radial force, and K_γ over the classes; tables of the report."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _COLOURS = dict(zip(ARRANGEMENTS, (BLUE, ORANGE, "0.45"), strict=True))
-#: What is shown of each sun: response, label.
+#: Support of the sun → responses shown, with their labels.
 _SHOWN = {
     "floating": {"train_transmission_error": "$|\\Delta_n|$ [µm]", "sun_motion": "motion of the sun [µm]"},
     "held": {"train_transmission_error": "$|\\Delta_n|$ [µm]", "sun_force": "radial force on the sun [N]"},
@@ -31,7 +31,7 @@ def figures(dataset: xr.Dataset, folder: Path) -> None:
 
 
 def phasing(dataset: xr.Dataset) -> Any:
-    """Harmonics of torsion and radial force: bars as designed, points and lines with errors of class 6."""
+    """Draw harmonics of torsion and radial force: bars without errors, points and lines with errors of class 6."""
     figure, axes = new_figure(2, 2, (11.0, 7.5))
     n, width = np.arange(1, HARMONICS + 1), 0.26
     for column, sun in enumerate(SUNS):
@@ -49,7 +49,7 @@ def phasing(dataset: xr.Dataset) -> Any:
             axis.set(xlabel="mesh order n", ylabel=label, xlim=(0.5, HARMONICS + 0.5))
             axis.set_xticks(n)
         axes[0, column].set_title(f"{sun} sun", fontsize=10)
-    for row in axes[:1]:  # both suns at one scale
+    for row in axes[:1]:  # the same scale for both suns
         top = max(axis.get_ylim()[1] for axis in row)
         for axis in row:
             axis.set_ylim(0.0, top)
@@ -59,7 +59,7 @@ def phasing(dataset: xr.Dataset) -> Any:
 
 
 def load_factor(dataset: xr.Dataset) -> Any:
-    """K_γ over the class of pins and run-outs: mean and 99 of 100 samples, norms at the right."""
+    """Draw K_γ over the class of pins and run-outs: mean and 99 % quantile, with the standards at the right."""
     figure, axes = new_figure(1, len(SUPPORTS), (11.0, 4.8), sharey=True)
     classes = dataset["iso_class"].values
     for axis, support in zip(axes.ravel(), SUPPORTS, strict=True):
@@ -84,7 +84,7 @@ def load_factor(dataset: xr.Dataset) -> Any:
 
 
 def report(dataset: xr.Dataset) -> list[str]:
-    """Lines of the report: checks, RMS values of every arrangement, K_γ."""
+    """Lines of the report: checks, RMS values of all arrangements, K_γ."""
     lines = ["# Phasing of a planetary set", "", *verdicts(checks(dataset))]
     names = [f"{name}_rms" for name in CURVES]
     for sun in SUNS:
