@@ -1,20 +1,22 @@
-"""Births: phases at which a tooth pair takes or leaves its load, under load.
+"""Births: mesh phases at which a tooth pair takes or leaves its load, elastic deflections included.
 
 Pair k is at x = τ + k, which increases while the pair passes through the mesh. The contact is solved without this pair.
-The interference that the pair would then have, approach minus gap, is a curve of x. It is smooth between the births of
-other pairs and the kinks of the pair's own gap. A birth is a zero of this curve. There are three ways to find it; each
-is more expensive, and is used if the one before is not sure:
+The interference that the pair would then have is the approach minus its gap and the smooth deflection of its flanks.
+This curve of x is smooth between the births of other pairs and the kinks of the pair's own gap. A birth is a zero of
+it. There are three ways to find a birth; each is more expensive, and is used if the one before is not sure:
 
 1. ``_from_look`` interpolates the coarse solutions around the birth;
 2. ``_between`` interpolates values at four x between two coarse phases;
 3. ``_located`` evaluates the curve ever closer to the birth.
 
-Contact patches are short near a birth, so lines have many segments there; a rough smooth compliance is enough.
+Contact patches are short near a birth, so (2) and (3) use lines with many segments. A truncated smooth compliance is
+accurate enough.
 
 Flanks with the same gap all along their line begin to touch over a short ramp, because the other pairs bend the gears
-unevenly. Loads and approach are smooth before and after the ramp. Continued from both sides they meet where the mean
-compression is zero, since a fully loaded line with a linear law would carry nothing there. A ramp has panels of its own
-if it is longer than ``WIDE`` or the panels next to it are short (C10 of docs/algorithms.md).
+unevenly. Loads and approach are smooth before and after the ramp. Continued from both sides, they meet where the mean
+compression is zero, because with a linear law the total force of a line is proportional to its mean compression. A
+ramp gets a panel of its own if the whole ramp is longer than ``WIDE``, or if another birth is close and panels are
+short there (C10 of docs/algorithms.md).
 """
 
 from __future__ import annotations
@@ -121,7 +123,7 @@ def births(scene: Scene, look: Look, x: NDArray, greatest: NDArray, *, exact: bo
         Whether to locate every birth twice more, from solutions with the full compliance.
     """
     loaded, count = np.nan_to_num(greatest, nan=-1.0) > 0, len(look.phase)
-    # a pair that is loaded at its first (last) phase takes (leaves) its load beyond it
+    # a pair that is loaded at its first phase took its load before it; loaded at its last phase, it leaves it later
     carrying = np.pad(loaded, ((0, 0), (1, 1)))
     load, at = np.nonzero(carrying[:, 1:] != carrying[:, :-1])
     side = np.where(carrying[load, at], -1, 1)

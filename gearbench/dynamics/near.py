@@ -1,10 +1,10 @@
 """Harmonic balance of many error samples of one mesh, based on the balance of their mean.
 
 The stiffness of sample s is K̄ + V_s, the mean stiffness of all samples K̄ + V_0. Let x' be the quasi-static motion of
-the sample without order 0, and p_s = f̂_s − K̄ x̂_s. Gears that stood still would feel the force e = p_s − V_s x' in
-addition to the force of the springs K̄. They do move, by G per unit force in the balance with V_0. The force that
-balances the sample is therefore e' with e' + (V_s − V_0) G e' = e, and the orders of its mesh force are
-(1 − (K̄ + V_0) G) e' (D5).
+the sample without order 0, and p_s = f̂_s − K̄ x̂_s. If the gears stood still, the force e = p_s − V_s x' would act in
+addition to the force of the springs K̄. But the gears move by −G per unit force, where G is the receptance in the
+balance with V_0. The balance of the sample thus becomes e' + (V_s − V_0) G e' = e for a force e', and the orders of the
+mesh force are (1 − (K̄ + V_0) G) e' (D5).
 """
 
 from __future__ import annotations
