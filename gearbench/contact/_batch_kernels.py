@@ -1,8 +1,8 @@
-"""Compiled solver for many gap vectors against one compliance: samples side by side in the lanes of the processor.
+"""Compiled solver for many gap vectors against one compliance, with samples side by side in lanes.
 
-The same Newton method as ``gearbench.contact._kernels``, on ``LANES`` samples at once: every inner loop runs over the
-lanes, so that it compiles to vector instructions. A lane that has converged is frozen; no lane sees another, so that
-a sample's answer does not depend on its neighbours. A NumPy twin in the tests holds both to the same answers.
+The Newton method of ``gearbench.contact._kernels`` runs on ``LANES`` samples at once. Every inner loop runs over the
+lanes, so that it compiles to vector instructions. A converged lane is frozen. Lanes do not interact, so the result of a
+sample does not depend on its neighbours. The tests compare both solvers with a readable NumPy version.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from gearbench.contact._lane_kernels import (
 
 
 class Blocks(NamedTuple):
-    """Arrays of a ``Batch`` whose blocks deflect by themselves, by their names there."""
+    """Fields of a ``Batch`` whose blocks deflect independently, under the same names."""
 
     firsts: NDArray
     blocks: NDArray
@@ -39,7 +39,10 @@ class Blocks(NamedTuple):
 
 
 class Equations(NamedTuple):
-    """Normal equations of a position, (unknown, lane): amplitudes and δ, gradient, its slope by δ, and the Hessian."""
+    """Newton equations of a position, (unknown, lane).
+
+    Amplitudes and δ, gradient of J by the amplitudes, its derivative by δ, and the Hessian.
+    """
 
     q: NDArray
     grad: NDArray
@@ -49,7 +52,7 @@ class Equations(NamedTuple):
 
 @part(FUSED)
 def compress(first, ranks, factor, q, delta, lanes):
-    """s = δ − e − Ψ q of every segment."""
+    """Fill the compressions s = δ − e − Ψ q of all segments."""
     rank, gap, s = factor.shape[1], lanes.gap, lanes.s
     for k in range(first.size - 1):
         own = ranks[k]
@@ -70,9 +73,9 @@ def compress(first, ranks, factor, q, delta, lanes):
 
 @part(FUSED)
 def normal_equations(first, ranks, factor, product, load, lanes, equations):
-    """Gradient and Hessian of J(q, δ) per block; lower triangles of the Hessian stored row by row.
+    """Fill gradient and Hessian of J(q, δ) for each block; the Hessian is stored as lower triangles, row by row.
 
-    product (rank(rank+1)/2, n), load (lane,).
+    product is (rank(rank+1)/2, n), load (lane,).
     """
     blocks, rank = first.size - 1, factor.shape[1]
     p, w, total, slope = lanes.p, lanes.w, lanes.total, lanes.slope
@@ -107,7 +110,7 @@ def normal_equations(first, ranks, factor, product, load, lanes, equations):
 
 @part(FUSED)
 def factorise(ranks, rank, hess, x, y):
-    """Cholesky factor of each block (inverse diagonal), and L⁻¹x, L⁻¹y in place."""
+    """Replace the Hessian of each block by its Cholesky factor L with inverse diagonal, and x, y by L⁻¹x, L⁻¹y."""
     size = rank * (rank + 1) // 2
     for k in range(ranks.size):
         for c in range(ranks[k]):
@@ -142,7 +145,7 @@ def factorise(ranks, rank, hess, x, y):
 
 @part(FUSED)
 def back_substitute(ranks, rank, hess, x):
-    """x ← L⁻ᵀ x of each block."""
+    """x ← L⁻ᵀ x for each block."""
     size = rank * (rank + 1) // 2
     for k in range(ranks.size):
         for c in range(ranks[k] - 1, -1, -1):
@@ -216,10 +219,10 @@ def solve_lanes(t, system, laws, lanes, equations, delta, stiffness, tolerance, 
 
 @entry(FUSED)
 def solve_chunk(gaps, system, draws, lanes, tolerance, limit, answers):
-    """Solve every position for one chunk of ``LANES`` samples; fills ``answers``.
+    """Solve every position for one chunk of ``LANES`` samples and fill ``answers``.
 
-    The first guess of (q, δ) is linear in the draws (error, lanes). To it comes, by the weights ``gaps.ahead``, what it
-    missed at the two positions before.
+    The first guess of (q, δ) is linear in the draws (error, lanes), plus its errors at the previous two positions with
+    the weights ``gaps.ahead``.
     """
     rank, most = system.factor.shape[2], system.start.shape[1] - 1
     q, grad, cross = np.empty((most + 1, LANES)), np.empty((most, LANES)), np.empty((most, LANES))
@@ -236,7 +239,7 @@ def solve_chunk(gaps, system, draws, lanes, tolerance, limit, answers):
         few = limit if ahead[0] == 0.0 else limit // 2
         steps += solve_lanes(t, system, laws, lanes, equations, delta, stiffness, tolerance, few)
         if ahead[0] != 0.0 and lanes.done.sum() < LANES:
-            # large errors: from the linear solution alone Newton's method goes farther
+            # with large errors Newton's method converges more often from the linear guess alone
             keep_settled(q, delta, stiffness, lanes.done, kept)
             for r in range(most + 1):
                 for j in range(LANES):

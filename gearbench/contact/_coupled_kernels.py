@@ -1,10 +1,10 @@
-"""Compiled solver for many gap vectors where all segments of a position move each other: samples in lanes.
+"""Compiled solver for many gap vectors if all segments of a position deflect each other; samples are lanes.
 
-Newton's method in the forces u beside those of the linear problem at the mean errors (``gearbench.contact.reference``,
-B2 of docs/theory.md): its matrices I + ΔG differ from the identity only where the slope of a law differs from that at
-the mean errors. Their solution by conjugate gradients needs a few digits only and has them in single precision;
-residuals and stiffness are computed in double precision. All lanes share G. No lane sees another.
-A NumPy twin in the tests holds it to the same answers.
+Newton's method is applied to the forces u that act in addition to those of the linear problem at the mean errors
+(``gearbench.contact.reference``, B2 of docs/algorithms.md). Its matrices I + ΔG differ from the identity only where the
+slope of a contact law differs from the slope at the mean errors. Conjugate gradients solve them in single precision,
+since a Newton step needs few digits; residuals and stiffness are in double precision. All lanes share G but do not
+interact. The tests compare the solver with a readable NumPy version.
 """
 
 from __future__ import annotations
@@ -25,16 +25,17 @@ from gearbench.contact._lane_kernels import (
     restore_settled,
 )
 
-#: Precision of the Newton steps relative to their first residual: at least, and at most.
+#: Relative residual of the conjugate gradients of a Newton step: coarsest and finest.
 LEAST_PRECISION, MOST_PRECISION = 1e-1, 1e-4
-#: Conjugate gradient steps after which a lane goes on with what it has.
+#: Maximum number of conjugate gradient steps; a lane goes on with the result it has then.
 MOST_CONJUGATE = 60
 
 
 class Conjugate(NamedTuple):
-    """Scratch of conjugate gradients, single precision: (segment, lane), and below ``product`` (lane,).
+    """Scratch arrays of conjugate gradients for v + ΔG v = r, in single precision.
 
-    ``change``: W − W₀; v with v + ΔG v = r, of directions d.
+    ``change`` is Δ = W − W₀, v the solution, r the residual, d the search direction. They and their products with G are
+    (segment, lane); from ``product`` on arrays are (lane,).
     """
 
     change: NDArray
@@ -53,7 +54,10 @@ class Conjugate(NamedTuple):
 
 @part(FUSED)
 def residuals(u, z, p, w, rise, load, weight, own, change, total):
-    """own ← −F, F = u + p − W₀ z, and change ← W − W₀, single precision; total ← Σ|F|. z lacks ``rise`` · ``load``."""
+    """own ← −F with F = u + p − W₀ z, change ← W − W₀ (single precision), total ← Σ|F|.
+
+    The argument z does not yet contain ``rise`` · ``load``.
+    """
     for j in range(LANES):
         total[j] = 0.0
     for i in range(u.shape[0]):
@@ -67,7 +71,7 @@ def residuals(u, z, p, w, rise, load, weight, own, change, total):
 
 @part(FUSED)
 def first_direction(r, Gr, d, Gd, product):
-    """d ← r, G d ← G r; product ← r·G r."""
+    """d ← r, Gd ← G r, product ← r·G r."""
     for j in range(LANES):
         product[j] = np.float32(0.0)
     for i in range(r.shape[0]):
@@ -79,7 +83,7 @@ def first_direction(r, Gr, d, Gd, product):
 
 @part(FUSED)
 def next_direction(r, Gr, d, Gd, beta):
-    """d ← r + β d, G d ← G r + β G d."""
+    """d ← r + β d, Gd ← G r + β G d."""
     for i in range(r.shape[0]):
         for j in range(LANES):
             d[i, j] = r[i, j] + beta[j] * d[i, j]
@@ -107,7 +111,7 @@ def advance(change, d, Gd, alpha, v, r):
 
 @part(FUSED)
 def inner(a, b, product):
-    """product ← a·b of each lane."""
+    """product ← a·b for each lane."""
     for j in range(LANES):
         product[j] = np.float32(0.0)
     for i in range(a.shape[0]):
@@ -117,7 +121,7 @@ def inner(a, b, product):
 
 @part(FUSED)
 def product_with(G, r, Gr):
-    """Gr ← G r, the sum of each lane in one order: that of BLAS depends, by the processor, on the place of the lane."""
+    """Gr ← G r, summed in the same order for all lanes; with BLAS the order would depend on the position of a lane."""
     n = len(G)
     fours, twos = n - n % 4, n - n % 2
     Gr[:] = np.float32(0.0)
@@ -140,7 +144,7 @@ def product_with(G, r, Gr):
 
 @part(FUSED)
 def conjugate_gradients(G, work):
-    """v with v + ΔG v = r to the ``precision`` of each lane in the norm of G, single precision; uses r up."""
+    """Solve v + ΔG v = r to the ``precision`` of each lane in the norm of G; overwrites r, returns the steps."""
     change, v, r, Gr, d, Gd, product, bound, alpha, beta, fresh, precision = work
     v[:] = np.float32(0.0)
     product_with(G, r, Gr)
@@ -167,7 +171,7 @@ def conjugate_gradients(G, work):
 
 @part(FUSED)
 def stiffness_from(change, rise, flexibility, v, Gv, stiffness):
-    """∂F/∂δ from v, good to the square of its precision."""
+    """Fill ∂F/∂δ from v; its error is the square of the error of v."""
     for j in range(LANES):
         stiffness[j] = flexibility
     for i in range(change.shape[0]):
@@ -181,7 +185,7 @@ def stiffness_from(change, rise, flexibility, v, Gv, stiffness):
 
 @part(FUSED)
 def compress(G, u, rise, load, lanes, z):
-    """z ← G u, and s = z + rise · load − e of every segment."""
+    """z ← G u, and fill the compressions s = z + rise · load − e of all segments."""
     np.dot(G, u, z)
     for i in range(len(u)):
         for j in range(LANES):
@@ -190,9 +194,10 @@ def compress(G, u, rise, load, lanes, z):
 
 @part(FUSED)
 def solve_coupled_lanes(t, G, G32, linear, laws, lanes, u, z, work, stiffness, steps):
-    """Newton's method on all lanes of position t; ``lanes.done`` tells which converged. Returns (Newton, CG) steps.
+    """Newton's method on all lanes of position t; ``lanes.done`` tells which converged.
 
-    steps: sum of the residual forces at which it ends; precision of the conjugate gradients for the stiffness; most.
+    ``steps`` holds the sum of residual forces at which it ends, the precision of the conjugate gradients for the
+    stiffness, and the maximum number of steps. Returns the numbers of Newton steps and of conjugate gradient steps.
     """
     tolerance, fine, limit = steps
     n, total, done, p, w, s = len(u), lanes.total, lanes.done, lanes.p, lanes.w, lanes.s
@@ -230,10 +235,11 @@ def solve_coupled_lanes(t, G, G32, linear, laws, lanes, u, z, work, stiffness, s
 
 @entry(FUSED)
 def solve_coupled_chunk(gaps, linear, draws, lanes, accuracy, limit, answers):
-    """Solve every position for one chunk of ``LANES`` samples; fills ``answers``.
+    """Solve every position for one chunk of ``LANES`` samples and fill ``answers``.
 
-    A sample begins from the ``linear`` solution (``Reference``) and, by the weights ``gaps.ahead``, from what that
-    missed at the two positions before. ``accuracy``: where Newton's steps end, and that of the stiffness.
+    A sample starts from the ``linear`` solution (``Reference``), plus the errors of this start at the previous two
+    positions with the weights ``gaps.ahead``. ``accuracy`` holds the residual at which Newton's method ends, and the
+    precision of the conjugate gradients for the stiffness. Returns the numbers of Newton and conjugate gradient steps.
     """
     positions, n = gaps.gap.shape
     all_u, all_z, single = np.empty((n, LANES)), np.empty((n, LANES)), np.empty((6, n, LANES), dtype=np.float32)
@@ -262,7 +268,7 @@ def solve_coupled_chunk(gaps, linear, draws, lanes, accuracy, limit, answers):
         few = limit if ahead[0] == 0.0 else limit // 2
         steps = solve_coupled_lanes(t, G, G32, linear, laws, lanes, u, z, work, stiffness, (tolerance, fine, few))
         if ahead[0] != 0.0 and lanes.done.sum() < LANES:
-            # large errors: from the linear solution alone Newton's method goes farther
+            # with large errors Newton's method converges more often from the linear solution alone
             keep_settled(u, delta, stiffness, lanes.done, kept[: m + 3])
             for i in range(m):
                 for j in range(LANES):

@@ -1,6 +1,6 @@
-"""Common parts of the compiled solvers of samples side by side: gaps, contact law, initial guess.
+"""Common parts of the two compiled solvers for many samples: gaps, contact law, initial guess.
 
-The last axis of arrays is the lane: one sample per lane, independent of the others.
+The last axis of arrays is the lane. Each lane holds one sample and is independent of the others.
 """
 
 from __future__ import annotations
@@ -13,14 +13,14 @@ from numpy.typing import NDArray
 from gearbench.compiled import FUSED, part
 from gearbench.contact._law_kernels import LEAST, level_start, log_law
 
-#: Samples solved side by side.
+#: Number of samples solved side by side.
 LANES = 128
-#: Half the variation along a cell below which it is a point.
+#: Smallest half variation of the gap along a cell; points have this one.
 POINT = 1e-30
 
 
 class Gaps(NamedTuple):
-    """Gaps and laws of a ``Batch``, by the names there; ``existing`` is its ``count``."""
+    """Gaps and laws of a ``Batch`` under the same names; ``existing`` is its ``count``."""
 
     existing: NDArray
     ahead: NDArray
@@ -32,9 +32,9 @@ class Gaps(NamedTuple):
 
 
 class Answers(NamedTuple):
-    """δ, ∂F/∂δ and whether they converged, (position, lane), to be filled.
+    """Arrays to fill: δ, ∂F/∂δ and whether the lane converged, (position, lane).
 
-    Forces and slopes of the segments, (position, segment, lane), too, unless the arrays have no positions.
+    Also forces and slopes of the segments (position, segment, lane), unless these arrays have no positions.
     """
 
     delta: NDArray
@@ -68,7 +68,7 @@ class Lanes(NamedTuple):
 
     @classmethod
     def of(cls, segments: int, load: NDArray) -> Lanes:
-        """Lanes of so many segments under ``load`` (position, lane), 1 that of the problem."""
+        """Lanes for a number of segments under ``load`` (position, lane), in units of the load of the problem."""
         gap, s, p, w, sigma, inverse = np.empty((6, segments, LANES))
         least, total, slope, residual, done, step = np.empty((6, LANES))
         level = np.empty((3, LANES))
@@ -96,7 +96,8 @@ def add_combination(start, stop, coefficient, column, rows, out, r):
 def begin(start, guess, draws, weights, missed, q):
     """First guess of the unknowns q (n, lanes): start + guess · draws, plus the weighted errors of earlier guesses.
 
-    missed (2, n, lanes), at the two positions before; then less the first part at this one, and at the one before.
+    ``missed`` (2, n, lanes) holds these errors at the previous position and at the one before it. Afterwards row 1
+    belongs to the previous position. Row 0 holds minus the linear guess, to which ``note_missed`` adds the solution.
     """
     for r in range(q.shape[0]):
         for j in range(LANES):
@@ -111,7 +112,7 @@ def begin(start, guess, draws, weights, missed, q):
 
 @part(FUSED)
 def note_missed(unknowns, done, missed):
-    """Add the unknowns found (n, lanes) to missed, less their first guess; nothing is known of lanes not done."""
+    """Add the solution (n, lanes) to ``missed``, which holds minus its first guess; 0 for lanes that are not done."""
     for i in range(unknowns.shape[0]):
         for j in range(LANES):
             missed[i, j] = missed[i, j] + unknowns[i, j] if done[j] == 1.0 else 0.0
@@ -119,7 +120,7 @@ def note_missed(unknowns, done, missed):
 
 @part(FUSED)
 def keep_settled(unknowns, delta, stiffness, done, kept):
-    """Unknowns (n, lanes), δ, ∂F/∂δ and whether they are done of all lanes, into kept (n + 3, lanes)."""
+    """Copy unknowns (n, lanes), δ, ∂F/∂δ and ``done`` of all lanes into ``kept`` (n + 3, lanes)."""
     n = unknowns.shape[0]
     for i in range(n):
         for j in range(LANES):
@@ -141,7 +142,7 @@ def restore_settled(unknowns, delta, stiffness, done, kept):
 
 @part(FUSED)
 def keep_forces(t, n, lanes, answers):
-    """Forces and slopes of the segments at position t, into the answers."""
+    """Copy forces and slopes of the segments at position t into ``answers``."""
     for i in range(n):
         for j in range(LANES):
             answers.force[t, i, j], answers.slope[t, i, j] = lanes.p[i, j], lanes.w[i, j]
@@ -149,7 +150,10 @@ def keep_forces(t, n, lanes, answers):
 
 @part(FUSED)
 def open_gaps(t, gaps, draws, lanes):
-    """Gaps of the samples at position t, each where its cell touches first, counted from the smallest of a sample."""
+    """Fill the gaps of the samples at position t, minus the smallest gap of the sample.
+
+    The gap of a cell is that of the end which touches first.
+    """
     gap, sigma, least = lanes.gap, lanes.sigma, lanes.least
     for i in range(gaps.existing[t]):
         for j in range(LANES):
@@ -168,7 +172,7 @@ def open_gaps(t, gaps, draws, lanes):
 
 @part(FUSED)
 def apply_laws(n, laws, lanes):
-    """Forces p and slopes w of segments compressed by s, the law of each its own: rows a, h, κ, edge, 1/h."""
+    """Fill forces p and slopes w of segments compressed by s; rows of ``laws`` are a, h, κ, edge, 1/h (n columns)."""
     s, sigma, p, w, level = lanes.s, lanes.sigma, lanes.p, lanes.w, lanes.level
     for i in range(n):
         h, kappa, edge, per_h = laws[1, i], laws[2, i], laws[3, i], laws[4, i]
@@ -184,7 +188,7 @@ def apply_laws(n, laws, lanes):
                 level[1, j], level[2, j] = level_start(max(min(x, edge), LEAST), kappa)
             for j in range(LANES):
                 p[i, j], w[i, j], _ = log_law(level[0, j], level[1, j], level[2, j], edge, kappa, h, per_h, False)
-        # of cells of which only the part t is loaded
+        # cells of which only the part t is loaded
         for j in range(LANES):
             t = min(max(s[i, j] * sigma[1, i, j], 0.0), 1.0)
             w[i, j] = 2.0 * p[i, j] * t * sigma[1, i, j] if t < 1.0 else w[i, j]

@@ -1,13 +1,17 @@
-"""Many gap vectors against one compliance: the contact problem of every sample, in milliseconds.
+"""Contact of many error samples: many gap vectors against one compliance, in milliseconds.
 
-The gap of a sample is linear in its errors, e = e₀ + Σ_m ε_m e_m, and the compliance is the same for all samples. So
-everything that does not depend on the sample is made once: the factor of each position, truncated to few columns;
-the solution at the mean errors and its derivative with respect to each error, from which each sample starts (B1 of
-docs/theory.md), with what these missed at the positions before; and where segments move each other through many
-amplitudes, the linear problem at the mean errors, which is the preconditioner of every sample (B2). Each cell is
-loaded as far as the gap of its own sample says; what cells miss at the mean errors is known (B3). The rest is done by
-compiled kernels, chunk by chunk of samples, on as many threads as asked for. A sample's answer depends neither on the
-chunk it is in nor on the number of threads. It is good to 1e-5: constants below.
+The gap of a sample is linear in its errors, e = e₀ + Σ_m ε_m e_m; the compliance is the same for all samples.
+Everything that does not depend on the sample is therefore computed once, in ``prepare``:
+
+- the factor of each position, truncated to few columns;
+- the solution at the mean errors and its derivatives, from which each sample starts (B1 of docs/algorithms.md); the
+  error of this start at the previous positions improves it;
+- if segments deflect each other through many amplitudes, the linear problem at the mean errors, which preconditions
+  every sample (B2).
+
+A cell is loaded over the part that the gap of the sample leaves in contact. The discretisation error of cells is known
+at the mean errors and removed from all samples (B3). Compiled kernels solve the samples in chunks, on several threads.
+The result of a sample depends neither on its chunk nor on the number of threads, and is accurate to 1e-5 (``SCATTER``).
 """
 
 from __future__ import annotations
@@ -36,11 +40,11 @@ if TYPE_CHECKING:
 S = TypeVar("S")
 T = TypeVar("T")
 
-#: Newton steps after which a sample is handed to the solver with line search.
+#: Newton steps after which a sample goes to the solver with line search.
 NEWTON_LIMIT = 25
-#: How far the first guess of a position is extrapolated from the two before, in distances between them, at most.
+#: Maximum extrapolation of the first guess beyond the previous two positions, over the distance between them.
 EXTRAPOLATED = 1.0
-#: Amplitudes of a coupled problem from which conjugate gradients are faster than eliminating them.
+#: Number of amplitudes of a coupled problem from which conjugate gradients are faster than elimination.
 COUPLED_RANK = 12
 
 
@@ -51,12 +55,13 @@ class Precision:
     Parameters
     ----------
     truncation
-        How much of the smooth compliance is left out, see ``truncated_root``.
+        Share of the smooth compliance that is left out, see ``truncated_root``.
     newton
-        Residual at which a sample takes its last Newton step, which squares it; the stiffness is that before it.
+        Residual at which a sample takes its last Newton step, which squares the residual. The stiffness is computed
+        before this step.
     coupled, stiffness
-        Of conjugate gradients: sum of the residual forces at which they have converged, and their precision for the
-        stiffness, which is good to its square.
+        For coupled problems: sum of the residual forces at which Newton's method ends, and precision of the conjugate
+        gradients for the stiffness, whose error is the square of it.
     """
 
     truncation: float
@@ -65,39 +70,41 @@ class Precision:
     stiffness: float
 
 
-#: Answers of single problems to 1e-9, and to 1e-5.
+#: Agreement with single problems to 1e-9, and to 1e-5.
 ROUNDING = Precision(truncation=0.0, newton=1e-10, coupled=1e-11, stiffness=3e-6)
 SCATTER = Precision(truncation=1e-5, newton=1e-6, coupled=1e-7, stiffness=3e-4)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Batch:
-    """A contact problem prepared for many gap vectors. Arrays start with the position; absent segments are left out.
+    """A contact problem prepared for many gap vectors. Arrays start with the position; absent segments come last.
 
     Parameters
     ----------
     problem
-        The problem at the mean errors, its factor truncated.
+        The problem at the mean errors, with truncated factor.
     count, blocks, firsts
-        Number of segments and of loaded blocks (position,), first segment of each block (position, block + 1).
+        Number of existing segments and of existing blocks (position,), first segment of each block (position,
+        block + 1).
     gap, modes
-        e at the mean errors, its mean over each segment, (position, n), and that of the gap of each error,
-        (position, error, n).
+        Mean over each segment of the gap e at the mean errors (position, n), and of the gap of each error (position,
+        error, n).
     tilt, tilts
-        Half of what the gap less the deflection at the mean errors gains along each cell, and half of what the gap of
-        each error does, (position, error, n); no errors where segments are points.
+        Half the increase along each cell of the gap minus deflection at the mean errors (position, n), and of the gap
+        of each error (position, error, n). If segments are points, ``tilts`` has no errors.
     factor, product
         Ψ (position, n, rank) and the products of its columns, lower triangle row by row, (position, rank(rank+1)/2, n).
     laws
-        a, h, ln-coefficient κ, the compression where the tangent takes over, and 1/h, (position, 5, n).
+        a, h, κ = a/h + ln h, the compression from which the tangent continues the law, and 1/h, (position, 5, n).
     start, guess
         (q, δ) at the mean errors, (position, block·rank + 1), and their derivatives, (position, error, block·rank + 1).
     missed
-        What the segments miss at the mean errors, (2, position): δ_n less theirs [mm], and ∂F/∂δ_n over theirs.
+        Correction of the discretisation error of cells (2, position): addend of δ_n [mm], and factor of ∂F/∂δ_n.
     precision
-        Where computing a sample ends.
+        Tolerances.
     reference
-        In place of ``product``, ``start`` and ``guess`` where segments move each other through many amplitudes.
+        Linear problem at the mean errors; replaces ``product``, ``start`` and ``guess`` if segments deflect each other
+        through many amplitudes.
     """
 
     problem: ContactProblem
@@ -124,7 +131,7 @@ class Batch:
 
     @cached_property
     def ranks(self) -> NDArray:
-        """Columns that each block uses, (position, block): short contact lines have few; the others are zero."""
+        """Number of nonzero columns of each block (position, block); short contact lines have few."""
         used = np.zeros((len(self.count), self.firsts.shape[1] - 1), dtype=np.int64)
         for t, blocks in enumerate(self.blocks):
             for k in range(blocks):
@@ -134,9 +141,9 @@ class Batch:
 
     @cached_property
     def ahead(self) -> NDArray:
-        """Weights of what the first guess missed at the position before and at the one before that, (position, 2).
+        """Weights (position, 2) of the errors of the first guess at the previous position and at the one before it.
 
-        As on a straight line through both, where all have the same segments.
+        They extrapolate the error on a straight line. They are 0 unless these positions have the same segments.
         """
         same = (self.problem.active[1:] == self.problem.active[:-1]).all(axis=1)
         weights = np.zeros((len(self.count), 2))
@@ -149,13 +156,13 @@ class Batch:
 
     @cached_property
     def gaps(self) -> Gaps:
-        """Arrays that all compiled solvers need."""
+        """Arrays that both compiled solvers need."""
         from gearbench.contact._lane_kernels import Gaps
 
         return Gaps(self.count, self.ahead, self.gap, self.tilt, self.modes, self.tilts, self.laws)
 
     def arrays(self, draw: NDArray, t: slice = slice(None)) -> Arrays:
-        """The positions ``t`` of a sample, of the errors ``draw`` − mean, as the solver of single samples has them."""
+        """Arrays for the solver of single problems, at the positions ``t``, of the sample ``draw`` (errors − means)."""
         from gearbench.contact._kernels import Arrays
 
         segment = np.arange(self.gap.shape[1])
@@ -170,7 +177,7 @@ class Batch:
 
 @dataclass(frozen=True, kw_only=True)
 class BatchSolution:
-    """Answers of a run of samples, (position, sample).
+    """Results of a chunk of samples, (position, sample).
 
     Parameters
     ----------
@@ -179,9 +186,9 @@ class BatchSolution:
     stiffness
         ∂F_bn/∂δ_n [N/mm].
     rescued
-        How many of the contact problems needed the solver with line search.
+        Number of contact problems that needed the solver with line search.
     force, slope
-        P and dP/ds of the existing segments, dimensionless, (position, n, sample); no positions unless asked for.
+        Dimensionless P and dP/ds of the existing segments, (position, n, sample); without positions unless requested.
     """
 
     approach: NDArray
@@ -227,13 +234,13 @@ class GapModes:
 def prepare(problem: ContactProblem, gaps: GapModes, precision: Precision = ROUNDING) -> Batch:
     """Prepare ``problem`` for samples of ``gaps``.
 
-    Where segments are cells the problem is solved at the mean errors on its patches of contact too: what the cells miss
-    there the samples do not (B3 of docs/theory.md).
+    If segments are cells, the problem at the mean errors is also solved on its contact patches. The difference is the
+    discretisation error of the cells, which is removed from all samples (B3 of docs/algorithms.md).
 
     Raises
     ------
     MemoryBudgetError
-        If that needs more memory than there may be.
+        If this needs more memory than the budget.
     ConvergenceError
         If the problem at the mean errors is not solved.
     """
@@ -271,9 +278,10 @@ def prepare(problem: ContactProblem, gaps: GapModes, precision: Precision = ROUN
 
 
 def _with_means(problem: ContactProblem) -> tuple[ContactProblem, NDArray, tuple[NDArray, NDArray] | None]:
-    """``problem`` with the mean gap of each cell, what the gap less the deflection gains along half of it, and δ and k.
+    """Problem with the mean gap of each cell, tilt of each cell, and approach and stiffness on the contact patches.
 
-    These are on its patches of contact; None where segments are points.
+    The tilt is half the increase of gap minus deflection along the cell. Approach and stiffness are None if segments
+    are points.
     """
     along = problem.along
     if along is None:
@@ -316,7 +324,7 @@ def _linearised(batch: Batch, start: NDArray, spread: NDArray) -> Batch:
 
 
 def _require_memory(problem: ContactProblem, segments: int, modes: int) -> None:
-    """Refuse what needs more memory than there may be."""
+    """Raise ``MemoryBudgetError`` if the batch needs more memory than the budget."""
     positions, _, rank = problem.factor.shape
     linearised = problem.blocks == 1 and rank >= COUPLED_RANK
     need = positions * batch_memory(segments, modes, rank, problem.blocks, linearised=linearised)
@@ -336,13 +344,13 @@ def _products(factor: NDArray) -> NDArray:
 
 
 def existing_first(problem: ContactProblem, values: NDArray) -> NDArray:
-    """Values (position, segment, …) of existing segments first, absent ones behind them, cut to the most there are."""
+    """Reorder ``values`` (position, segment, …): existing segments first, and only as many as any position has."""
     order = np.argsort(~problem.active, axis=1, kind="stable").reshape(*problem.active.shape, *[1] * (values.ndim - 2))
     return np.ascontiguousarray(np.take_along_axis(values, order, 1)[:, : problem.active.sum(axis=1).max()])
 
 
 def _order(problem: ContactProblem) -> tuple[NDArray, NDArray, NDArray, NDArray]:
-    """Order that puts the existing blocks first, how many segments and blocks there are, the blocks' first segments."""
+    """Order with existing blocks first, number of existing segments and blocks, and first segment of each block."""
     positions = problem.active.shape[0]
     count = problem.active.sum(axis=1)
     per_block = np.zeros((positions, problem.blocks), dtype=np.int64)
@@ -356,7 +364,7 @@ def _order(problem: ContactProblem) -> tuple[NDArray, NDArray, NDArray, NDArray]
 
 
 def chunks(draws: NDArray) -> Iterator[NDArray]:
-    """``draws`` (sample, error) in chunks of the lanes of the kernel, the last one filled up by its last sample."""
+    """Split ``draws`` (sample, error) into chunks of ``LANES`` samples; the last is padded with its last sample."""
     from gearbench.contact._lane_kernels import LANES
 
     for i in range(0, len(draws), LANES):
@@ -372,9 +380,9 @@ def solve_one_chunk(
     Parameters
     ----------
     load
-        (position, lanes) over that of the problem, 1 where absent; what the cells miss is that of 1.
+        Load over the load of the problem (position, lanes), by default 1; the correction of cells is always for 1.
     segments
-        Whether the forces of the segments are wanted too.
+        Whether to return the forces of the segments too.
     """
     from gearbench.contact._lane_kernels import Answers
 
@@ -402,7 +410,7 @@ def solve_one_chunk(
 
 
 def _run(batch: Batch, lanes: NDArray, load: NDArray, answers: Answers) -> None:
-    """Fill the answers by the kernel of the batch."""
+    """Fill ``answers`` with the compiled solver that suits the batch."""
     from gearbench.contact._batch_kernels import Blocks, solve_chunk
     from gearbench.contact._coupled_kernels import solve_coupled_chunk
     from gearbench.contact._lane_kernels import Lanes
@@ -422,12 +430,12 @@ def _run(batch: Batch, lanes: NDArray, load: NDArray, answers: Answers) -> None:
 def _rescue(batch: Batch, t: int, draw: NDArray, load: float) -> tuple[float, float, NDArray, NDArray]:
     """δ, ∂F/∂δ, forces and slopes of one position of one sample, by the solver with line search.
 
-    It works in units of the sample's own load (see ``problem.under``).
+    The solver works in units of the load of the sample (see ``problem.under``).
 
     Raises
     ------
     ConvergenceError
-        If that does not solve it either.
+        If this solver fails too.
     """
     from gearbench.contact._kernels import Work, solve_positions
 
@@ -447,7 +455,7 @@ def _rescue(batch: Batch, t: int, draw: NDArray, load: float) -> tuple[float, fl
 
 
 def on_threads(work: Callable[[S], T], items: Iterable[S], threads: int) -> Iterator[T]:
-    """``work`` on each item in order, on ``threads`` threads; the kernels run outside Python's lock."""
+    """Results of ``work`` on the items, in order, from ``threads`` threads; kernels release the interpreter lock."""
     if threads == 1:
         yield from map(work, items)
         return

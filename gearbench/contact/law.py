@@ -1,14 +1,14 @@
-"""The contact law of a segment, g(P) = P (a − h ln P), continued by its tangent; readable form, arrays in and out.
+"""Contact law of a segment, g(P) = P (a − h ln P), continued by its tangent: readable form for arrays.
 
 With L = a/h − ln P the law reads g = h P L. Its slope h (L − 1) is zero at L = 1, far beyond its validity. Below L = 2
 (half-width of contact 0.6 times the depth of the tooth) its tangent continues the law, so that it is monotone at any
-load. h = 0 is the linear law g = a P.
+load. With h = 0 the law is linear, g = a P.
 
-A segment is a cell along which the initial gap, and so the compression, varies by ±σ. Its compression s is
-that of the end that touches first: that of its middle is s − σ, of which few digits are left where the gap varies by
-millions of compressions. Where s < 2σ only the part t = s/(2σ) of the cell is loaded, and P = P_σ t², P_σ = g⁻¹(σ): the
-mean of the law over the cell where it is linear, continuous with it at s = 2σ where it is not. The compiled kernels
-hold the same law (C5, C7 of docs/theory.md).
+A segment may be a cell along which the initial gap, and thus the compression, varies by ±σ. The compression s of a cell
+is that of the end which touches first. The compression of its middle, s − σ, would lose all digits if the gap varies by
+a million compressions. If s < 2σ, only the part t = s/(2σ) of the cell is loaded, and P = P_σ t² with P_σ = g⁻¹(σ). For
+a linear law this is the mean of the law over the cell; for others it is continuous at s = 2σ. The compiled kernels
+contain the same law (C5, C7 of docs/algorithms.md).
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ TANGENT_FROM = 2.0
 
 
 def tangent_force(a: NDArray, h: NDArray) -> NDArray:
-    """P₀ = exp(a/h − 2), above which the law is its tangent; infinite for a linear law."""
+    """P₀ = exp(a/h − 2), above which the tangent continues the law; infinite for a linear law."""
     logarithmic = h > 0
     with np.errstate(over="ignore"):
         return np.where(logarithmic, np.exp(a / np.where(logarithmic, h, 1.0) - TANGENT_FROM), np.inf)
 
 
 def compression(P: NDArray, a: NDArray, h: NDArray, sigma: ArrayLike = 0.0) -> NDArray:
-    """Compression s of the end that touches first, of forces P ≥ 0."""
+    """Compression s of the end that touches first, under forces P ≥ 0."""
     sigma = np.broadcast_to(np.asarray(sigma, dtype=float), np.shape(P))
     part = sigma > 0
     if part.any():
@@ -43,7 +43,7 @@ def compression(P: NDArray, a: NDArray, h: NDArray, sigma: ArrayLike = 0.0) -> N
 
 
 def slope(P: NDArray, a: NDArray, h: NDArray, sigma: ArrayLike = 0.0) -> NDArray:
-    """dg/dP of forces P > 0; the slope of the tangent is h."""
+    """Slope dg/dP at forces P > 0; the slope of the tangent is h."""
     sigma = np.broadcast_to(np.asarray(sigma, dtype=float), np.shape(P))
     whole = inverse(sigma, a, h)[0]
     partly = whole > P
@@ -90,7 +90,7 @@ def _inverse(s: NDArray, a: NDArray, h: NDArray) -> tuple[NDArray, NDArray, NDAr
 
 
 def kernel_coefficients(a: NDArray, h: NDArray) -> NDArray:
-    """a, h, κ = a/h + ln h, the compression 2h P₀ where the tangent takes over, and 1/h, stacked on axis 1."""
+    """a, h, κ = a/h + ln h, the compression 2h P₀ from which the tangent continues the law, and 1/h, along axis 1."""
     logarithmic = h > 0
     per_h = 1 / np.where(logarithmic, h, 1.0)
     ratio = np.where(logarithmic, a, 0.0) * per_h

@@ -1,4 +1,4 @@
-"""The Dataset of a robustness run: samples, their statistics, and which error contributes how much."""
+"""Dataset of a robustness run: samples, statistics, and the contribution of each error to the variance."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ if TYPE_CHECKING:
     from gearbench.robustness.montecarlo import Responses, RobustProblem
     from gearbench.robustness.sampling import Sampler
 
-#: Samples that first-order indices are estimated from at most: more would cost memory and no longer change a figure.
+#: Maximum number of samples for the Sobol indices; more would cost memory without changing the result.
 ENOUGH = 8192
-#: Why shares of the variance, or standard errors, may be NaN.
+#: Reason why shares of the variance, or standard errors, may be NaN.
 MISSING = "NaN where the samples are too few to tell, or the response does not vary"
-#: Responses that get statistics and sensitivities, beside those asked for.
+#: Responses that always get statistics and sensitivities.
 STUDIED = ("transmission_error_rms", "mesh_stiffness_rms")
 
 
@@ -49,9 +49,20 @@ def robust_dataset(
     more: Sequence[str] = (),
     shares: bool = True,
 ) -> xr.Dataset:
-    """Dataset over the samples that were computed; ``errors`` (sample, error) [µm]; ``more`` get statistics too.
+    """Dataset of the samples that were computed.
 
-    ``shares``: whether the errors' shares in the variance are in it.
+    Parameters
+    ----------
+    problem, errors
+        The prepared scene, and the errors drawn (sample, error) [µm].
+    responses
+        Responses of the samples.
+    run
+        Record of the run.
+    more
+        Names of further responses that get statistics.
+    shares
+        Whether to include the shares of the errors in the variance.
     """
     import xarray as xr
 
@@ -99,7 +110,7 @@ def robust_columns(
 
 
 def _backlash(problem: RobustProblem, errors: NDArray) -> NDArray:
-    """j_wt of each sample [mm]."""
+    """Backlash j_wt of each sample (sample,) [mm]."""
     pair, zero = problem.scene.pair, np.zeros(len(errors))
     columns = dict(zip(problem.names, errors.T, strict=True))
     names = ("tooth_thickness_pinion", "tooth_thickness_wheel", "centre_distance")

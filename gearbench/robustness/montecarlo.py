@@ -89,16 +89,16 @@ class RobustProblem:
 
     @cached_property
     def _distances(self) -> dict[float, RobustProblem]:
-        """The problem at each centre distance drawn so far, by its deviation [µm] from the middle."""
+        """Problems at the centre distances drawn so far, by deviation from the middle [µm]."""
         return {}
 
     def at_distance(self, deviation: float) -> RobustProblem:
-        """The problem with the axes farther apart by a ``deviation`` [µm]."""
+        """Problem with the centre distance changed by a ``deviation`` [µm]."""
         if deviation not in self._distances:
             pair = self.scene.pair
             at = (pair.centre_distance_upper + pair.centre_distance_lower) / 2 + deviation
             moved = changed(pair, centre_distance_upper=at, centre_distance_lower=at)
-            # any amplitude: the moved pair has no deviations that one could follow from
+            # any amplitude will do; the moved pair has no deviations from which the default could follow
             errors = replace(self.errors, centre_distance=Scatter(amplitude=1.0))
             effects = tuple(errors if effect.name == errors.name else effect for effect in self.scene.effects)
             self._distances[deviation] = prepare_scene(changed(self.scene, pair=moved, effects=effects))
@@ -110,7 +110,7 @@ class RobustProblem:
 
 
 def prepare_scene(scene: Scene, precision: Precision = SCATTER) -> RobustProblem:
-    """Everything about ``scene`` that does not depend on the sample.
+    """Compute everything about ``scene`` that does not depend on the sample.
 
     Raises
     ------
@@ -142,7 +142,7 @@ def prepare_problem(
 def prepare_batch(
     scene: Scene, lines: ContactLines, problem: ContactProblem, precision: Precision = SCATTER
 ) -> tuple[Batch, Expansion]:
-    """The contact problem at the mean errors on lines at any phases, and the gaps of samples."""
+    """Contact problem at the mean errors, on lines at any phases, and the expansion of the gaps of samples."""
     errors = require_errors(scene)
     positions, pairs, segments = lines.shape
     number = len(errors.variables(scene.pair))
@@ -158,12 +158,12 @@ def prepare_batch(
 
 
 def require_errors(scene: Scene) -> ManufacturingErrors:
-    """The random errors of ``scene``.
+    """Random errors of ``scene``.
 
     Raises
     ------
     InputError
-        If it has none.
+        If the scene has none.
     """
     errors = scene.effect("manufacturing_errors")
     if not isinstance(errors, ManufacturingErrors):
@@ -173,14 +173,14 @@ def require_errors(scene: Scene) -> ManufacturingErrors:
 
 @dataclass(frozen=True, kw_only=True)
 class Responses:
-    """Answers of the samples.
+    """Responses of the samples.
 
     Parameters
     ----------
     values
-        Each response by name, in its unit, (sample,).
+        Responses by name, (sample,) in the unit of the response.
     rescued
-        Samples that needed the slow solver.
+        Number of contact problems that needed the solver with line search.
     """
 
     values: Mapping[str, NDArray]
@@ -194,7 +194,7 @@ class Responses:
 
     @property
     def numbers(self) -> NDArray:
-        """The numbers ``accuracy.measure.MEASURED``, (4, sample)."""
+        """The four responses of ``accuracy.measure.MEASURED``, (4, sample)."""
         return np.array([self.values[name] for name in MEASURED])
 
 
@@ -207,12 +207,11 @@ def respond(
     names: Sequence[str] = MEASURED,
     more: Mapping[str, OfSegments] = MappingProxyType({}),
 ) -> tuple[Responses, bool]:
-    """Responses ``names`` to the ``errors`` (sample, error) [µm], and whether all of them were computed.
+    """Responses ``names`` to the ``errors`` (sample, error) [µm], and whether all samples were computed.
 
-    ``more`` are further numbers by their names, from the problem and the segments of a chunk.
-
-    An interruption (Ctrl-C) ends the run early; the samples until then are returned. ``progress`` is called with
-    the number of samples done so far.
+    ``more`` are functions by name for further numbers, from the problem and the segments of a chunk. ``progress`` is
+    called with the number of samples done so far. An interruption (Ctrl-C) ends the run early; the samples finished
+    until then are returned.
     """
     reductions = {name: response(name).reduce for name in names}
     if problem.errors.centre_distance is None:
@@ -240,7 +239,7 @@ def _respond(
     reductions: Mapping[str, Reduction],
     more: Mapping[str, OfSegments],
 ) -> tuple[Responses, bool]:
-    """``respond`` on the pair of the problem as it is."""
+    """``respond`` at the centre distance of the problem."""
     done: list[Responses] = []
     complete = True
     solve = partial(solve_one_chunk, problem.batch, segments=bool(more))
@@ -260,7 +259,7 @@ def _reduce(
     reductions: Mapping[str, Reduction],
     more: Mapping[str, OfSegments],
 ) -> Responses:
-    """Responses of one chunk; the curves over the mesh cycle are not kept."""
+    """Responses of one chunk of samples; the curves over the mesh cycle are discarded."""
     cycle = MeshCycle.of(problem.scene, problem.phases, solution.approach.T, solution.stiffness.T)
     values = {name: reduce(cycle) for name, reduce in reductions.items()}
     values |= {name: reduce(problem, solution) for name, reduce in more.items()}
@@ -268,6 +267,6 @@ def _reduce(
 
 
 def join(parts: Sequence[Responses], count: int | None = None, names: Sequence[str] = MEASURED) -> Responses:
-    """Responses of several draws one after the other, the first ``count`` samples of them."""
+    """Join the responses of several draws, and keep the first ``count`` samples."""
     values = {name: np.concatenate([np.empty(0), *(part[name] for part in parts)])[:count] for name in names}
     return Responses(values=values, rescued=sum(part.rescued for part in parts))
