@@ -29,8 +29,8 @@ if TYPE_CHECKING:
 else:  # scenes without a system do not import its classes
     System = Any
 
-#: Allowed range of the line load over E m_n. Below it rounding errors dominate; above it flanks would interpenetrate by
-#: many times the tooth.
+#: Allowed range of the line load over E m_n [–]. Below it, rounding errors dominate; above it, deflections would be
+#: many times the size of a tooth.
 LOADS = (1e-15, 100.0)
 #: Default number of Gauss points on a panel.
 DEFAULT_GAUSS_POINTS = 8

@@ -69,7 +69,7 @@ def hunting(
 
 
 def _largest(dataset: xr.Dataset) -> list[tuple[float, float, list[str]]]:
-    """Largest amplitudes in ascending order of frequency: mesh order, amplitude [µm], and orders of the gears."""
+    """Largest amplitudes, sorted by frequency: mesh order, amplitude [µm], and orders of both gears as text."""
     import numpy as np
 
     from gearbench.hunting.figures import curve_of, orders_of_gears

@@ -141,7 +141,7 @@ def _say(file: Path, files: list[Path], notes: tuple[str, ...], *, quiet: bool, 
 def _write_scene(
     document: RexsDocument, stage: str, target: Path, torque: float | None, load_case: int | None
 ) -> tuple[list[Path], tuple[str, ...]]:
-    """Write the scenes of a stage and of other stages on its shafts; return the files, and notes on assumed values."""
+    """Write the scene of a stage, with shafts and further stages if they can be read; return the files, and notes."""
     from dataclasses import replace
 
     from gearbench.errors import InputError

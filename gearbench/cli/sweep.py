@@ -112,7 +112,7 @@ def _print(scene: Scene, dataset: xr.Dataset) -> None:
 
 @contextmanager
 def _keeping(output: Path | None) -> Iterator[Callable[[xr.Dataset], object] | None]:
-    """Context with a function that saves completed points in ``output``; if the sweep fails, a line says so."""
+    """Context with a function that saves completed points in ``output``; if the sweep fails, a message says so."""
     from gearbench.results.netcdf import save
 
     kept: list[Path] = []

@@ -48,7 +48,7 @@ class Component:
 
 @dataclass(frozen=True)
 class Relation:
-    """Relation between components: its type, and pairs of role and component number, in file order."""
+    """Relation between components: its type, and pairs (role, component number) in file order."""
 
     kind: str
     refs: tuple[tuple[str, int], ...]

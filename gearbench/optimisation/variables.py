@@ -131,14 +131,14 @@ class Variable:
 
     @property
     def bounds(self) -> tuple[float, float] | tuple[int, int]:
-        """Least and greatest code. The code of a real variable is its value, otherwise the position in the grid."""
+        """Least and greatest code. A code is the value of a real variable, or an index into the grid of others."""
         if self.grid is not None:
             return 0, len(self.grid) - 1
         low, high = self._range
         return float(low), float(high)
 
     def value(self, code: float) -> Value:
-        """Value of a code: the code itself for a real variable, otherwise the grid value at this position."""
+        """Value of a code: the code itself for a real variable, otherwise the grid value at this index."""
         return float(code) if self.grid is None else self.grid[int(code)]
 
     def assigned(self, code: float) -> dict[str, Value]:

@@ -158,7 +158,7 @@ def face_load_factor(solved: Solved) -> NDArray:
 
 
 def _ends(solved: Solved) -> NDArray:
-    """Upper ends y of the segments, (position, pair, segment) [mm]; Gauss weights divide a line like cells."""
+    """Upper ends y of the segments, (position, pair, segment) [mm]; the weight of a Gauss point gives its width."""
     lines, meshing = solved.lines, solved.scene.pair.meshing
     width = lines.length * math.cos(meshing.beta_b)
     first = lines.y[..., 0] - width[..., 0] / 2
