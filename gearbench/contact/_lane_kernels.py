@@ -172,7 +172,7 @@ def open_gaps(t, gaps, draws, lanes):
 
 @part(FUSED)
 def apply_laws(n, laws, lanes):
-    """Fill forces p and slopes w of segments compressed by s; rows of ``laws`` are a, h, κ, edge, 1/h (n columns)."""
+    """Fill forces p and slopes w of the first n segments, compressed by s; rows of ``laws``: a, h, κ, edge, 1/h."""
     s, sigma, p, w, level = lanes.s, lanes.sigma, lanes.p, lanes.w, lanes.level
     for i in range(n):
         h, kappa, edge, per_h = laws[1, i], laws[2, i], laws[3, i], laws[4, i]

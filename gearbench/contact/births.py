@@ -14,9 +14,9 @@ accurate enough.
 
 Flanks with the same gap all along their line begin to touch over a short ramp, because the other pairs bend the gears
 unevenly. Loads and approach are smooth before and after the ramp. Continued from both sides, they meet where the mean
-compression is zero, because with a linear law the total force of a line is proportional to its mean compression. A
-ramp gets a panel of its own if the whole ramp is longer than ``WIDE``, or if another birth is close and panels are
-short there (C10 of docs/algorithms.md).
+compression is zero: with a linear law the total force of a line is proportional to the mean compression that it would
+have without load. A ramp gets a panel of its own if the whole ramp is longer than ``WIDE``, or if another birth is
+close and panels are short there (C10 of docs/algorithms.md).
 """
 
 from __future__ import annotations
@@ -273,7 +273,7 @@ def _margins(scene: Scene, x: NDArray, share: NDArray, *, exact: bool = False) -
 
 
 def _fine(scene: Scene, phase: NDArray, *, exact: bool) -> tuple[ContactProblem, ContactLines]:
-    """Problem and lines at mesh phases, with many segments and a rough smooth compliance, the full one if ``exact``."""
+    """Problem and lines at mesh phases, with many segments and a truncated compliance, or the full one if ``exact``."""
     lines = scene_lines(replace(scene, resolution=Resolution(positions=len(phase), segments=FINE_SEGMENTS)), phase)
     if exact:
         return assemble(scene, lines), lines

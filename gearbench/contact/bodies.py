@@ -64,7 +64,7 @@ class Bodies:
     links
         Links between different sides of a body.
     own
-        Link of each side with itself: the part of the body in the compliance that the mesh has already.
+        Links of the sides with themselves: the body's part of the compliance that the contact of a mesh already has.
     """
 
     sides: tuple[Side, ...]

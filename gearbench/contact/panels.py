@@ -40,7 +40,7 @@ def panel_ends(
     kept = [0.0]
     for phase, rank, _ in sorted(changes, key=lambda change: (change.rank, change.phase)):
         start, *others = (abs(_behind(phase, other, 0.5)) for other in kept)
-        # 0 begins a panel even without a change there, so a change close to 0 is kept more often
+        # 0 begins a panel even if nothing changes there, so births and ramps close to it are not merged with it
         if start > close[rank if rank > 0 else -1] and min(others, default=1.0) > close[rank]:
             kept.append(phase)
     after, before = ([change.phase for change in changes if change.side == side] for side in (1, -1))

@@ -135,7 +135,7 @@ def _of_birth(birth: Birth) -> list[Change]:
 
 
 class Passage(NamedTuple):
-    """Passage of the position y of the face (an end, or a kink of the gap) through the position u of the path at x."""
+    """At x the position y on the face (an end, or a kink of the gap) passes the position u on the path of contact."""
 
     x: float
     u: float

@@ -153,9 +153,9 @@ class LoadedMesh:
         return self._off_shafts(cycle, resultants(problem, lines, solution, guess, self.rows))
 
     def samples(self, batch: Batch, lines: ContactLines, solution: BatchSolution) -> Flanks:
-        """Teeth and bodies (sample, position, …) of error samples whose contact on ``lines`` is solved with segments.
+        """Teeth and bodies (sample, position, …) of error samples, from their contact on ``lines``.
 
-        Bearings keep the stiffness they have without errors.
+        The ``solution`` must include the forces of its segments. Bearings keep the stiffness they have without errors.
         """
         cycle = MeshCycle.of(self.scene, self.cycle.phases, solution.approach.T, solution.stiffness.T)
         if self.rows == 1:

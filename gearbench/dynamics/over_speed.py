@@ -65,7 +65,7 @@ class ForceOverSpeed:
         return group
 
     def of_samples(self, problem: RobustProblem, solution: BatchSolution) -> NDArray:
-        """RMS (sample,) [N] of a chunk of samples whose contact is solved with segments."""
+        """RMS (sample,) [N] of a chunk of samples; ``solution`` must include segment forces."""
         return self._of(excitation(self.model.cycles[0], problem, solution, self.harmonics))
 
     def _of(self, samples: Excitation) -> NDArray:

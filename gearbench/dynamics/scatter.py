@@ -78,7 +78,7 @@ def sample_cycles(
 
 
 def excitation(mesh: LoadedMesh, problem: RobustProblem, solution: BatchSolution, harmonics: int) -> Excitation:
-    """Excitation (sample, row, …) by a chunk of samples of ``mesh`` whose contact is solved with segments."""
+    """Excitation (sample, row, …) by a chunk of samples of ``mesh``; ``solution`` must include segment forces."""
     flanks = mesh.samples(problem.batch, problem.lines, solution)
     return flanks.orders(order_rows(problem.phases, 2 * harmonics))
 

@@ -24,7 +24,7 @@ MILLIRADIANS = 1e3
 
 
 def gear_names(box: Gearbox) -> list[str]:
-    """Names of the gears, mesh by mesh."""
+    """Names of the gears, in the order of the meshes, driver first."""
     return [f"{mesh} {GEARS[index]}" for mesh in box.names for index in (0, 1)]
 
 

@@ -121,7 +121,7 @@ class Effect(ABC):
         Raises
         ------
         InputError
-            If a key does not; it is named as within the table of the effect.
+            If a key does not fit; the error names the key relative to the effect's table.
         """
 
     def kept(self) -> dict[str, xr.DataArray]:

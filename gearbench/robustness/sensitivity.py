@@ -54,7 +54,7 @@ class Fit:
     residual: NDArray
 
     def of(self, variables: int, *, total: bool) -> NDArray:
-        """Which terms belong to each variable, (term, variable): terms of it alone, or in ``total`` all with it."""
+        """Whether a term belongs to a variable, (term, variable): terms of it alone or, if ``total``, all with it."""
         first, second = (self.owner[:, [i]] == np.arange(variables) for i in (0, 1))
         return first | second if total else first & second
 

@@ -82,7 +82,7 @@ def maximum_error(values: NDArray) -> float:
     b_0, b_1 = y.mean(), ((np.arange(k)[::-1] + 0.35) / k) @ y / k  # E y, E y (1 − F(y))
     if b_1 <= 0:
         return 0.0
-    # γ = −1 is a density that ends abruptly; from γ = ½ on the variance does not exist
+    # γ = −1 belongs to a density that ends abruptly; from γ = ½ on the variance does not exist
     γ = float(np.clip(2 - b_0 / (b_0 - 2 * b_1), -1.0, 0.4)) if b_0 > 2 * b_1 else -1.0
     σ = b_0 * (1 - γ)
     if abs(γ) < 1e-4:
