@@ -1,4 +1,4 @@
-"""A scene simulates the effects it names alone: the others are not imported, so neither called nor allocated for."""
+"""A scene simulates only the effects that it names; others are not imported, so they take neither time nor memory."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def compatible(name: str, others: list[str]) -> bool:
 
 
 def full_with(name: str) -> list[str]:
-    """Every effect that can stand beside ``name`` and beside those taken before it, in the order of the registry."""
+    """Effects that are compatible with ``name`` and with each other, taken in the order of the registry."""
     taken = [name]
     for other in EFFECTS:
         if other == "off_line_contact":  # its lines reach as far as all the others together deflect
@@ -85,7 +85,7 @@ def full_with(name: str) -> list[str]:
 
 
 def without(names: list[str], dropped: str) -> list[str]:
-    """``names`` without ``dropped`` and without what requires it."""
+    """``names`` without ``dropped`` and without the effects that require it."""
     return [n for n in names if n != dropped and dropped not in effect_class(n).requires]
 
 
@@ -146,7 +146,7 @@ for line in sys.stdin:
 
 @cache
 def imported(*cases: tuple[str, ...]) -> dict[tuple[str, ...], set[str]]:
-    """Modules that a simulation of each of the cases imports or looks for, beside the program without effects."""
+    """Modules that a simulation of each case imports or looks for, in addition to the program without effects."""
     lines = "\n".join(json.dumps(tables(list(case))) for case in cases)
     command = [sys.executable, "-c", RUNNER, json.dumps(list(EFFECTS))]
     done = subprocess.run(command, input=lines, capture_output=True, text=True, check=False, cwd=ROOT)
@@ -157,7 +157,7 @@ def imported(*cases: tuple[str, ...]) -> dict[tuple[str, ...], set[str]]:
 
 
 def alone(name: str) -> tuple[str, ...]:
-    """The least scene that has the effect."""
+    """The smallest scene with the effect."""
     return tuple(n for n in EFFECTS if n in {name, "hertz", *effect_class(name).requires})
 
 
@@ -235,7 +235,7 @@ def test_the_other_terms_are_bit_identical(name):
 
 @DROPPED
 def test_the_effect_matters(name):
-    """Otherwise the tests above would prove nothing: with the effect the answer is another one."""
+    """With the effect the result differs; otherwise the tests above would prove nothing."""
     everything = full_with(name)
     a, b = simulate(scene(*everything)), simulate(scene(*without(everything, name)))
     assert not np.array_equal(a.transmission_error, b.transmission_error)

@@ -1,4 +1,4 @@
-"""What a simulation must not depend on: units, which gear drives, the order of effects; and exact special cases."""
+"""Invariants of a simulation (units, driving gear, order of effects), and exact special cases."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ PHASES = (np.arange(29) + 0.31) / 29
 
 
 def gaps(x: float = 1.0, swap: bool = False) -> tuple[Effect, ...]:
-    """Every effect that adds gap, lengths × x; or as seen with the wheel driving (y from the other end of the face)."""
+    """All effects that add gap, with lengths × x, or for the wheel driving (y from the other end of the face)."""
     pinion, wheel = ("wheel", "pinion") if swap else ("pinion", "wheel")
     turn = -1.0 if swap else 1.0
     return (
@@ -142,7 +142,7 @@ def test_transmission_error_and_stiffness_are_those_along_the_transverse_line_of
 
 
 def test_finer_segments_converge_with_second_order():
-    """Constant line load on segments, equations at their middles: order 2 where the whole line carries."""
+    """Constant line load on segments and equations at their middles: order 2 if whole lines are loaded."""
     s = scene(HELICAL, ToothBending(), Hertz(), Crowning(amount=1.0))
     phases = PHASES[::7]
 
@@ -170,7 +170,7 @@ amounts = st.floats(-10, 30)
 
 @st.composite
 def scenes(draw) -> Scene:
-    """Sound pairs with any of the gaps, from light to heavy load."""
+    """Valid pairs with any of the gaps, under light to heavy load."""
     m = draw(st.sampled_from([0.8, 2.0, 7.5]))
     z1, z2 = draw(st.integers(14, 60)), draw(st.integers(14, 90))
     beta = draw(st.one_of(st.just(0.0), st.floats(0.5, 35.0)))

@@ -1,4 +1,4 @@
-"""An accuracy asked for: chosen settings meet it, the result says what was chosen, conflicts are one line."""
+"""Requested accuracy: the chosen settings meet it, the result names them, and conflicts are reported in one line."""
 
 import subprocess
 import sys
@@ -91,7 +91,7 @@ def test_a_higher_accuracy_takes_finer_settings():
 
 @pytest.mark.parametrize("accuracy", [0.03, 0.01, 0.003])
 def test_made_up_errors_are_found_out(accuracy):
-    """Error c/n in segments, d 2^−g in Gauss points: within the estimate, and that within the accuracy."""
+    """With an error c/n in segments and d 2^−g in Gauss points, error ≤ estimate ≤ accuracy."""
 
     def answers(scene: Scene) -> np.ndarray:
         n, g = scene.resolution.segments, scene.resolution.gauss_points
@@ -224,7 +224,7 @@ def test_what_cannot_be_met_is_said():
 
 
 def test_what_solid_teeth_cannot_reach_is_said_at_once():
-    """Of values that fall like the root of 1 over the functions along the height, after two orders."""
+    """Values that converge like 1/√n with the number n of functions along the height are refused after two orders."""
     runs = []
 
     def slowly(scene: Scene) -> np.ndarray:
@@ -276,7 +276,7 @@ def test_settings_change_only_themselves(setting):
 
 @pytest.mark.parametrize("points", [1, 2, 3])
 def test_gauss_panels_are_of_order_twice_their_points(points):
-    """Mean STE and stiffness of a spur pair without relief: panels cut into 4 and 8 between the transitions."""
+    """Mean STE and stiffness of a spur pair without relief, with panels split into 4 and 8."""
     scene = with_resolution(gear("SC").scene(), segments=2)
     transitions = np.sort(np.array(scene.pair.meshing.transition_phases) % 1.0)
     exact = _means(scene, transitions, 24)

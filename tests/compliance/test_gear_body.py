@@ -1,4 +1,4 @@
-"""Teeth on the body of their gear: the joint to the ring, waves around the gear; truths and limits."""
+"""Teeth on their gear body: joint to the ring, waves around the gear, exact solutions and limits."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ GEARS = pytest.mark.parametrize(("helix", "teeth"), [(0.0, 25), (20.0, 18)])
 
 @GEARS
 def test_compiled_waves_are_those_of_python(helix, teeth, monkeypatch):
-    """Waves of bodies whose faces are not alike are complex, and solved in Python; real ones may be too."""
+    """Bodies with unequal faces have complex waves, which Python solves; it can solve real ones too."""
     b = body(gear(helix, teeth=teeth))
     compiled = b.blocks(1)
     monkeypatch.setattr(np, "isrealobj", lambda _: False)
@@ -81,7 +81,7 @@ def test_compiled_waves_are_those_of_python(helix, teeth, monkeypatch):
 
 @pytest.mark.parametrize("teeth", [11, 12, 25, 40, 83, 500])
 def test_waves_between_those_computed(teeth):
-    """Long waves grow like 1/m; about z/2 they are even, or odd: 2e-4 of the greatest that is interpolated."""
+    """Interpolated waves are accurate to 2e-4 of the greatest; long ones grow like 1/m, about z/2 they are even or odd."""
     even, odd = wave_weights(teeth)
     m, x = np.arange(1, teeth // 2 + 1), math.pi * np.arange(1, teeth // 2 + 1) / teeth
     some = waves_computed(teeth)[1:]
@@ -133,7 +133,7 @@ def test_all_teeth_together_are_symmetric_and_positive(helix, teeth):
 
 @GEARS
 def test_stiffer_rings_are_stiffer(helix, teeth):
-    """Order along R: all teeth together, as a quadratic form. The bore: the same, down to nothing left of the body."""
+    """Monotone as quadratic forms of all teeth: with the order along R, and with the bore up to a vanishing body."""
     g = gear(helix, teeth=teeth)
 
     def whole(**options):
@@ -151,7 +151,7 @@ def test_stiffer_rings_are_stiffer(helix, teeth):
 
 @GEARS
 def test_a_body_of_no_thickness_is_a_clamp(helix, teeth):
-    """Bore → root circle: what is added vanishes like the thickness."""
+    """As the bore approaches the root circle, the compliance of the body vanishes like its thickness."""
     thickness = np.array([1e-3, 1e-4, 1e-5])
     found = [body(gear(helix, teeth=teeth), bore=1 - h).blocks(1) for h in thickness]
     size = np.array([np.linalg.norm(C[1]) for C in found])
@@ -192,7 +192,7 @@ def test_vanishing_helix_is_a_spur_gear():
 
 @pytest.mark.parametrize("driven", [False, True])
 def test_factor_of_neighbouring_pairs(driven):
-    """ψ_i(a)·ψ_j(b) = φ(a)ᵀ C_{i−j} φ(b); on the driven gear seen in a mirror, and counted the other way."""
+    """ψ_i(a)·ψ_j(b) = φ(a)ᵀ C_{i−j} φ(b); the driven gear is mirrored and counted the other way."""
     g = gear(20.0)
     f = replace(body(g).flank(2), driven=driven)
     plain = body(g)
@@ -212,7 +212,7 @@ def test_factor_of_neighbouring_pairs(driven):
 
 @GEARS
 def test_what_is_cut_off_does_not_count(helix, teeth, monkeypatch):
-    """Order along R, harmonics, polynomials in z of the root, of which there are fewer than along the tooth."""
+    """Higher order along R, more harmonics and more polynomials in z of the root change nothing."""
     g = gear(helix, teeth=teeth)
 
     def blocks(along=6):
@@ -230,7 +230,7 @@ def test_what_is_cut_off_does_not_count(helix, teeth, monkeypatch):
 
 @GEARS
 def test_convergence_with_the_order_of_the_tooth(helix, teeth):
-    """Even load: the default order within 1 %, its own tooth and its neighbour, of (9, 10, 9)."""
+    """Under an even load the default order is within 1 % of (9, 10, 9), at the loaded tooth and at its neighbour."""
     values = [body(gear(helix, teeth=teeth), order=o).blocks(1)[1:, 0, 0] for o in [(4, 5, 5), (5, 6, 6), (9, 10, 9)]]
     coarse, fine = 1 - np.array(values[:2]) / values[2]
     assert 0 < fine[0] < 0.5 * coarse[0] < 0.015
@@ -248,7 +248,7 @@ def test_convergence_with_the_order_of_the_tooth(helix, teeth):
     ],
 )
 def test_odd_gears_have_a_positive_compliance(helix, teeth, width, bore):
-    """Few teeth and many, discs and shafts, rims a thousandth thick."""
+    """With few and many teeth, discs and shafts, and rims of a thousandth of the radius."""
     b = body(gear(helix, teeth=teeth, width=width), bore=bore, along=6)
     C = b.blocks(1)
     whole = np.block([[C[1], C[0]], [C[2], C[1]]])

@@ -23,7 +23,7 @@ from tests.support.toothed_rings import NU, E
 @pytest.mark.parametrize("outside", [44.0, 60.0, 100.0])
 @pytest.mark.parametrize("n", [0, 1, 2, 3, 5, 10])
 def test_harmonics_of_the_annulus_held_outside(n, outside):
-    """Tractions on its inner rim are minus its stresses; the teeth see e_θ and e_R the other way round."""
+    """Tractions on the inner rim are minus the stresses; for the teeth e_θ and e_R are reversed."""
     found = ring((24, 1), inner_radius=-outside, radius=-R_O).harmonics(np.array([n]))[0, :2, :2] * R_O
     turned = np.diag([1.0, -1.0])
     exact = -turned @ annulus(n, NU, outside) @ turned
@@ -90,7 +90,7 @@ def test_all_teeth_together_are_symmetric_and_positive_and_thin_rings_are_clamps
 
 # -- springs at the outside -------------------------------------------------------------------------------------------
 def test_a_thin_free_ring_bends_like_a_curved_beam():
-    """w = p r⁴/(EI (n² − 1)²), p on the inside of the ring; its thickness is all that is left of the error."""
+    """w = p r⁴/(EI (n² − 1)²) with p on the inside of the ring; the remaining error comes from its thickness."""
     n = np.array([2.0, 3.0, 4.0])
     for h in (0.02, 0.01):
         inner, outer = 100 * (1 - h / 2), 100 * (1 + h / 2)
@@ -115,7 +115,7 @@ def test_stiff_springs_hold_and_soft_ones_yield(screw):
 
 
 def test_springs_alone_by_statics():
-    """A ring so stiff that only its springs yield: torque and force on its rim."""
+    """Torque and force on the rim of a ring that is so stiff that only the springs yield."""
     r_o, r_i, k = 60.0, R_O, 10.0
     found = ring((6, 1), inner_radius=-r_o, radius=-r_i, E=1e6, support=(k, k)).harmonics(np.array([0.0, 1.0])) * r_i
     # torque of a unit traction: 2π r_i² = angle · 2π r_o³ k
@@ -127,7 +127,7 @@ def test_springs_alone_by_statics():
 
 @pytest.mark.parametrize("screw", [0.0, -0.012])
 def test_a_free_ring_is_one_on_soft_springs_less_their_motion_as_a_rigid_body(screw):
-    """And its harmonics from 2 upwards are those without any spring."""
+    """Harmonics from 2 upwards equal those without springs."""
     n, size = np.array([0.0, 1.0, 2.0, 7.0]), {"order": (8, 3), "inner_radius": -60.0, "radius": -R_O, "screw": screw}
     free, soft = (ring(**size, support=(k, k)).harmonics(n) for k in (0.0, 1e-4))
     assert_allclose(soft[2:], free[2:], rtol=0, atol=1e-5 * np.abs(free[2:]).max())

@@ -113,7 +113,7 @@ def test_ritz_bound_compliance_grows_with_every_function():
 
 
 def smooth_load_energy(basis) -> float:
-    """Work of a smooth pressure q = x(1 + cos(2πy/b)), whose solution is smooth but for the corners at the clamp."""
+    """Work of a smooth pressure q = x(1 + cos(2πy/b)); its solution is smooth except at the corners of the clamp."""
     tooth = plate(basis=basis, taper=0.4)
     (s, v), (t, w) = gauss(24), gauss(24)
     x, y = s * tooth.height, t * tooth.width
@@ -143,7 +143,7 @@ def segment_compliance(q: int) -> float:
 
 @pytest.mark.slow
 def test_declared_order_in_q_of_a_segment_of_constant_line_load():
-    """Second order, with functions enough in height: a jump of the line load at the free edge.
+    """With enough functions in height, a jump of the line load at the free edge gives second order.
 
     The reference is extrapolated at that order.
     """

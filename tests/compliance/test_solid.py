@@ -162,7 +162,7 @@ def test_driven_gear_is_seen_in_a_mirror():
 
 
 def test_vanishing_helix_is_a_spur_tooth():
-    """Two blocks against four; the difference is of the order of the helix, 2e-9 rad."""
+    """Two blocks agree with four; the difference is of the order of the helix angle, 2e-9 rad."""
     assert_allclose(tooth(gear(1e-7)).matrix, tooth(gear()).matrix, rtol=0, atol=1e-8 * tooth().matrix.max())
 
 
@@ -176,7 +176,7 @@ def test_scaling(measured_at):
 
 
 def test_wide_tooth_under_an_even_load_is_stiffer_than_a_narrow_one():
-    """Plane strain against, nearly, plane stress: by 1 − ν², per unit width."""
+    """Per unit width it is stiffer by 1 − ν²: plane strain against almost plane stress."""
     narrow, wide = (tooth(gear(width=w), (5, 7, 7), measured_at="mid").matrix[0, 0] for w in (0.5, 200.0))
     # matrix[0, 0] is the mean deflection × area: already per unit width. Shear, a third of it, takes no part
     assert 1 - NU**2 < wide / narrow < 0.97
@@ -202,7 +202,7 @@ def test_default_order_knows_the_shape_of_the_section(helix, teeth):
 
 
 def test_quadrature_is_exact_enough():
-    """Panels in √x and a slope by differences change nothing that the outline in its own parameters gives."""
+    """Panels in √x and slopes by differences agree with the outline in its exact parameters."""
     t = tooth(gear(20.0))
     section = t.solid.section
     a, b = (s.stiffness(lame(t.E, t.nu)) for s in (section, replace(section, outline=None)))
@@ -213,7 +213,7 @@ def test_quadrature_is_exact_enough():
 @pytest.mark.parametrize("helix", [0.0, 20.0])
 @pytest.mark.parametrize("axis", [1, 4, 5])
 def test_chains_are_all_there_is(helix, axis):
-    """Every amplitude is in one class; between classes, and outside the chains, the stiffness is zero."""
+    """Every amplitude is in one class; the stiffness is zero between classes and outside the chains."""
     solid = tooth(gear(helix), order=(3, 2, axis)).free_solid
     inner, root = (
         np.concatenate([solid.amplitudes(c) for c in found]) for found in (solid.classes, solid.root_classes)

@@ -126,7 +126,7 @@ def test_constant_stiffness_is_proportional_to_the_length_in_contact(pair):
 
 @pytest.mark.parametrize("pair", [SPUR, HELICAL], ids=["spur", "helical"])
 def test_mean_length_in_contact(pair):
-    """Over a mesh cycle ε_α lines of b / cos β_b carry; piecewise linear in the phase, so that two points do."""
+    """On average ε_α lines of length b / cos β_b are loaded; they vary piecewise linearly, so two points do."""
     s = replace(scene(WINKLER, pair=pair), resolution=Resolution(gauss_points=2))
     phase, weight = mesh_phases(s)
     k = solve(assemble(s, scene_lines(s, phase))).stiffness @ weight
@@ -138,7 +138,7 @@ def test_mean_length_in_contact(pair):
 # -- compliances in other forms than the structured one ---------------------------------------------------------------
 @dataclass(frozen=True)
 class DenseOf(ComplianceEffect):
-    """The matrix of other effects' factors and of a linear law c: a compliance as a finite-element model gives it."""
+    """Dense compliance from the factors of other effects and a linear law c, in the form that finite elements give."""
 
     smooth: tuple[ComplianceEffect, ...]
     linear: float = 0.0
@@ -164,7 +164,7 @@ class DenseOf(ComplianceEffect):
 
 @dataclass(frozen=True)
 class Coupled(ComplianceEffect):
-    """Columns shared by all pairs."""
+    """Compliance whose columns all tooth pairs share."""
 
     name: ClassVar[str] = "coupled"
 
@@ -174,7 +174,7 @@ class Coupled(ComplianceEffect):
 
 
 def same(one: ContactSolution, other: ContactSolution) -> None:
-    """Equal, up to the rounding of factorising a matrix with eigenvalues over five decades."""
+    """Assert equality up to the rounding of factorising a matrix with eigenvalues over five decades."""
     assert_allclose(one.force, other.force, atol=1e-9 * other.force.max())
     assert_allclose(one.approach, other.approach, rtol=1e-10)
     assert_allclose(one.stiffness, other.stiffness, rtol=1e-9)
@@ -194,7 +194,7 @@ def test_dense_compliance_equals_the_structured_one(pair):
 
 @pytest.mark.parametrize("pair", [SPUR, HELICAL], ids=["spur", "helical"])
 def test_dense_compliance_without_a_law_equals_the_structured_one(pair):
-    """A matrix has no law that could be averaged over cells: compared at nodes, which both have their compliance at."""
+    """A matrix has no law to average over cells, so both are compared at nodes."""
     base = scene(ToothBending(), WINKLER, HelixSlope(pinion=30.0), pair=pair, segments=9)
     lines = replace(scene_lines(base, PHASES), cells=False)
     structured = assemble(base, lines, truncation=0.0)
@@ -213,7 +213,7 @@ def test_coupled_columns_equal_their_matrix(bending):
 
 
 def test_a_pair_of_laws_is_their_sum():
-    """Two compliances in series, one of them twice: a = a₁ + a₂, as a law of half the stiffness."""
+    """Two compliances in series add, a = a₁ + a₂; the same law twice is a law of half the stiffness."""
 
     @dataclass(frozen=True)
     class Film(ComplianceEffect):
@@ -259,7 +259,7 @@ def central(s: Scene, phases: NDArray, step: float) -> NDArray:
     "gaps", [(), (Crowning(amount=20.0),), (HelixSlope(wheel=60.0),)], ids=["none", "crown", "lead"]
 )
 def test_stiffness_is_the_derivative_of_force_by_approach(pair, law, gaps):
-    """Richardson's extrapolation of central differences at ±ε, ±ε/2: error ε⁴ and rounding 1e-13/ε."""
+    """By Richardson's extrapolation of central differences at ±ε and ±ε/2, with the error ε⁴ and rounding 1e-13/ε."""
     s = scene(ToothBending(), Hertz(law=law), *gaps, pair=pair, torque=60.0, segments=15)
     phases = np.linspace(0.03, 0.97, 17)
     coarse, fine = central(s, phases, 2e-3), central(s, phases, 1e-3)

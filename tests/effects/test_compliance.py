@@ -67,7 +67,7 @@ def depth(gear: Gear, radius: float) -> float:
 @PAIRS
 @pytest.mark.parametrize("q", [0.01, 30.0, 400.0, 2000.0])
 def test_weber_banaschek_is_the_printed_formula(pair, q):
-    """PHYSICS eq. typed as printed, 30 digits, with curvature radii and depths from the geometry of the flanks."""
+    """The printed formula in 30 digits, with curvature radii and depths from the geometry of the flanks."""
     at = lines(pair)
     law = Hertz(law="weber_banaschek").compliance(at, {})
     beta_b = math.asin(math.sin(math.radians(pair.helix_angle)) * math.cos(math.radians(20)))
@@ -155,7 +155,7 @@ def test_weber_banaschek_softens_less_than_linearly():
 
 
 def test_a_contact_at_the_interference_point_stays_finite():
-    """There ρ = 0 and the logarithm is infinite; a pinion of few teeth is reached that low by a large wheel."""
+    """There ρ = 0 and the logarithm is infinite; a large wheel reaches this point on a pinion with few teeth."""
     pair = Pair(
         normal_module=3.0, face_width=24.0, centre_distance=141.0, pinion=Member(teeth=14), wheel=Member(teeth=80)
     )

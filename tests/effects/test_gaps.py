@@ -36,19 +36,19 @@ B = SPUR.face_width
 
 
 def at(pair: Pair, u: list[float] | NDArray, y: list[float] | NDArray) -> ContactLines:
-    """Places (u, y) of the plane of action, as one line."""
+    """Contact line through the points (u, y) of the plane of action."""
     u, y = (np.asarray(x, dtype=float)[None, None] for x in (u, y))
     one = np.ones((1, 1))
     return ContactLines(pair=pair, mesh_phase=np.zeros(1), index=np.zeros(1, int), u=u, y=y, length=one)
 
 
 def gap(effect: GapEffect, pair: Pair, u: float, y: float) -> float:
-    """Gap [µm] at one place."""
+    """Gap [µm] at one point."""
     return 1e3 * float(effect.gap(at(pair, [u], [y]))[0, 0, 0])
 
 
 def on(pair: Pair, gear: int, radius: float) -> float:
-    """Place u where ``gear`` touches at ``radius``, by Pythagoras."""
+    """Position u at which ``gear`` touches at ``radius``, by Pythagoras."""
     g = pair.gears[gear]
     roll = math.sqrt(radius**2 - g.base_radius**2)
     return roll if gear == 0 else pair.meshing.tangent_length - roll
@@ -113,7 +113,7 @@ def test_profile_crowning_is_full_at_both_ends_of_the_active_profile(pair):
 @PAIRS
 @pytest.mark.parametrize("name", ["pinion", "wheel"])
 def test_flank_twist_is_a_profile_slope_that_changes_over_the_face(pair, name):
-    """S_α of ISO 21771-1: slope of the transverse profile at y = b less that at y = 0."""
+    """S_α of ISO 21771-1: slope of the transverse profile at y = b minus the slope at y = 0."""
     ends = pair.meshing.active_radii[("pinion", "wheel").index(name)]
     root, tip = (on(pair, ("pinion", "wheel").index(name), r) for r in ends)
     twist = FlankTwist(**{name: 8.0})
@@ -128,7 +128,7 @@ def test_flank_twist_is_a_profile_slope_that_changes_over_the_face(pair, name):
 
 
 def test_profile_slope_is_linear_in_roll_angle():
-    """As a profile inspection draws it: deviation over the roll angle tan α_R of the gear."""
+    """In a profile inspection chart the deviation is linear over the roll angle tan α_R of the gear."""
     r_b = HELICAL.gears[1].base_radius
     radii = np.linspace(*HELICAL.meshing.active_radii[1], 7)
     roll = np.sqrt(radii**2 / r_b**2 - 1)
@@ -145,7 +145,7 @@ def test_helix_slope(pair):
 
 @PAIRS
 def test_inclination_opens_as_the_backlash_of_a_larger_centre_distance(pair):
-    """A slice at y sees axes apart by f y/b: the play of a flank at a larger distance is d[(r_b1 + r_b2) inv α_w]."""
+    """In a slice at y the axes are f y/b farther apart; the backlash of a flank grows by d[(r_b1 + r_b2) inv α_w]."""
     base = sum(g.base_radius for g in pair.gears)
 
     def play(distance: float) -> float:
@@ -159,7 +159,7 @@ def test_inclination_opens_as_the_backlash_of_a_larger_centre_distance(pair):
 
 @PAIRS
 def test_deviation_opens_as_a_turned_line_of_centres(pair):
-    """The wheel of a slice stands aside by f y/b: its mate must roll the angle f/a′ on both base circles after it."""
+    """In a slice at y the wheel is moved sideways by f y/b; both base circles must roll by f/a′ to follow."""
     rate = sum(g.base_radius for g in pair.gears) / pair.centre_distance
     found = gap(Misalignment(deviation=10.0), pair, pair.meshing.pitch_point, B)
     assert found == pytest.approx(10 * rate * math.cos(pair.meshing.beta_b), rel=1e-12)
@@ -168,7 +168,7 @@ def test_deviation_opens_as_a_turned_line_of_centres(pair):
 
 @PAIRS
 def test_misalignment_is_the_displacement_along_the_common_normal(pair):
-    """Vectors: n from T1 to T2 of the base circles, the wheel moved away (x) and backwards (−y)."""
+    """Vector solution: n points from T1 to T2 of the base circles; the wheel moves away (x) and backwards (−y)."""
     r1, r2 = (g.base_radius for g in pair.gears)
     alpha = math.acos((r1 + r2) / pair.centre_distance)
     e = np.array([math.cos(alpha), math.sin(alpha)])
@@ -242,7 +242,7 @@ def test_gaps_of_a_scene_are_the_sum_over_its_effects():
     "effect", [*every(0.0), *(k(amount=4.0, length=0.0) for k in (TipRelief, RootRelief, EndRelief))]
 )
 def test_an_amount_or_length_of_zero_is_the_absence_of_the_effect(effect):
-    """To the last bit, with the default phases too."""
+    """Results agree to the last bit, also with the default phases."""
     without, with_it = solve_scene(scene()), solve_scene(scene(effect))
     assert_array_equal(with_it.weight, without.weight)
     for name in ("approach", "stiffness", "force"):

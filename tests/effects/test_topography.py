@@ -1,4 +1,4 @@
-"""Measured flank topographies: files, their faults, and gaps that are known exactly."""
+"""Measured flank topographies: files, invalid files, and gaps with exact solutions."""
 
 import math
 import pickle
@@ -29,7 +29,7 @@ SCENE = f"{HELICAL}[effects.topography]\n"
 
 
 def csv(along, coordinate, face, deviation):
-    """Text of a grid file, every digit kept."""
+    """Text of a grid file with all digits."""
     rows = [f"{along}," + ",".join(repr(float(y)) for y in face)]
     rows += [",".join(repr(float(v)) for v in (c, *line)) for c, line in zip(coordinate, deviation, strict=True)]
     return "\n".join(rows) + "\n"
@@ -48,7 +48,7 @@ def scene(tmp_path):
 
 
 def gap(scene):
-    """Gap of the topography [µm] and where it acts: lines, (position, pair, segment)."""
+    """Gap of the topography (position, pair, segment) [µm], and the contact lines."""
     lines = scene_lines(scene, mesh_phases(scene)[0])
     effect = scene.effect("topography")
     assert isinstance(effect, Topography)
@@ -237,7 +237,7 @@ def test_kinks_of_a_coarse_grid_are_on_the_path_of_contact(scene):
 
 
 def test_lines_of_spur_pairs_are_cut_at_the_columns_of_a_coarse_grid(scene):
-    """Integrated within the panels between them, bilinear gaps are smooth: harmonics no longer depend on segments."""
+    """With panels between the columns bilinear gaps are smooth, and harmonics hardly depend on segments."""
     y = np.linspace(0.0, 20.0, 6)
     rough = 2.0 * np.array([3, 1, 0.3, 0, 1.2, 2.5])
     made = scene(csv("radius", [25.0, 29.0], y, [rough, rough + 0.5]))
@@ -260,7 +260,7 @@ print(repr(float(simulate(scene_of(open_result(sys.argv[1])))["transmission_erro
 
 
 def test_a_dataset_keeps_the_grid_and_needs_no_file(scene, tmp_path):
-    """In a process of its own, from another folder, the files gone: the same number to the last digit."""
+    """A separate process in another folder, without the files, gives the same number to the last digit."""
     dataset = simulate(scene(TEXT))
     kept = dataset["topography_pinion"]
     np.testing.assert_array_equal(kept, [[0, 1], [2, 3], [4, 8]])

@@ -71,7 +71,7 @@ LINEAR = ("amount", "polynomial.1", "amplitude")
 
 @pytest.mark.parametrize("key", KEYS)
 def test_a_sample_is_the_scene_with_that_value(key):
-    """What is averaged over a cell stays that of the scene: of second order in its size, 2 % at 12 segments."""
+    """The average over a cell remains that of the scene; this error is of second order, 2 % at 12 segments."""
     value, table = KEYS[key]
     amplitude = 1.6 * abs(value - NOMINAL[key])
     errors = np.array([[value - NOMINAL[key]]])

@@ -1,4 +1,4 @@
-"""Contact finite elements: kinematics and meshes by closed forms, a solved phase by theory."""
+"""Contact finite elements: kinematics and meshes against closed forms, a solved phase against theory."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def test_beyond_the_path_the_corner_comes_near_with_zero_slope():
 
 @pytest.mark.parametrize("share", [-0.2, 0.3, 0.95, 1.15])
 def test_relieved_flanks_of_a_ring_touch_where_the_fast_model_has_them(share):
-    """A search over points, and curves of first touch in tables; on, before and after the path of contact."""
+    """A search over points agrees with tabulated curves of first touch, on, before and after the path of contact."""
     relief, meshing = TipRelief(amount=12.0, length=0.6), RING.meshing
     phase = share * meshing.transverse_contact_ratio
     section = slice_at(RING, (relief,), phase - math.floor(phase), math.floor(phase), 0.0)
@@ -95,7 +95,7 @@ def test_relieved_flanks_of_a_ring_touch_where_the_fast_model_has_them(share):
 
 
 def test_the_outside_of_a_free_ring_is_held_as_a_rigid_body():
-    """All its teeth are meshed, none inverted; three equations that its motions as a rigid body alone do not fulfil."""
+    """All teeth are meshed without inverted elements; three equations exclude exactly the rigid-body motions."""
     placement = placed(RING, 0.3)
     touches = [touch for touch in placement.touches() if touch.gap < 0.03]
     coarse = Fineness(contact=2.0, size=0.8, growth=0.8)
@@ -136,7 +136,7 @@ def test_linear_relief_moves_the_first_touch():
 @pytest.mark.parametrize("contact", [1.0, 0.35])
 @pytest.mark.parametrize("phase", [0.3, 0.725])
 def test_mesh_lies_on_the_flank_that_was_made(phase, contact):
-    """Also where elements are no larger than what is missing."""
+    """This holds even if elements are as small as the missing material."""
     relief = TipRelief(amount=20.0, length=1.0)
     placement = placed(PAIR, phase, relief)
     touches = [touch for touch in placement.touches() if touch.gap < 0.05]
@@ -223,7 +223,7 @@ def test_calculix_that_is_not_installed_is_named(monkeypatch):
 
 
 def test_elements_suit_each_load_they_carry(monkeypatch, tmp_path):
-    """No mesh is shared by torques more than five times apart; small elements for the least, as far as the greatest."""
+    """Torques on one mesh differ by a factor of five at most; elements suit the least and reach for the greatest."""
     meshes: list[tuple[float, float]] = []
 
     def solved(forces: list[float], pairs: list[int]) -> list[calculix.StepResult]:
@@ -270,7 +270,7 @@ def test_bad_input_is_refused():
 @pytest.mark.slow
 @pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX (ccx) is not installed")
 def test_a_phase_with_contact_on_the_line(tmp_path, monkeypatch):
-    """Within the double contact nothing happens off the line: the 3D teeth with contact on the line are right there."""
+    """In double contact all contact is on the line of action, so 3D teeth with contact on the line are right there."""
     monkeypatch.setenv("GEARBENCH_CACHE", str(tmp_path))
     coarse = Settings(fineness=Fineness(contact=0.5, size=0.5, growth=0.5))
     found = solve_phase(PAIR, (), 0.3, (100.0,), coarse)

@@ -1,4 +1,4 @@
-"""Contact finite elements of finite width: strips by closed forms, fine teeth, phases by plane strain and by lines."""
+"""Contact finite elements of finite width, against closed forms, fine meshes, plane strain and contact lines."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def test_conjugate_flanks_part_like_a_parabola(y):
 
 @pytest.mark.parametrize("share", [-0.2, 0.3, 0.95, 1.15])
 def test_strips_lie_where_the_fast_model_has_flanks_touch(share):
-    """Two kinematics of their own: a search over points, and curves of first touch in tables."""
+    """Two independent kinematics agree: a search over points, and tabulated curves of first touch."""
     relief = TipRelief(amount=12.0, length=0.6)
     meshing = HELICAL.meshing
     path = meshing.path_end - meshing.path_start
@@ -132,7 +132,7 @@ def test_a_laying_that_suffices_stays_and_one_that_does_not_is_corrected():
 
 
 def test_layers_end_where_lines_cross_the_beginning_of_a_relief():
-    """The load has a kink there; a layer across it makes the gears too soft."""
+    """The load has a kink there; a layer across it would make the gears too compliant."""
     relief, meshing = TipRelief(amount=10.0, length=0.5), HELICAL.meshing
     laying, sections = first_laying(HELICAL, (relief,), 0.2, 2000.0)
     seen = 0
@@ -147,7 +147,7 @@ def test_layers_end_where_lines_cross_the_beginning_of_a_relief():
 
 
 def test_layers_crowd_where_a_patch_is_short():
-    """Ends inside resolve it, none is thicker than before, and both faces stay."""
+    """Inner ends of layers resolve the patch, no layer is thicker than before, and both faces remain."""
     laying, sections = first_laying(HELICAL, (), 0.5, 5e3)
     fine, coarse = Fineness(), Fineness().coarser()
     before = {strip.k: strip.layers for strip in lay_strips(HELICAL, (), 0.5, laying, sections, fine)}
@@ -172,12 +172,12 @@ def test_strips_that_never_suffice_are_told(tmp_path, monkeypatch):
 
 
 def _far(strips):
-    """Flanks that always approach by more than strips were laid for."""
+    """Flanks whose approach always exceeds the one for which strips were made."""
     return SimpleNamespace(approach=2 * strips[0].reach, loads={0: line_load(-1, 13, q=1.0)})
 
 
 def test_meshes_are_refined_until_the_error_bar_is_met(monkeypatch, loaded):
-    """Meshes off by 4 %, of second order, bodies by a 40th of their accuracy: two steps of √2, bodies as they were."""
+    """With meshes off by 4 % and bodies by 1/40 of their accuracy, only meshes are refined, twice by √2."""
     asked = []
 
     def solve(pair, gaps, phase, torques, settings):
@@ -208,7 +208,7 @@ def loaded() -> Scene:
 
 @pytest.mark.slow
 def test_helical_phases_deflect_as_much_as_finite_elements_on_lines(loaded):
-    """Within the error of the strips: one model assumes lines and a law of contact, the other neither."""
+    """They agree within the error of the strips, although only one model assumes contact lines and a contact law."""
     lines = simulate(loaded, outputs=("transmission_error", "mesh_stiffness"))
     found = contact_cycle(loaded, phases=list(lines.mesh_phase.values[[1, 5]]), settings=COARSE)
     np.testing.assert_allclose(found.transmission_error, lines.transmission_error[[1, 5]], rtol=0.005)

@@ -99,7 +99,7 @@ def test_free_ends_stiffen_the_teeth_and_a_narrow_face_softens_them():
 
 @pytest.mark.slow
 def test_a_tooth_wider_than_its_mate_is_that_of_finite_elements():
-    """Load on the common face only: solid teeth on their body within 1.5 % of finite elements good to 0.5 %."""
+    """Loaded on the common face, solid teeth on their body agree within 1.5 % with finite elements (0.5 %)."""
     pair = members(replace(PAIR, face_width=18.0), pinion={"face_width": 27.0, "axial_offset": 3.0})
     fast = replace(scene(pair), effects=(ToothBending(model="solid"), GearBody(), Hertz()))
     meshed = replace(fast, effects=(ToothBending(model="finite_elements", accuracy=0.005), GearBody(), Hertz()))
@@ -226,7 +226,7 @@ def test_a_housing_of_aluminium_moves_the_axes_apart():
 
 
 def test_a_hot_pinion_has_the_greater_base_pitch():
-    """From one pair of teeth to the next the gap falls by the difference of the base pitches, normal to the flank."""
+    """From one tooth pair to the next the gap falls by the difference of the base pitches, normal to the flank."""
     hot = replace(PAIR, backlash=0.2, temperature=Temperatures(pinion=100.0, wheel=60.0))
     (effect,) = scene(hot).flank_effects[3:]
     lines = contact_lines(hot, [0.4], 9)

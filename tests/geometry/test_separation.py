@@ -1,4 +1,4 @@
-"""Separation of flanks: against a search of two surfaces, in closed form, symmetric, continuous."""
+"""Separation of flanks: brute-force search of two surfaces, closed forms, symmetry, continuity."""
 
 import math
 
@@ -29,7 +29,7 @@ def relieved(pair: Pair, amount: float, length: float, power: int = 1) -> tuple[
 
 
 def random_pair(rng: np.random.Generator, rounded: bool = False) -> Pair:
-    """Spur or helical, 14 to 90 teeth, modules of 1 to 10 mm, shifted, with long and short addenda, tips rounded."""
+    """Random spur or helical pair: 14 to 90 teeth, modules of 1 to 10 mm, profile shifts, any addenda, rounded tips."""
     while True:
         z, m = rng.integers((14, 14), (60, 90)), rng.choice([1.0, 2.0, 5.0, 10.0])
         helix = rng.choice([0.0, rng.uniform(0, 30)])
@@ -51,7 +51,7 @@ def random_pair(rng: np.random.Generator, rounded: bool = False) -> Pair:
 
 
 def random_modifications(pair: Pair, rng: np.random.Generator, powers: int = 1) -> tuple[Modification, ...]:
-    """Relief of tips and roots, linear and parabolic, material in excess too, and profile curves up to ``powers``."""
+    """Random tip and root relief, linear or parabolic, also excess material, and profile curves up to ``powers``."""
     found, m = [], pair.normal_module
     for index, gear in enumerate(pair.gears):
         start, end = pair.meshing.active_radii[index]
@@ -72,7 +72,7 @@ def random_modifications(pair: Pair, rng: np.random.Generator, powers: int = 1) 
 
 
 def against_search(pairs: int, seed: int, rounded: bool = False) -> NDArray:
-    """Differences [mm] of separations from a search of two surfaces, four phases a pair."""
+    """Differences [mm] between separations and a search of two surfaces, at four phases for each pair."""
     rng, found = np.random.default_rng(seed), []
     for _ in range(pairs):
         pair = random_pair(rng, rounded)
@@ -94,7 +94,7 @@ def test_separation_is_that_of_a_search_of_two_surfaces() -> None:
 
 
 def test_separation_of_rounded_tips_is_that_of_a_search_of_two_surfaces() -> None:
-    """Both tips rounded, under relief and profile curves: the rounding of either gear on its mate's flank too."""
+    """Both tips are rounded, with relief and profile curves; either rounding may touch the flank of the mate."""
     differences = against_search(15, seed=5, rounded=True)
     assert len(differences) > 30
     assert_allclose(differences, 0.0, atol=1e-9)
@@ -165,7 +165,7 @@ def test_separation_is_symmetric_under_exchange_of_the_gears() -> None:
 
 @pytest.mark.parametrize("power", [1, 2])
 def test_separation_is_continuous_with_its_derivative(power: int) -> None:
-    """The least of smooth curves that touch each other: no step, and on convex flanks no kink."""
+    """It is the minimum of smooth curves that touch, so it has no step, and on convex flanks no kink."""
     pair = standard()
     flanks = separation(pair, relieved(pair, 0.01, 0.8, power))
     u = np.linspace(pair.meshing.path_start - 1.0, pair.meshing.path_end + 1.0, 20001)
@@ -177,7 +177,7 @@ def test_separation_is_continuous_with_its_derivative(power: int) -> None:
 
 @pytest.mark.parametrize("amount", [1e-4, 5e-4, 2e-3])
 def test_between_both_sides_of_a_slight_relief_its_corner_touches(amount: float) -> None:
-    """It does so on a part of the path shorter than the distance of nodes: no hole is left there."""
+    """The corner touches on a part of the path shorter than the distance of nodes; the table has no hole there."""
     pinion, wheel = Member(teeth=25), Member(teeth=40)
     pair = Pair(normal_module=2.0, helix_angle=20.0, face_width=20.0, centre_distance=70.0, pinion=pinion, wheel=wheel)
     u = np.linspace(pair.meshing.path_start + 1e-6, pair.meshing.path_end - 1e-6, 20_001)
@@ -200,7 +200,7 @@ def test_the_corner_of_a_relief_begins_and_ceases_to_touch_at_two_positions() ->
 
 
 def test_rounded_tip_touches_later_than_a_sharp_one_and_becomes_it() -> None:
-    """A rounding takes material away; as it shrinks the sharp edge is what is left."""
+    """A rounding removes material; as it shrinks, the separation tends to that of the sharp edge."""
     sharp, u = separation(standard()), standard().meshing.path_end + np.array([0.1, 0.3, 0.6])
     gaps = [separation(standard(tip_rounding=radius))(u).gap for radius in (0.1, 0.01, 0.001)]
     assert np.all(gaps[0] > sharp(u).gap)
@@ -210,7 +210,7 @@ def test_rounded_tip_touches_later_than_a_sharp_one_and_becomes_it() -> None:
 
 
 def test_rounding_is_an_arc_between_flank_and_tip_circle() -> None:
-    """Its points are its radius away from the centre, the last one on the tip circle."""
+    """Its points are at its radius from the centre; the last point is on the tip circle."""
     gear = standard(tip_rounding=0.2).gears[0]
     arc = profile(gear).pieces[-1]
     roll = np.linspace(arc.low, arc.high, 30)
@@ -241,7 +241,7 @@ def test_derivatives_of_a_profile_are_those_of_its_deviation() -> None:
 
 
 def test_table_reaches_as_far_as_it_says() -> None:
-    """Beyond what is known no flank touches."""
+    """Beyond the ends of the table no flank touches."""
     pair = standard()
     flanks = separation(pair)
     low, high = flanks.reach(0.01)

@@ -157,7 +157,7 @@ def test_mirror_images_answer_alike(rotation, hand):
 
 
 def test_linear_curves_are_as_stiffness_values():
-    """A bearing given by a straight curve is settled by iteration, and ends where the constant one is."""
+    """A bearing with a linear curve is settled by iteration, with the result of a constant stiffness."""
     soft = {"radial_stiffness": 100.0, "axial_stiffness": 100.0}
     curve = {"radial_curve": {"deflection": [50.0], "load": [5000.0]}, "axial_stiffness": 100.0}
     ends = [{"position": 0.0}, {"position": 200.0}]
@@ -223,7 +223,7 @@ def test_mean_force_balances_on_bearings():
 
 
 def test_coast_flanks_press_as_if_all_turned_the_other_way():
-    """Equal flanks under the opposite torque: forces, bending and tilt of the other sense of rotation."""
+    """With equal flanks, the opposite torque gives the forces, bending and tilt of the other sense of rotation."""
     end = {"gears": [{"gear": "pinion", "position": 60.0}]}
     coast = simulate(spur_scene(shafts(end), helix=15.0, torque=-300.0))
     drive = simulate(spur_scene(shafts(end, rotation="counterclockwise"), helix=15.0, torque=300.0))
