@@ -81,7 +81,7 @@ def test_compiled_waves_are_those_of_python(helix, teeth, monkeypatch):
 
 @pytest.mark.parametrize("teeth", [11, 12, 25, 40, 83, 500])
 def test_waves_between_those_computed(teeth):
-    """Interpolated waves are accurate to 2e-4 of the greatest; long ones grow like 1/m, about z/2 they are even or odd."""
+    """Interpolated waves: 2e-4 of the greatest. Long waves grow like 1/m; about z/2 they are even or odd."""
     even, odd = wave_weights(teeth)
     m, x = np.arange(1, teeth // 2 + 1), math.pi * np.arange(1, teeth // 2 + 1) / teeth
     some = waves_computed(teeth)[1:]
