@@ -140,7 +140,7 @@ def flash_temperature(solved: Solved) -> NDArray:
 
 
 def face_load_factor(solved: Solved) -> NDArray:
-    """Face load factor K_Hβ (F6), (…) [–]: largest over mean load per width of the face.
+    """Face load factor K_Hβ (F6), (…) [–]: largest over mean load per width of the face; NaN without load.
 
     The load per width is averaged over the mesh cycle in ``FACE_PARTS`` strips.
     """
@@ -154,7 +154,8 @@ def face_load_factor(solved: Solved) -> NDArray:
         share = np.clip(np.minimum(end, high) - np.maximum(begin, low), 0.0, None) / width
         parts.append((P * share).sum(axis=(-1, -2)) @ solved.weight)
     load = np.stack(parts, axis=-1)
-    return load.max(axis=-1) / load.mean(axis=-1)
+    mean = load.mean(axis=-1)
+    return load.max(axis=-1) / np.where(mean > 0, mean, np.nan)
 
 
 def _ends(solved: Solved) -> NDArray:

@@ -65,13 +65,21 @@ def warnings(scene: Scene, dataset: xr.Dataset | None = None) -> tuple[str, ...]
             found.append(f"interference: the tip of the {mate} reaches below the form circle of the {own}")
     if pair.is_internal:
         found += _of_ring(pair, dataset)
-    if dataset is None:
-        return tuple(found)
+    if dataset is not None:
+        found += _of_result(dataset, on_line)
+    return tuple(found)
+
+
+def _of_result(dataset: xr.Dataset, on_line: bool) -> list[str]:
+    """Warnings for a mesh without load, and for excessive pressure, which contact kept ``on_line`` may cause."""
+    found = []
+    if "mesh_load" in dataset and not dataset["mesh_load"].any():
+        found.append(f"{dataset['mesh'].item()} carries no load: its δ and k are those of flanks that just touch")
     if "flank_pressure_max" in dataset and (p := float(dataset["flank_pressure_max"].max())) > HARDENED:
         reason = f"; contact kept on the line of action may be the cause: {_OFF_LINE}" if on_line else ""
         limit = f"a case-hardened flank carries {HARDENED:.0f} MPa (ISO 6336-5)"
         found.append(f"contact pressure {p:.0f} MPa: {limit}{reason}")
-    return tuple(found)
+    return found
 
 
 def _of_ring(pair: Pair, dataset: xr.Dataset | None) -> list[str]:

@@ -60,3 +60,14 @@ def test_forces_on_bearings_that_cancel_are_not_printed(run, scene):
     assert code == 0
     assert "force on the bearing of planet" in said
     assert "force on the bearing of sun" not in said
+
+
+def test_uneven_spacing_and_planets_without_load_are_reported(run, scene):
+    scene.write_text(SET.replace("planetary]", "planetary]\nplanets = 4\npin_tangential = [900.0, 0.0, 0.0, 0.0]", 1))
+    _, said, _ = run("simulate", scene)
+    assert "warning: sun to planet 1 carries no load" in said
+    assert "sun to planet 2 carries no load" not in said
+    assert "even spacing" not in said
+    scene.write_text(SET.replace("= 36", "= 37").replace("= -96", "= -97").replace("centre_distance = 66.0\n", ""))
+    _, said, _ = run("simulate", scene)
+    assert "planets stand up to 0.896° beside even spacing: z_s + |z_r| = 134 is not a multiple of 3" in said
