@@ -293,6 +293,7 @@ def test_the_plan_counts_meshes_and_motions():
         ({"floating": ["sun"], "sun_support": 5.0}, "planetary.floating", "conflicts"),
         ({"floating": ["sun"], "planets": 2}, "gears", "sun .: nothing holds it|nothing holds"),
         ({"ring": {"teeth": 96}}, "planetary.ring.teeth", "must be negative"),
+        ({"positions": []}, "planetary.positions", "one angle or more"),
         ({"planet": {"teeth": 30, "face": 1.0}}, "planetary.planet.face", "unknown|allowed|must be"),
         ({"planet": {"teeth": 3}}, "planetary.planet.teeth", "at least 5"),
         ({"centre_distance": 60.0}, "planetary.centre_distance", "."),

@@ -81,7 +81,8 @@ class Planetary:
     ``[planetary.sun]``, ``[planetary.planet]`` and ``[planetary.ring]`` hold the keys of a gear of the pair, and
     effects of its flanks; by default the ring has z_r = −(z_s + 2 z_p) teeth. Results name the gears sun, "planet 1",
     …, ring. With a positive torque the sun drives the planets, and these the ring, in the frame of the carrier; the
-    choice of the held member only changes speeds.
+    choice of the held member only changes speeds. ``response`` takes the speed of the sun, or that of the carrier if
+    the sun is held.
 
     Parameters
     ----------
@@ -137,6 +138,8 @@ class Planetary:
     dynamics: PlanetaryDynamics = PlanetaryDynamics()
 
     def __post_init__(self) -> None:
+        if self.positions == ():
+            raise InputError("positions", [], "must be one angle or more, or left out")
         for name in DEVIATIONS:
             if (given := getattr(self, name)) and len(given) != self.number:
                 raise InputError(name, f"{len(given)} numbers", f"must be one for each of the {self.number} planets")
