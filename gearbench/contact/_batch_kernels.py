@@ -23,6 +23,7 @@ from gearbench.contact._lane_kernels import (
     note_missed,
     open_gaps,
     restore_settled,
+    steepen,
 )
 
 
@@ -160,11 +161,10 @@ def back_substitute(ranks, rank, hess, x):
 
 
 @part(FUSED)
-def newton_step(ranks, rank, lanes, equations, stiffness, delta, tolerance):
+def newton_step(ranks, rank, lanes, equations, delta, tolerance):
     """One full Newton step of the lanes that are not done; returns how many are done after it.
 
-    A lane whose residual has reached the tolerance keeps the stiffness of this point, takes this last step (which
-    squares its residual) and is frozen.
+    A lane whose residual has reached the tolerance takes this last step (which squares its residual) and is frozen.
     """
     total, slope, residual, done, step = lanes.total, lanes.slope, lanes.residual, lanes.done, lanes.step
     q, y, x, hess = equations
@@ -176,8 +176,6 @@ def newton_step(ranks, rank, lanes, equations, stiffness, delta, tolerance):
             slope[j] -= x[r, j] * x[r, j]
             step[j] -= x[r, j] * y[r, j]
     for j in range(LANES):
-        fresh = (done[j] == 0.0) & (residual[j] <= tolerance)
-        stiffness[j] = slope[j] if fresh else stiffness[j]
         step[j] = step[j] / slope[j] if done[j] == 0.0 else 0.0
     for r in range(blocks * rank):
         for j in range(LANES):
@@ -195,11 +193,34 @@ def newton_step(ranks, rank, lanes, equations, stiffness, delta, tolerance):
 
 
 @part(FUSED)
+def keep_last(n, tolerance, lanes):
+    """Keep compressions and slopes of the lanes that take their last step now."""
+    for i in range(n):
+        for j in range(LANES):
+            now = (lanes.done[j] == 0.0) & (lanes.residual[j] <= tolerance)
+            lanes.last[0, i, j] = lanes.s[i, j] if now else lanes.last[0, i, j]
+            lanes.last[1, i, j] = lanes.w[i, j] if now else lanes.last[1, i, j]
+
+
+@part(FUSED)
+def restore_last(n, lanes):
+    """Compressions and slopes where each lane took its last step; those of now where it did not."""
+    for i in range(n):
+        for j in range(LANES):
+            lanes.s[i, j] = lanes.last[0, i, j] if lanes.done[j] == 1.0 else lanes.s[i, j]
+            lanes.w[i, j] = lanes.last[1, i, j] if lanes.done[j] == 1.0 else lanes.w[i, j]
+
+
+@part(FUSED)
 def solve_lanes(t, system, laws, lanes, equations, delta, stiffness, tolerance, limit):
-    """Newton's method on all lanes of position t; ``lanes.done`` tells which converged. Returns the steps taken."""
+    """Newton's method on all lanes of position t; ``lanes.done`` tells which converged. Returns the steps taken.
+
+    The stiffness is that where each lane took its last step, by the ``steepen``ed slopes of its cells.
+    """
     first, ranks = system.firsts[t, : system.blocks[t] + 1], system.ranks[t, : system.blocks[t]]
     factor, residual = system.factor[t], lanes.residual
     blocks, rank = ranks.size, factor.shape[1]
+    steps = 0
     for j in range(LANES):
         lanes.done[j] = 0.0
     for iteration in range(limit):
@@ -212,9 +233,20 @@ def solve_lanes(t, system, laws, lanes, equations, delta, stiffness, tolerance, 
             for j in range(LANES):
                 residual[j] = max(residual[j], abs(equations.grad[r, j]))
         factorise(ranks, rank, equations.hess, equations.cross, equations.grad)
-        if newton_step(ranks, rank, lanes, equations, stiffness, delta, tolerance) == LANES:
-            return iteration + 1
-    return limit
+        steps = iteration + 1
+        keep_last(first[blocks], tolerance, lanes)
+        if newton_step(ranks, rank, lanes, equations, delta, tolerance) == LANES:
+            break
+    restore_last(first[blocks], lanes)
+    steepen(first[blocks], laws, lanes)
+    normal_equations(first, ranks, factor, system.product[t], lanes.load[t], lanes, equations)
+    factorise(ranks, rank, equations.hess, equations.cross, equations.grad)
+    for j in range(LANES):
+        stiffness[j] = lanes.slope[j]
+    for r in range(blocks * rank):
+        for j in range(LANES):
+            stiffness[j] -= equations.cross[r, j] * equations.cross[r, j]
+    return steps
 
 
 @entry(FUSED)
@@ -252,6 +284,7 @@ def solve_chunk(gaps, system, draws, lanes, tolerance, limit, answers):
             first = system.firsts[t, : system.blocks[t] + 1]
             compress(first, system.ranks[t, : system.blocks[t]], system.factor[t], q, delta, lanes)
             apply_laws(first[-1], laws, lanes)
+            steepen(first[-1], laws, lanes)
             keep_forces(t, first[-1], lanes, answers)
         for j in range(LANES):
             delta[j] += lanes.least[j]

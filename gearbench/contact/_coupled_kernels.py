@@ -23,6 +23,7 @@ from gearbench.contact._lane_kernels import (
     note_missed,
     open_gaps,
     restore_settled,
+    steepen,
 )
 
 #: Relative residual of the conjugate gradients of a Newton step: coarsest and finest.
@@ -219,8 +220,10 @@ def solve_coupled_lanes(t, G, G32, linear, laws, lanes, u, z, work, stiffness, s
         for i in range(n):
             for j in range(LANES):
                 u[i, j] += work.v[i, j]
+    steepen(n, laws, lanes)
     for i in range(n):
         for j in range(LANES):
+            work.change[i, j] = w[i, j] - weight[i]
             work.r[i, j] = -work.change[i, j] * rise[i]
     for j in range(LANES):
         work.precision[j] = np.float32(fine)
@@ -278,6 +281,7 @@ def solve_coupled_chunk(gaps, linear, draws, lanes, accuracy, limit, answers):
         if len(answers.force):
             compress(G, u, linear.rise[t, :m], lanes.load[t], lanes, z)
             apply_laws(m, laws, lanes)
+            steepen(m, laws, lanes)
             keep_forces(t, m, lanes, answers)
         newton += steps[0]
         conjugate += steps[1]

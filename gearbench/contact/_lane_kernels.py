@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.compiled import FUSED, part
-from gearbench.contact._law_kernels import LEAST, level_start, log_law
+from gearbench.contact._law_kernels import LEAST, level_start, log_law, logarithm
+from gearbench.contact.law import STEEPEST, WHOLE
 
 #: Number of samples solved side by side.
 LANES = 128
@@ -49,7 +50,7 @@ class Lanes(NamedTuple):
 
     ``sigma``: half of what the compression varies along each cell, and the inverse of twice that, (2, segment, lane);
     ``level`` (3, lane) scratch of the law; ``least`` the smallest gap, from which gaps and δ are counted; ``load``
-    (position, lane) is ΣP.
+    (position, lane) is ΣP; ``last`` the compressions and slopes where a lane took its last step, (2, segment, lane).
     """
 
     gap: NDArray
@@ -65,14 +66,16 @@ class Lanes(NamedTuple):
     done: NDArray
     step: NDArray
     load: NDArray
+    last: NDArray
 
     @classmethod
     def of(cls, segments: int, load: NDArray) -> Lanes:
         """Lanes for a number of segments under ``load`` (position, lane), in units of the load of the problem."""
         gap, s, p, w, sigma, inverse = np.empty((6, segments, LANES))
         least, total, slope, residual, done, step = np.empty((6, LANES))
-        level = np.empty((3, LANES))
-        return cls(gap, np.stack([sigma, inverse]), s, p, w, level, least, total, slope, residual, done, step, load)
+        level, last = np.empty((3, LANES)), np.empty((2, segments, LANES))
+        sigma = np.stack([sigma, inverse])
+        return cls(gap, sigma, s, p, w, level, least, total, slope, residual, done, step, load, last)
 
 
 @part(FUSED)
@@ -193,3 +196,20 @@ def apply_laws(n, laws, lanes):
             t = min(max(s[i, j] * sigma[1, i, j], 0.0), 1.0)
             w[i, j] = 2.0 * p[i, j] * t * sigma[1, i, j] if t < 1.0 else w[i, j]
             p[i, j] *= t * t
+
+
+@part(FUSED)
+def steepen(n, laws, lanes):
+    """Slopes w of cells as their stiffness has them: times ``law.steepening``."""
+    s, sigma, w = lanes.s, lanes.sigma, lanes.w
+    for i in range(n):
+        h = laws[1, i]
+        if h > 0.0:
+            for j in range(LANES):
+                t = max(s[i, j] * sigma[1, i, j], LEAST)
+                level = 1.0 / (h * max(w[i, j], LEAST))
+                r = 1.0 / max(2.0 * t - 1.0, 1.0)
+                square = r * r
+                whole = -square * (1.0 / 6.0 + WHOLE * square * square * square)
+                log = logarithm(2.0 * t) if t < 1.0 else whole
+                w[i, j] /= max(1.0 - log / (max(t * level - 1.0, 1.0) if t < 1.0 else level), STEEPEST)

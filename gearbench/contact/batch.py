@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.budget import batch_memory, require
-from gearbench.contact.law import kernel_coefficients
+from gearbench.contact.law import kernel_coefficients, steepening
 from gearbench.contact.patches import ON_CELLS, ROUNDS, compression, on_patches
 from gearbench.contact.problem import ContactProblem, reduce_rank
 from gearbench.contact.reference import Reference, linearised, normal_matrix
@@ -208,16 +208,13 @@ class GapModes:
         Mean over each segment, (position, segment, mode) [mm].
     tilts
         Half of what they gain along each cell, (position, segment, mode); no modes where segments are points.
-    spread
-        Standard deviations of the ε, (mode,).
     """
 
     modes: NDArray
     tilts: NDArray
-    spread: NDArray
 
     @classmethod
-    def on(cls, lines: ContactLines, modes: Callable[[ContactLines], NDArray], spread: NDArray) -> GapModes:
+    def on(cls, lines: ContactLines, modes: Callable[[ContactLines], NDArray]) -> GapModes:
         """Gap modes from ``modes`` (position, pair, segment, mode) [mm] at the nodes of lines, over their levers."""
 
         def flat(each: ContactLines) -> NDArray:
@@ -226,9 +223,9 @@ class GapModes:
 
         middle = flat(lines)
         if not lines.cells:
-            return cls(modes=middle, tilts=middle[..., :0], spread=spread)
+            return cls(modes=middle, tilts=middle[..., :0])
         begin, end = flat(lines.moved(-1)), flat(lines.moved(1))
-        return cls(modes=(begin + 4 * middle + end) / 6, tilts=(end - begin) / 2, spread=spread)
+        return cls(modes=(begin + 4 * middle + end) / 6, tilts=(end - begin) / 2)
 
 
 def prepare(problem: ContactProblem, gaps: GapModes, precision: Precision = ROUNDING) -> Batch:
@@ -254,7 +251,7 @@ def prepare(problem: ContactProblem, gaps: GapModes, precision: Precision = ROUN
         np.ascontiguousarray(np.swapaxes(pick(each / problem.length_scale), 1, 2)) for each in (gaps.modes, gaps.tilts)
     )
     guess = Guess.nothing(problem)
-    approach, stiffness = solve_roughly(problem, guess)
+    approach, _ = solve_roughly(problem, guess)
     batch = Batch(
         problem=problem,
         count=count,
@@ -270,11 +267,11 @@ def prepare(problem: ContactProblem, gaps: GapModes, precision: Precision = ROUN
         precision=precision,
     )
     q = np.take_along_axis(guess.q, present[..., None], 1)[:, : blocks.max()]
-    batch = _linearised(batch, np.column_stack([q.reshape(len(q), -1), guess.delta]), gaps.spread)
+    batch, stiffness = _linearised(batch, np.column_stack([q.reshape(len(q), -1), guess.delta]))
     if exact is None:
         return batch
-    share = batch.missed[1]  # how much of what the stiffness misses is the samples' too
-    return replace(batch, missed=np.stack([exact[0] - approach, 1 + share * (exact[1] / stiffness - 1)]))
+    stiffness *= problem.force / problem.length_scale
+    return replace(batch, missed=np.stack([exact[0] - approach, exact[1] / stiffness]))
 
 
 def _with_means(problem: ContactProblem) -> tuple[ContactProblem, NDArray, tuple[NDArray, NDArray] | None]:
@@ -299,28 +296,40 @@ def _with_means(problem: ContactProblem) -> tuple[ContactProblem, NDArray, tuple
     return replace(problem, gap=gap - sigma, sigma=sigma), tilt, exact
 
 
-def _linearised(batch: Batch, start: NDArray, spread: NDArray) -> Batch:
+def _linearised(batch: Batch, start: NDArray) -> tuple[Batch, NDArray]:
     """``batch`` with where its samples begin: the problem linearised at the mean errors, of the solution ``start``.
 
-    And with how alike the cells that ends of patches cut are under all errors, in place of what stiffnesses miss.
+    And ∂F/∂δ there, (position,), by the slopes of the samples.
     """
     arrays = batch.arrays(np.zeros(batch.modes.shape[1]))
-    positions, n, rank = batch.factor.shape
-    own = arrays.block[..., None] == np.arange(int(batch.blocks.max()))
-    wide = (own[..., None] * batch.factor[:, :, None]).reshape(positions, n, -1)
-    C = np.concatenate([-wide, arrays.active[..., None]], axis=2)  # z = C (q, δ)
+    C = _moving(arrays, int(batch.blocks.max()))
     z = (C @ start[..., None])[..., 0]
-    P, W = law_response(arrays, z - arrays.gap)
-    moved = np.einsum("pn,pmn->pm", P, batch.modes)[..., None] - batch.modes
-    cut = arrays.active & (np.abs(z - batch.gap) < arrays.sigma)
-    ends = np.einsum("m,pmn->pn", spread**2, moved**2)[cut] / (2 * arrays.sigma[cut]) ** 2
-    mean = np.bincount(np.nonzero(cut)[0], ends, positions) / np.maximum(cut.sum(axis=1), 1)
-    batch = replace(batch, missed=np.stack([batch.missed[0], np.exp(-2 * np.pi**2 * mean)]))
-    if batch.problem.blocks == 1 and rank >= COUPLED_RANK:
-        return replace(batch, reference=linearised(C, batch.count, z, P, W))
-    right = np.swapaxes(C, 1, 2) @ (W[..., None] * np.swapaxes(batch.modes, 1, 2))
-    guess = np.ascontiguousarray(np.swapaxes(np.linalg.solve(normal_matrix(C, W), right), 1, 2))
-    return replace(batch, product=_products(batch.factor), start=start, guess=guess)
+    P, W = _law(arrays, z)
+    if batch.problem.blocks == 1 and batch.rank >= COUPLED_RANK:
+        reference = linearised(C, batch.count, z, P, W)
+        return replace(batch, reference=reference), 1 / reference.flexibility
+    unit = np.zeros((len(C), C.shape[2], 1))
+    unit[:, -1] = 1.0
+    right = np.concatenate([np.swapaxes(C, 1, 2) @ (W[..., None] * np.swapaxes(batch.modes, 1, 2)), unit], axis=2)
+    found = np.ascontiguousarray(np.swapaxes(np.linalg.solve(normal_matrix(C, W), right), 1, 2))
+    guess = np.ascontiguousarray(found[:, :-1])
+    return replace(batch, product=_products(batch.factor), start=start, guess=guess), 1 / found[:, -1, -1]
+
+
+def _moving(arrays: Arrays, blocks: int) -> NDArray:
+    """C (position, segment, block·rank + 1) with z = C (q, δ)."""
+    own = arrays.block[..., None] == np.arange(blocks)
+    wide = (own[..., None] * arrays.factor[:, :, None]).reshape(*arrays.gap.shape, -1)
+    return np.concatenate([-wide, arrays.active[..., None]], axis=2)
+
+
+def _law(arrays: Arrays, z: NDArray) -> tuple[NDArray, NDArray]:
+    """Forces, and slopes for the stiffness, of segments that move by z, (position, segment); 0 of absent ones."""
+    s = z - arrays.gap
+    P, W = law_response(arrays, s)
+    cells = (arrays.h > 0) & (P > 0) & (arrays.sigma > 0)
+    W[cells] *= steepening(s[cells] / (2 * arrays.sigma[cells]), arrays.h[cells], W[cells])
+    return P, W
 
 
 def _require_memory(problem: ContactProblem, segments: int, modes: int) -> None:
@@ -444,14 +453,15 @@ def _rescue(batch: Batch, t: int, draw: NDArray, load: float) -> tuple[float, fl
     arrays = arrays._replace(**own)
     blocks, rank, n = int(batch.blocks.max()), batch.rank, arrays.gap.shape[1]
     least = arrays.gap[arrays.active].min()
-    delta, stiffness, steps = np.full(1, -np.inf), np.empty(1), np.zeros(1, dtype=np.int64)
     opened, q, force = arrays._replace(gap=arrays.gap - least), np.zeros((1, blocks, rank)), np.zeros((1, n))
-    solve_positions(opened, Work.of(blocks, rank, n), q, delta, 0.0, MAX_STEPS, force, stiffness, steps)
+    delta, steps = np.full(1, -np.inf), np.zeros(1, dtype=np.int64)
+    solve_positions(opened, Work.of(blocks, rank, n), q, delta, 0.0, MAX_STEPS, force, np.empty(1), steps)
     if steps[0] >= MAX_STEPS:
         raise ConvergenceError(f"contact not solved: position {t}, {steps[0]} Newton steps")
-    smooth = np.einsum("pnr,pnr->pn", arrays.factor, np.take_along_axis(q, arrays.block[..., None], 1))
-    slope = law_response(opened, delta[0] - opened.gap - smooth)[1]
-    return float(load * (delta[0] + least)), float(stiffness[0]), load * force[0], slope[0]
+    C = _moving(opened, blocks)
+    W = _law(opened, (C @ np.append(q, delta)[:, None])[..., 0])[1]
+    stiffness = 1 / float(np.linalg.inv(normal_matrix(C, W)[0])[-1, -1])
+    return float(load * (delta[0] + least)), stiffness, load * force[0], W[0]
 
 
 def on_threads(work: Callable[[S], T], items: Iterable[S], threads: int) -> Iterator[T]:

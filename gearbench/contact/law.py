@@ -13,11 +13,17 @@ contain the same law (C5, C7 of docs/algorithms.md).
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 #: L = a/h − ln P below which the law is continued by its tangent.
 TANGENT_FROM = 2.0
+#: Least 1/φ of ``steepening``, where the law is its tangent: there g⁻¹(2σ) is at most 3/2 of 2 g⁻¹(σ).
+STEEPEST = 2 / 3
+#: The mean of ln(1 + ξr) over |ξ| < 1 is −r²/6 − … for small r, and ln 2 − 1 for r = 1.
+WHOLE = 5 / 6 - math.log(2)
 
 
 def tangent_force(a: NDArray, h: NDArray) -> NDArray:
@@ -65,6 +71,20 @@ def inverse(s: NDArray, a: NDArray, h: NDArray, sigma: ArrayLike = 0.0) -> tuple
     t = np.where(cell, np.clip(s / width, 0.0, 1.0), 1.0)
     below = whole * sigma * 2 / 3
     return P * t**2, np.where(t < 1, 2 * P * t / width, w), np.where(t < 1, below * t**3, e - energy + below)
+
+
+def steepening(t: NDArray, h: NDArray, slope: NDArray) -> NDArray:
+    """φ, by which the stiffness of cells, t = s/2σ, exceeds the ``slope`` of their force as C7 has it, to 1e-3 (C11).
+
+    The mean of g⁻¹ over a compression that runs straight along the cell rises by (g⁻¹(s) − g⁻¹(s − 2σ))/2σ. Where only
+    the part t < 1 is loaded C7 takes the logarithm of the law at σ for that at s, elsewhere at the middle of the cell
+    for its mean, of which little is left where s is many σ.
+    """
+    part = t < 1
+    r = 1 / np.where(part, 1.0, 2 * t - 1)  # half of what the compression varies by, over its mean
+    log = np.where(part, np.log(2 * np.minimum(t, 1.0)), -(r**2) / 6 - WHOLE * r**8)
+    level = 1 / (h * slope)  # L − 1, or L/t
+    return 1 / np.maximum(1 - log / np.where(part, np.maximum(t * level - 1, 1.0), level), STEEPEST)
 
 
 def _inverse(s: NDArray, a: NDArray, h: NDArray) -> tuple[NDArray, NDArray, NDArray]:

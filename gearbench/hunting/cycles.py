@@ -100,10 +100,7 @@ def turning_gaps(effects: Sequence[GapEffect], lines: ContactLines, count: int) 
         return [part for part in found if part is not None] or [none]
 
     amounts = np.concatenate([part.amounts for part in parts(lines)], axis=-1)
-    modes = GapModes.on(
-        lines, lambda each: np.concatenate([part.modes for part in parts(each)], axis=-1), amounts.std(axis=0)
-    )
-    return modes, amounts
+    return GapModes.on(lines, lambda each: np.concatenate([part.modes for part in parts(each)], axis=-1)), amounts
 
 
 def solve_cycles(scene: Scene, phases: Phases, batch: Batch, amounts: NDArray, threads: int) -> MeshCycle:

@@ -155,10 +155,10 @@ def statistics_of(names: Iterable[str]) -> tuple[str, ...]:
 def quantity(name: str) -> Quantity | None:
     """Unit, symbol and meaning of any variable of a Dataset; None for an unknown name.
 
-    Derived names are understood: a statistic, its ``…_standard_error``, the ``…_first_order`` and ``…_total`` shares of
-    the errors in a variance, the change ``…_tightened`` of a mean if one error is a class finer, ``…_load_mean`` and
-    ``…_load_max`` over several loads, the relative ``…_error`` against a reference with its ``…_bar``, and the value
-    ``…_verified`` by a reference.
+    Derived names are understood: a statistic, its ``…_standard_error`` and its ``…_cell_error`` by the segments, the
+    ``…_first_order`` and ``…_total`` shares of the errors in a variance, the change ``…_tightened`` of a mean if one
+    error is a class finer, ``…_load_mean`` and ``…_load_max`` over several loads, the relative ``…_error`` against a
+    reference with its ``…_bar``, and the value ``…_verified`` by a reference.
     """
     if name in QUANTITIES:
         return QUANTITIES[name]
@@ -178,6 +178,7 @@ def quantity(name: str) -> Quantity | None:
 _DERIVED: Mapping[str, Callable[[Quantity], Quantity]] = MappingProxyType(
     {
         "_standard_error": lambda q: Quantity(q.units, f"s({q.symbol})", f"standard error of the {q.long_name}"),
+        "_cell_error": lambda q: Quantity(q.units, f"ε({q.symbol})", f"error that segments leave of the {q.long_name}"),
         "_first_order": lambda q: Quantity("1", "S", f"share of each error in the variance of the {q.long_name}"),
         "_total": lambda q: Quantity(
             "1", "S_T", f"share of each error and its products in the {q.long_name}'s variance"

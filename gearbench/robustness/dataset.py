@@ -66,11 +66,15 @@ def robust_dataset(
     """
     import xarray as xr
 
+    from gearbench.robustness.cells import cell_warning
+
     coords, variables = robust_columns(problem, errors, responses, run.sampler, more, shares=shares)
     variables["error"] = (("sample", "error_name"), errors[: len(responses)])
     attrs = provenance(problem.scene, wall_time=run.wall_time, seed=run.seed)
     attrs |= {"sampler": run.sampler, "samples": len(responses)}
     attrs |= {"complete": int(run.complete), "rescued": responses.rescued}
+    if (line := cell_warning(variables)) is not None:
+        attrs["warning"] = "\n".join(filter(None, (attrs.get("warning"), line)))
     return keeping(xr.Dataset(described(variables, MISSING), coords=coords, attrs=attrs), problem.scene)
 
 
@@ -84,6 +88,7 @@ def robust_columns(
     shares: bool = True,
 ) -> tuple[Columns, Columns]:
     """Coordinates and variables of ``robust_dataset``, but for the errors themselves."""
+    from gearbench.robustness.cells import cell_errors
     from gearbench.robustness.sensitivity import sensitivities
     from gearbench.robustness.statistics import summarise
     from gearbench.robustness.tightening import FINER
@@ -100,6 +105,8 @@ def robust_columns(
         for statistic, (value, standard_error) in summarise(responses[name], sampler).items():
             variables[f"{name}_{statistic}"] = (), np.array(value)
             variables[f"{name}_{statistic}_standard_error"] = (), np.array(standard_error)
+    for name, left in cell_errors(problem, errors, responses, studied).items():
+        variables[f"{name}_mean_cell_error"] = (), np.array(left)
     found = sensitivities(errors[:ENOUGH], [responses[name][:ENOUGH] for name in studied], FINER) if shares else []
     for name, each in zip(studied, found, strict=False):
         for part in ("first_order", "total", "tightened"):

@@ -44,8 +44,6 @@ _LOG = logging.getLogger(__name__)
 
 #: Error samples unless told otherwise.
 SAMPLES = 1000
-#: Quantiles of each error that tell how much it scatters.
-QUANTILES = 16
 #: From a chunk of cycles (sample, position) to a number of each.
 Reduction = Callable[[MeshCycle], NDArray]
 #: The same from the forces of its segments.
@@ -60,8 +58,10 @@ class RobustProblem:
     ----------
     scene, errors
         The scene and its random errors.
+    at_mean
+        The contact problem at the mean errors.
     batch
-        The contact problem at the mean errors and the gap of each error.
+        The same prepared for samples, with the gap of each error.
     expansion
         Modes of the errors' gaps, and how much of each a sample has.
     phases
@@ -73,6 +73,7 @@ class RobustProblem:
     scene: Scene
     errors: ManufacturingErrors
     lines: ContactLines
+    at_mean: ContactProblem
     batch: Batch
     expansion: Expansion
     phases: Phases
@@ -136,7 +137,9 @@ def prepare_problem(
     batch, expansion = prepare_batch(scene, lines, problem, precision)
     phases = Phases(phase=lines.mesh_phase, weight=weight, size=scene.resolution.panel_size)
     errors = require_errors(scene)
-    return RobustProblem(scene=scene, errors=errors, lines=lines, batch=batch, expansion=expansion, phases=phases)
+    return RobustProblem(
+        scene=scene, errors=errors, lines=lines, at_mean=problem, batch=batch, expansion=expansion, phases=phases
+    )
 
 
 def prepare_batch(
@@ -151,9 +154,7 @@ def prepare_batch(
     require(need, "resolution", f"{size} × {number} errors", "fewer segments or positions would fit")
     effects = {effect.name: effect for effect in scene.flank_effects}
     expansion = errors.expansion(lines, effects)
-    quantiles = np.repeat((np.arange(QUANTILES)[:, None] + 0.5) / QUANTILES, number, axis=1)
-    spread = expansion.amounts(errors.draw(quantiles, scene.pair)).std(axis=0)
-    gaps = GapModes.on(lines, lambda each: errors.expansion(each, effects).modes, spread)
+    gaps = GapModes.on(lines, lambda each: errors.expansion(each, effects).modes)
     return prepare(problem, gaps, precision), expansion
 
 

@@ -18,8 +18,8 @@ from gearbench.effects.tooth_bending import ToothBending
 from gearbench.library.garambois2017 import gear
 from gearbench.robustness.montecarlo import RobustProblem, prepare_scene, respond
 from gearbench.scene import Resolution, Scene
-from tests.robustness.test_batch import single
 from tests.support.batches import solve_batch
+from tests.support.samples import single, stiffness_slopes
 
 
 def on_its_body(name: str, law: str = "weber_banaschek") -> Scene:
@@ -63,6 +63,7 @@ def twin(batch: Batch, position: int, draw: np.ndarray) -> tuple[float, float]:
         if np.abs(F).sum() < 1e-13:
             break
         u = u - np.linalg.solve(np.eye(m) + (W - W0)[:, None] * G, F)
+    W = stiffness_slopes(z - e, a, h, sigma)
     compliance = r.flexibility[position] - rise @ np.linalg.solve(np.eye(m) + (W - W0)[:, None] * G, (W - W0) * rise)
     return float(r.flexibility[position] + rise @ u), 1 / float(compliance)
 
