@@ -195,6 +195,8 @@ def newton_step(ranks, rank, lanes, equations, delta, tolerance):
 @part(FUSED)
 def keep_last(n, tolerance, lanes):
     """Keep compressions and slopes of the lanes that take their last step now."""
+    if not np.any((lanes.done == 0.0) & (lanes.residual <= tolerance)):
+        return
     for i in range(n):
         for j in range(LANES):
             now = (lanes.done[j] == 0.0) & (lanes.residual[j] <= tolerance)

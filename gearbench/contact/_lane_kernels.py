@@ -206,10 +206,10 @@ def steepen(n, laws, lanes):
         h = laws[1, i]
         if h > 0.0:
             for j in range(LANES):
-                t = max(s[i, j] * sigma[1, i, j], LEAST)
-                level = 1.0 / (h * max(w[i, j], LEAST))
+                t, hw = max(s[i, j] * sigma[1, i, j], LEAST), h * w[i, j]
                 r = 1.0 / max(2.0 * t - 1.0, 1.0)
                 square = r * r
-                whole = -square * (1.0 / 6.0 + WHOLE * square * square * square)
-                log = logarithm(2.0 * t) if t < 1.0 else whole
-                w[i, j] /= max(1.0 - log / (max(t * level - 1.0, 1.0) if t < 1.0 else level), STEEPEST)
+                whole = 1.0 + hw * square * (1.0 / 6.0 + WHOLE * square * square * square)
+                level = max(t - hw, hw)  # of a part, over that of 1/hw
+                part = max(level - hw * logarithm(2.0 * t), STEEPEST * level)
+                w[i, j] *= (level if t < 1.0 else 1.0) / (part if t < 1.0 else whole)

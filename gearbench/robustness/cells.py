@@ -1,4 +1,4 @@
-"""What the cells of contact lines leave of a mean over samples: a few samples are solved once more on their patches.
+"""Error of a mean over samples by the cells of contact lines: a few samples are solved once more on their patches.
 
 Where flanks may part, all samples share the same cells along the contact lines, each corrected by what the cells miss
 at the mean errors (B3 of docs/algorithms.md). What this leaves, the responses of the first samples show, against those
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from gearbench.contact.assemble import with_gaps
 from gearbench.contact.patches import solve_patches
+from gearbench.contact.problem import part_of
 from gearbench.effects.base import Effects, GapEffect
 from gearbench.effects.manufacturing_errors import ManufacturingErrors
 from gearbench.geometry.action import ContactLines
@@ -32,7 +33,7 @@ WORTH_SAYING = 0.01
 
 @dataclass(frozen=True, eq=False)
 class _DrawnErrors(GapEffect):
-    """The errors of one sample; ``amounts`` (mode,) are those of their expansion."""
+    """The errors of the sample that each position is of; ``amounts`` (position, mode) are those of their expansion."""
 
     errors: ManufacturingErrors
     beside: Effects
@@ -42,7 +43,8 @@ class _DrawnErrors(GapEffect):
 
     def gap(self, lines: ContactLines) -> NDArray:
         """Initial gap e, (position, pair, segment) [mm]."""
-        return self.errors.gap(lines) + self.errors.expansion(lines, self.beside).modes @ self.amounts
+        modes = self.errors.expansion(lines, self.beside).modes
+        return self.errors.gap(lines) + (modes @ self.amounts[:, None, :, None])[..., 0]
 
 
 def cell_errors(
@@ -56,27 +58,29 @@ def cell_errors(
     count = min(CHECKED, len(responses))
     if problem.at_mean.along is None or count < 2:
         return {}
-    cycles = [_on_patches(problem, each) for each in errors[:count]]
-    found = {}
+    if problem.errors.centre_distance is None:
+        answers = _on_patches(problem, errors[:count])
+    else:
+        distance = errors[:count, problem.names.index("centre_distance")].tolist()
+        each = zip(distance, errors[:count, None], strict=True)
+        answers = np.concatenate([_on_patches(problem.at_distance(at), one) for at, one in each], axis=1)
+    cycles, found = MeshCycle.of(problem.scene, problem.phases, *answers), {}
     for name in names:
-        exact = np.array([float(response(name).reduce(cycle)) for cycle in cycles])
-        d = responses[name][:count] - exact
+        d = responses[name][:count] - response(name).reduce(cycles)
         found[name] = math.sqrt(d.mean() ** 2 + d.var(ddof=1) / count)
     return found
 
 
-def _on_patches(problem: RobustProblem, errors: NDArray) -> MeshCycle:
-    """The mesh cycle of a sample with its ``errors`` (error,) [µm]."""
-    if problem.errors.centre_distance is not None:
-        problem = problem.at_distance(float(errors[problem.names.index("centre_distance")]))
-    along = problem.at_mean.along
-    assert along is not None
-    beside = {effect.name: effect for effect in problem.scene.flank_effects}
-    (amounts,) = problem.expansion.amounts(errors[None])
+def _on_patches(problem: RobustProblem, errors: NDArray) -> NDArray:
+    """Approach [mm] and stiffness [N/mm] of samples with these ``errors`` (sample, error), (2, sample, position)."""
+    positions, beside = len(problem.phases.phase), {effect.name: effect for effect in problem.scene.flank_effects}
+    tiled = part_of(problem.at_mean, np.tile(np.arange(positions), len(errors)))
+    assert tiled.along is not None
+    amounts = np.repeat(problem.expansion.amounts(errors), positions, axis=0)
     drawn = _DrawnErrors(problem.errors, beside, amounts)
-    effects = tuple(drawn if effect.name == drawn.name else effect for effect in along.effects)
-    solution = solve_patches(with_gaps(problem.at_mean, effects, along.lines))
-    return MeshCycle.of(problem.scene, problem.phases, solution.approach, solution.stiffness)
+    effects = tuple(drawn if effect.name == drawn.name else effect for effect in tiled.along.effects)
+    solution = solve_patches(with_gaps(tiled, effects, tiled.along.lines))
+    return np.stack([solution.approach, solution.stiffness]).reshape(2, len(errors), -1)
 
 
 def cell_warning(variables: Columns) -> str | None:

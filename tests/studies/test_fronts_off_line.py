@@ -28,15 +28,15 @@ def test_the_page_says_what_the_stored_gears_show(kept):
     """Of contact ratios below 1.25 the fluctuation of the stiffness grows by a third and more, m_ste falls."""
     low = kept["row_contact_ratio"].values < 1.25
     assert low.sum() == 4
-    for model, least, most in (("plate", 33, 74), ("solid", 67, 124)):
+    for model, least, most in (("plate", 33, 75), ("solid", 66, 121)):
         m_k = change(kept, "row", "m_k", model)
         assert (round(m_k[low].min()), round(m_k[low].max())) == (least, most)
         assert np.abs(m_k[~low]).max() < 18
         assert change(kept, "row", "m_ste", model).max() < 2
     remain = [[measures(kept, "design", tool, "plate")[key] for tool in TOOLS] for key in _COUNTS]
-    assert remain == [[70, 65, 64], [12, 40, 37]]
+    assert remain == [[68, 66, 61], [13, 40, 35]]
     ranks = [measures(kept, "design", tool, "plate")["rank correlation of m_k"] for tool in TOOLS]
-    np.testing.assert_allclose(ranks, [0.066, 0.782, 0.824], atol=0.006)
+    np.testing.assert_allclose(ranks, [0.050, 0.781, 0.826], atol=0.006)
 
 
 _COUNTS = ("not dominated on the line", "of these, not dominated off the line")
