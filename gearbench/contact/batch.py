@@ -215,7 +215,10 @@ class GapModes:
 
     @classmethod
     def on(cls, lines: ContactLines, modes: Callable[[ContactLines], NDArray]) -> GapModes:
-        """Gap modes from ``modes`` (position, pair, segment, mode) [mm] at the nodes of lines, over their levers."""
+        """Gap modes from a function that gives ``modes`` (position, pair, segment, mode) [mm] at the nodes of lines.
+
+        The values are divided by the lever arms of the nodes.
+        """
 
         def flat(each: ContactLines) -> NDArray:
             found = modes(each) / np.expand_dims(each.lever, -1)

@@ -87,7 +87,7 @@ def robust_columns(
     *,
     shares: bool = True,
 ) -> tuple[Columns, Columns]:
-    """Coordinates and variables of ``robust_dataset``, but for the errors themselves."""
+    """Coordinates and variables of ``robust_dataset``, except the errors drawn."""
     from gearbench.robustness.cells import cell_errors
     from gearbench.robustness.sensitivity import sensitivities
     from gearbench.robustness.statistics import summarise
