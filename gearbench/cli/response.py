@@ -204,7 +204,7 @@ def _train_rows(dataset: xr.Dataset) -> Iterator[tuple[str, str, str]]:
     least = 1e-6 * max(most.values())  # forces that cancel leave rounding
     shown = [name for name, force in most.items() if force > least and name not in pins[:-1]]  # show one pin for all
     curves = [
-        ("largest force of a mesh over that where all paths share alike, K_γ", dataset["mesh_load_factor"], "1"),
+        ("largest force of a mesh over that where all paths share alike, K_γ K_v", dataset["mesh_load_factor"], "1"),
         ("RMS of the transmission error of the train", dataset["train_dynamic_transmission_error_rms"], "µm"),
         *((f"RMS of the force on the bearing of {name}", rms.sel(bearing=name), "N") for name in shown),
     ]

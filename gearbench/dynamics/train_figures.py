@@ -78,7 +78,7 @@ def draw_sharing(figure: Any, dataset: xr.Dataset) -> str:
         style = "-" if 2 * number < dataset.sizes["mesh"] else "--"  # meshes at sun, then at ring
         middle.plot(speed, dataset["mesh_force_rms"].sel(mesh=name), style, linewidth=1.0, label=str(name))
     bottom.plot(speed, dataset["train_dynamic_transmission_error_rms"], color="C2")
-    top.set_ylabel("K_γ")
+    top.set_ylabel("K_γ K_v")
     middle.set_ylabel("RMS F_bt [N]")
     bottom.set(xlabel="speed [1/min]", ylabel="RMS Δ [µm]")
     legend(figure, middle.get_lines())
