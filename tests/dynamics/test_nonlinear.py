@@ -123,11 +123,12 @@ def test_branches_bend_and_periods_double():
 def test_compiled_steps_are_those_of_numpy():
     """Three periods from rest, with two modes of which one follows at once, and dampers."""
     sweep = rig()
-    from gearbench.dynamics._kernels import run
+    from gearbench.dynamics._kernels import Balance, run
 
     curve, (table, balance), dt = sweep.curve, sweep.compiled, 1e-6
     k, c = balance.stiffness[0, 0], 0.2 / balance.stiffness[0, 0]
-    balance = balance._replace(follow=np.array([[c]]))
+    motion, force, stiffness, _, unit = balance
+    balance = Balance(motion=motion, force=force, stiffness=stiffness, follow=np.array([[c]]), unit=unit)
     r = np.array([2e4, 5e4])
     free = np.array([np.cos(r * dt), np.sin(r * dt) / r, -r * np.sin(r * dt), np.cos(r * dt), 1 / r])
     brake, reach = np.array([[0.99, 0.001], [0.001, 0.98]]), np.array([40.0, -25.0])
