@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from pathlib import Path
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,8 +14,9 @@ from gearbench.files import replacing
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Maximum letters of a name in a title; letters of a label from which a legend has two columns instead of three.
-NAME, LONG = 40, 36
+#: Maximum letters of a name in a title, and of a line of it; letters of a label from which a legend has two columns
+#: instead of three.
+NAME, WIDTH, LONG = 40, 95, 36
 
 
 def write(draw: Any, one: xr.Dataset, path: Path) -> None:
@@ -30,7 +32,9 @@ def write(draw: Any, one: xr.Dataset, path: Path) -> None:
     title = ": ".join(filter(None, [", ".join(name[:NAME] for name in names if name), found]))
     # names may contain characters that no font has
     title = "".join(letter if letter.isprintable() or letter == "\n" else "?" for letter in title)
-    figure.suptitle(title, fontsize="medium", parse_math=False, wrap=True)
+    # matplotlib's own wrapping would read $ as mathematics
+    title = "\n".join(fill(line, WIDTH) for line in title.splitlines())
+    figure.suptitle(title, fontsize="medium", parse_math=False)
     with replacing(path) as part:
         figure.savefig(part, dpi=120, format="png")
 
