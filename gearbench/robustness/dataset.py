@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -89,9 +89,6 @@ def robust_columns(
 ) -> tuple[Columns, Columns]:
     """Coordinates and variables of ``robust_dataset``, except the errors drawn."""
     from gearbench.robustness.cells import cell_errors
-    from gearbench.robustness.sensitivity import sensitivities
-    from gearbench.robustness.statistics import summarise
-    from gearbench.robustness.tightening import FINER
 
     count = len(responses)
     errors = errors[:count]
@@ -101,19 +98,39 @@ def robust_columns(
     drawn = problem.errors.variables(problem.scene.pair)
     variables["tightening_cost"] = ("error_name",), np.array([each.cost for each in drawn])
     studied = tuple(dict.fromkeys((*STUDIED, *more))) if count > 1 else ()
-    for name in studied:
-        for statistic, (value, standard_error) in summarise(responses[name], sampler).items():
-            variables[f"{name}_{statistic}"] = (), np.array(value)
-            variables[f"{name}_{statistic}_standard_error"] = (), np.array(standard_error)
+    values = {name: responses[name] for name in studied}
+    variables |= statistic_columns(values, sampler)
     for name, left in cell_errors(problem, errors, responses, studied).items():
         variables[f"{name}_mean_cell_error"] = (), np.array(left)
-    found = sensitivities(errors[:ENOUGH], [responses[name][:ENOUGH] for name in studied], FINER) if shares else []
-    for name, each in zip(studied, found, strict=False):
-        for part in ("first_order", "total", "tightened"):
-            value, uncertainty = getattr(each, part)
-            variables[f"{name}_{part}"] = ("error_name",), value
-            variables[f"{name}_{part}_standard_error"] = ("error_name",), uncertainty
+    variables |= share_columns(values, errors) if shares else {}
     return {"error_name": (("error_name",), np.array(problem.names, dtype=str))}, variables
+
+
+def statistic_columns(values: Mapping[str, NDArray], sampler: Sampler) -> Columns:
+    """Mean, standard deviation and maximum of responses (sample,), each with its standard error."""
+    from gearbench.robustness.statistics import summarise
+
+    found: Columns = {}
+    for name, samples in values.items():
+        for statistic, (value, standard_error) in summarise(samples, sampler).items():
+            found[f"{name}_{statistic}"] = (), np.array(value)
+            found[f"{name}_{statistic}_standard_error"] = (), np.array(standard_error)
+    return found
+
+
+def share_columns(values: Mapping[str, NDArray], errors: NDArray) -> Columns:
+    """Shares of the ``errors`` (sample, error) in the variance of responses (sample,), and means with finer errors."""
+    from gearbench.robustness.sensitivity import sensitivities
+    from gearbench.robustness.tightening import FINER
+
+    found: Columns = {}
+    each = sensitivities(errors[:ENOUGH], [samples[:ENOUGH] for samples in values.values()], FINER)
+    for name, sensitivity in zip(values, each, strict=True):
+        for part in ("first_order", "total", "tightened"):
+            value, uncertainty = getattr(sensitivity, part)
+            found[f"{name}_{part}"] = ("error_name",), value
+            found[f"{name}_{part}_standard_error"] = ("error_name",), uncertainty
+    return found
 
 
 def _backlash(problem: RobustProblem, errors: NDArray) -> NDArray:

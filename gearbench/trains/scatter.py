@@ -25,13 +25,12 @@ from gearbench.effects.distributions import DISTRIBUTIONS
 from gearbench.errors import InputError
 from gearbench.geometry.planetary import DEVIATIONS, PlanetaryScatter
 from gearbench.results.cycle import HARMONICS, coefficients
+from gearbench.results.points import Columns
 from gearbench.results.provenance import provenance
 from gearbench.results.responses import described, is_of_train, response
 from gearbench.results.train_cycle import USUAL_OF_TRAIN, TrainCycle
+from gearbench.robustness.dataset import share_columns, statistic_columns
 from gearbench.robustness.sampling import Sampler, unit_samples
-from gearbench.robustness.sensitivity import sensitivities
-from gearbench.robustness.statistics import summarise
-from gearbench.robustness.tightening import FINER
 from gearbench.scene import Scene
 from gearbench.threads import default_threads, single_threaded_blas
 from gearbench.trains.flanks import FlankErrors, check_flanks
@@ -310,21 +309,13 @@ def robust_train(
     return xr.Dataset(described(columns, "NaN where the samples are too few to tell"), coords=coords, attrs=attrs)
 
 
-def _columns(found: dict[str, NDArray], errors: NDArray, sampler: Sampler, studied: Sequence[str]) -> dict[str, tuple]:
+def _columns(found: dict[str, NDArray], errors: NDArray, sampler: Sampler, studied: Sequence[str]) -> Columns:
     """Variables of the Dataset: all samples, statistics of the ``studied`` responses, and their sensitivities."""
-    columns: dict[str, tuple] = {
+    columns: Columns = {
         name: (("sample", "harmonic" if name.endswith("amplitude") else "mesh")[: values.ndim], values)
         for name, values in found.items()
     } | {"error": (("sample", "error_name"), errors)}
     if len(errors) < 2:
         return columns
-    for name in studied:
-        for statistic, (value, standard_error) in summarise(found[name], sampler).items():
-            columns[f"{name}_{statistic}"] = (), value
-            columns[f"{name}_{statistic}_standard_error"] = (), standard_error
-    for name, each in zip(studied, sensitivities(errors, [found[name] for name in studied], FINER), strict=True):
-        for part in ("first_order", "total", "tightened"):
-            value, uncertainty = getattr(each, part)
-            columns[f"{name}_{part}"] = "error_name", value
-            columns[f"{name}_{part}_standard_error"] = "error_name", uncertainty
-    return columns
+    values = {name: found[name] for name in studied}
+    return columns | statistic_columns(values, sampler) | share_columns(values, errors)
