@@ -156,14 +156,15 @@ def over_speed(model: LinearModel, speeds: NDArray, harmonics: int) -> Variables
             "combination_residual": (("speed",), found.residual),
             "combination_frequency": (("speed", "combination"), np.abs(found.omega[:, 1 + single :]) / (2 * np.pi)),
         }
+    loads = model.on_bearings(vibration)
     if model.mechanics.bearing_names:
         dims = ("speed", "mesh", "bearing", "direction", "harmonic")
-        by_source = np.moveaxis(model.on_bearings(vibration)[..., own], 3, 1)
+        by_source = np.moveaxis(loads[:, :, : len(model.directions)][..., own], 3, 1)
         by_source[:, ~model.is_source] = 0.0
         variables["bearing_force_amplitude"] = (dims, 2 * np.abs(by_source))
         variables["bearing_force_phase"] = (dims, np.angle(by_source))
         variables["bearing_load"] = (("bearing", "direction"), model.mechanics.bearing_load)
-    return variables | model.further(vibration, speeds)
+    return variables | model.further(vibration, loads, speeds)
 
 
 def _combination(names: Sequence[str], index: NDArray) -> str:

@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import tomllib
 from pathlib import Path
-from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gearbench.files import replacing
+from gearbench.plotting import as_label
 
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Maximum letters of a name in a title, and of a line of it; letters of a label from which a legend has two columns
-#: instead of three.
-NAME, WIDTH, LONG = 40, 95, 36
+#: Maximum letters of a name in a title; letters of a label from which a legend has two columns instead of three.
+NAME, LONG = 40, 36
 
 
 def write(draw: Any, one: xr.Dataset, path: Path) -> None:
@@ -30,18 +29,14 @@ def write(draw: Any, one: xr.Dataset, path: Path) -> None:
     scene = tomllib.loads(one.attrs.get("scene", "")).get("name", "")
     names = [scene, f"mesh {one['mesh'].item()}" if "mesh" in one.coords and not one["mesh"].ndim else ""]
     title = ": ".join(filter(None, [", ".join(name[:NAME] for name in names if name), found]))
-    # names may contain characters that no font has
-    title = "".join(letter if letter.isprintable() or letter == "\n" else "?" for letter in title)
-    # matplotlib's own wrapping would read $ as mathematics
-    title = "\n".join(fill(line, WIDTH) for line in title.splitlines())
-    figure.suptitle(title, fontsize="medium", parse_math=False)
+    figure.suptitle("\n".join(map(as_label, title.split("\n"))), fontsize="medium", wrap=True)
     with replacing(path) as part:
         figure.savefig(part, dpi=120, format="png")
 
 
 def legend(figure: Any, lines: list, **more: Any) -> None:
     """Place a legend below the axes, where it covers nothing."""
-    labels = [str(line.get_label()) for line in lines]
+    labels = [as_label(str(line.get_label())) for line in lines]
     figure.legend(
         lines,
         labels,

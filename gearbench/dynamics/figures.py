@@ -45,18 +45,17 @@ def draw_response(dataset: xr.Dataset, folder: Path) -> list[Path]:
         kinds += (("housing", _housing),) if "point" in dataset.dims else ()
         whole = (("modes", _modes),) if dataset.get("shaft_mode_shape", np.empty(0)).size else ()
         whole += (("ripples", _ripples),) if "ripple" in dataset.dims else ()
-    written = []
+    first: list[tuple[str, Any, xr.Dataset]] = []
     if "mode_kind" in dataset:  # a planetary set: figures of all meshes together, and of the mesh that carries most
         of_set = [("modes", draw_modes), ("sharing", draw_sharing), ("bearings", _bearings)]
         of_set += [("ring", draw_ring)] if "lobes" in dataset.dims else []
-        for name, draw in of_set:
-            written.append(folder / f"{name}.png")
-            write(draw, dataset, written[-1])
+        first = [(name, draw, dataset) for name, draw in of_set]
         kinds = tuple(each for each in kinds if each[0] != "bearings")
         dataset = dataset.isel(mesh=[int(np.argmax(dataset["dynamic_factor"].max("speed").fillna(0.0).values))])
     meshes = file_parts([str(mesh) for mesh in dataset["mesh"].values])
     drawn = [(f"{name}_{mesh}", draw, dataset.isel(mesh=k)) for k, mesh in enumerate(meshes) for name, draw in kinds]
-    for name, draw, one in (*drawn, *((name, draw, dataset) for name, draw in whole)):
+    written = []
+    for name, draw, one in (*first, *drawn, *((name, draw, dataset) for name, draw in whole)):
         written.append(folder / f"{name}.png")
         write(draw, one, written[-1])
     return written

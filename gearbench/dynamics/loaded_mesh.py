@@ -148,21 +148,21 @@ class LoadedMesh:
         guess = Guess.nothing(problem)
         solution = solve_patches(problem, guess)
         cycle = MeshCycle.of(self.scene, self.cycle.phases, solution.approach, solution.stiffness)
-        if self.rows == 1:
-            return self._off_shafts(cycle, _one_row(self.scene, cycle))
-        return self._off_shafts(cycle, resultants(problem, lines, solution, guess, self.rows))
+        found = None if self.rows == 1 else resultants(problem, lines, solution, guess, self.rows)
+        return self._off_shafts(cycle, found)
 
     def samples(self, batch: Batch, lines: ContactLines, solution: BatchSolution) -> Flanks:
         """Teeth and bodies (sample, position, …) of error samples, from their contact on ``lines``.
 
-        The ``solution`` must include the forces of its segments. Bearings keep the stiffness they have without errors.
+        Several rows need a ``solution`` with the forces of its segments. Bearings keep their stiffness without errors.
         """
         cycle = MeshCycle.of(self.scene, self.cycle.phases, solution.approach.T, solution.stiffness.T)
-        if self.rows == 1:
-            return self._off_shafts(cycle, _one_row(self.scene, cycle))
-        return self._off_shafts(cycle, resultants_of_samples(batch, lines, solution, self.rows))
+        found = None if self.rows == 1 else resultants_of_samples(batch, lines, solution, self.rows)
+        return self._off_shafts(cycle, found)
 
-    def _off_shafts(self, cycle: MeshCycle, found: Resultants) -> Flanks:
+    def _off_shafts(self, cycle: MeshCycle, found: Resultants | None) -> Flanks:
+        """Teeth and bodies of a ``cycle`` without the shafts; without resultants the approach is the only motion."""
+        found = found or _one_row(self.scene, cycle)
         return Flanks.off_shafts(found.force, found.stiffness, cycle.transmission_error / MICROMETRES, self.compliance)
 
     @cached_property

@@ -138,11 +138,11 @@ class LinearModel(ABC):
 
     @abstractmethod
     def on_bearings(self, vibration: Vibration) -> NDArray:
-        """Forces on the bearings (speed, bearing, direction, order) [N]."""
+        """Loads on the bearings (speed, bearing, component, order) [N; N·mm]; ``directions`` come first."""
 
     @abstractmethod
-    def further(self, vibration: Vibration, speeds: NDArray) -> Variables:
-        """Further variables over speed, in addition to meshes and bearings."""
+    def further(self, vibration: Vibration, loads: NDArray, speeds: NDArray) -> Variables:
+        """Further variables over speed; ``loads`` are those of ``on_bearings``."""
 
     @property
     @abstractmethod
@@ -161,6 +161,11 @@ class LinearModel(ABC):
     def modes(self) -> Modes:
         """Modes of the system with its mean mesh stiffnesses."""
         return modes(self.mechanics, self.stiffness, self.damping_ratio, self.mode_damping)
+
+    def stiffness_of(self, meshes: NDArray) -> NDArray:
+        """K̄ of some ``meshes`` (row, row) [N/mm]."""
+        rows = self.rows_of(meshes)
+        return self.stiffness[np.ix_(rows, rows)]
 
     def rows_of(self, meshes: NDArray) -> NDArray:
         """Numbers of the rows of ``meshes`` among the rows of all meshes."""
@@ -293,7 +298,7 @@ class Model(LinearModel):
         """Forces on the bearings (speed, bearing, direction, order) [N]."""
         return vibration.shaken
 
-    def further(self, vibration: Vibration, speeds: NDArray) -> Variables:
+    def further(self, vibration: Vibration, loads: NDArray, speeds: NDArray) -> Variables:
         """Friction, deflection of the shafts at rest, and response to torque ripples."""
         found: Variables = {"friction_force_amplitude": (("mesh", "harmonic"), self.friction(vibration.harmonics))}
         if not self.scene.has_shafts:

@@ -86,7 +86,7 @@ class Sweep:
     @cached_property
     def stiffness(self) -> NDArray:
         """K̄ (row, row) [N/mm]."""
-        return self.model.stiffness[np.ix_(self.rows, self.rows)]
+        return self.model.stiffness_of(self.group.meshes)
 
     @cached_property
     def compiled(self) -> tuple[Curve, Balance]:

@@ -181,7 +181,7 @@ def _over_speed(
     motions = revolution.excitation.motion
     mesh, order = group.meshes[0], np.arange(1, motions.shape[-1]) / revolution.cycles
     rows, force = model.rows_of(group.meshes), float(model.force[mesh])
-    mean = model.stiffness[np.ix_(rows, rows)]
+    mean = model.stiffness_of(group.meshes)
     bearings = len(model.mechanics.bearing_names) if revolution.cycles <= _LONG else 0
     require_each(speed_memory(len(order), 1, bearings), len(speeds), "speed", f"{len(order)} orders")
     te, forces = (np.zeros((len(speeds), len(order) + 1), dtype=complex) for _ in range(2))

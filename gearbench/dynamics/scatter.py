@@ -69,7 +69,7 @@ def sample_cycles(
     amounts = problem.expansion.amounts(problem.draw(samples, seed, sampler))
 
     def orders(each: NDArray) -> Excitation:
-        solution = solve_one_chunk(problem.batch, each, segments=True)
+        solution = solve_one_chunk(problem.batch, each, segments=mesh.rows > 1)
         return excitation(mesh, problem, solution, harmonics)
 
     found = list(on_threads(orders, chunks(amounts), threads))
@@ -78,7 +78,7 @@ def sample_cycles(
 
 
 def excitation(mesh: LoadedMesh, problem: RobustProblem, solution: BatchSolution, harmonics: int) -> Excitation:
-    """Excitation (sample, row, …) by a chunk of samples of ``mesh``; ``solution`` must include segment forces."""
+    """Excitation (sample, row, …) by a chunk of samples of ``mesh``; several rows need the forces of segments."""
     flanks = mesh.samples(problem.batch, problem.lines, solution)
     return flanks.orders(order_rows(problem.phases, 2 * harmonics))
 
@@ -86,7 +86,7 @@ def excitation(mesh: LoadedMesh, problem: RobustProblem, solution: BatchSolution
 def force_rms(model: Model, group: Group, samples: Sequence[Excitation], speed: NDArray, threads: int) -> NDArray:
     """RMS of the mesh force (speed, sample) [N] by harmonic balance (D5), for chunks of ``samples`` of one mesh."""
     harmonics = samples[0].motion.shape[-1] - 1
-    mean = model.stiffness[np.ix_(*[model.rows_of(group.meshes)] * 2)]
+    mean = model.stiffness_of(group.meshes)
     near = Near.of(samples[0], model.receptances(group, speed, harmonics), mean)
     found = on_threads(near.forces, samples, threads)
     return np.concatenate([math.sqrt(2) * np.linalg.norm(f.astype(float), axis=1) for f in found], axis=1)

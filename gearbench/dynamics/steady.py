@@ -56,7 +56,7 @@ def steady(model: LinearModel, speeds: NDArray, harmonics: int) -> Steady:
     rest, drive = np.zeros((2, *push.shape[1:]), dtype=complex)
     for g, group in enumerate(groups):
         rows, here = model.rows_of(group.meshes), slice(1 + g * H, 1 + (g + 1) * H)
-        excitation, inside = model.excitation(group, H), model.stiffness[np.ix_(rows, rows)]
+        excitation, inside = model.excitation(group, H), model.stiffness_of(group.meshes)
         x, f = solve(excitation, model.receptances(group, speeds, H), inside)
         at_rest = excitation.force - inside @ excitation.motion
         index[here, g] = np.arange(1, H + 1)
@@ -107,7 +107,7 @@ def _pushed(model: LinearModel, index: NDArray, harmonics: int) -> Callable[[NDA
     for g, group in enumerate(model.groups):
         rows = model.rows_of(group.meshes)
         K = convolution(model.excitation(group, harmonics).stiffness, index, g)
-        K -= model.stiffness[np.ix_(rows, rows)][..., None, None] * np.eye(N)
+        K -= model.stiffness_of(group.meshes)[..., None, None] * np.eye(N)
         parts.append((rows, np.moveaxis(K, 2, 1).reshape(len(rows) * N, -1).T))
 
     def apply(y: NDArray) -> NDArray:

@@ -28,10 +28,7 @@ def draw_modes(figure: Any, dataset: xr.Dataset) -> str:
     assert scene.train is not None
     linkage, f = scene.train.linkage(scene.geometry), dataset["natural_frequency"].values
     train = linkage.train
-    radius = {}
-    for mesh in train.meshes:
-        gears = zip(mesh.gears, mesh.pair.gears, strict=True)
-        radius |= {train.shaft(name): abs(gear.base_radius) for name, gear in gears}
+    radius = train.base_radii
     size = DRAWN_MOTION * min(radius.values())
     twin = [any(kinds[i] == kinds[k] and f[k] - f[i] < TWIN * f[k] for i in range(k)) for k in range(len(f))]
     shown = np.flatnonzero(~np.array(twin, dtype=bool))[:DRAWN]

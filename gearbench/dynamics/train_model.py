@@ -8,7 +8,7 @@ simulation.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -98,7 +98,7 @@ def train_mechanics(linkage: Linkage, bodies: Mapping[str, RigidBody]) -> Mechan
             x, y = linkage.train.places[carried]
             row[names.index(carried), :2] = -y, x
     moved[len(turning) :] = linkage.moved[len(linkage.motions) - len(more) :]
-    inert = np.array([(bodies[name].mass, bodies[name].mass, bodies[name].inertia) for name in names])
+    inert = _inert(bodies, names)
     approach = np.einsum("mba,qba->mq", linkage.of_bodies, moved)
     held = [*(bodies[name].torsion for name in turning), *(motion.stiffness for motion in more)]
     return Mechanics(
@@ -112,9 +112,14 @@ def train_mechanics(linkage: Linkage, bodies: Mapping[str, RigidBody]) -> Mechan
     )
 
 
+def _inert(bodies: Mapping[str, RigidBody], names: Sequence[str]) -> NDArray:
+    """Inertia of the motions x, y and rotation of bodies (body, 3) [t; t·mm²]."""
+    return np.array([(bodies[name].mass, bodies[name].mass, bodies[name].inertia) for name in names])
+
+
 def kinds(shape: NDArray, bodies: Mapping[str, RigidBody], carried: tuple[str, ...]) -> tuple[str, ...]:
     """Kind of each mode, judged by its kinetic energy, from the motions of the bodies (body, 3, mode)."""
-    inert = np.array([(each.mass, each.mass, each.inertia) for each in bodies.values()])
+    inert = _inert(bodies, list(bodies))
     central = [name not in carried for name in bodies]
     x, y, turning = np.einsum("ba,bar->ar", inert[central], shape[central] ** 2)
     across = x + y
@@ -210,14 +215,14 @@ class TrainModel(LinearModel):
         """Directions of the forces on bearings, in the frame of the carrier."""
         return AXES[:2]
 
-    def passed_on(self, vibration: Vibration) -> NDArray:
+    def on_bearings(self, vibration: Vibration) -> NDArray:
         """Forces of each body on its support, and of planets on their pins, (speed, body, 3, order) [N; N·mm].
 
         A spring passes on its stiffness times its deflection, without damping. A rigid support passes on the forces of
         the meshes minus the forces that accelerate the body.
         """
         linkage, names = self.linkage, list(self.bodies)
-        inert = np.array([(each.mass, each.mass, each.inertia) for each in self.bodies.values()])
+        inert = _inert(self.bodies, names)
         force, moved = np.moveaxis(vibration.force, 1, -1), np.moveaxis(vibration.shaken, -1, 1)
         loads = -np.einsum("snm,mba->snba", force, linkage.of_bodies)
         loads = loads + vibration.omega[..., None, None] ** 2 * inert * moved
@@ -236,13 +241,8 @@ class TrainModel(LinearModel):
             loads = loads if after else linkage.carried_on(loads)
         return np.moveaxis(loads, 1, -1)
 
-    def on_bearings(self, vibration: Vibration) -> NDArray:
-        """Forces on the bearings (speed, bearing, direction, order) [N]."""
-        return self.passed_on(vibration)[:, :, :2]
-
-    def further(self, vibration: Vibration, speeds: NDArray) -> Variables:
+    def further(self, vibration: Vibration, loads: NDArray, speeds: NDArray) -> Variables:
         """Transmission error of the train, load shares, torques on the supports, force waves round the ring."""
-        torque = 1e-3 * self.passed_on(vibration)[:, :, 2]
         error = np.einsum("b,sbn->sn", self._error, vibration.shaken[:, :, 2])
         many = waves.points(vibration.index.shape[0])
         share = (vibration.mean + waves.highest(vibration.force, vibration.index, many)) / self.solved.even
@@ -252,7 +252,7 @@ class TrainModel(LinearModel):
             "train_dynamic_transmission_error_rms": (("speed",), 1e3 * waves.rms(waves.with_mean(error))),
             "load_sharing_greatest": (("speed", "mesh"), share),
             "mesh_load_factor": (("speed",), share.max(axis=1)),
-            "bearing_torque_amplitude": (("speed", "bearing", "harmonic"), 2 * np.abs(torque)),
+            "bearing_torque_amplitude": (("speed", "bearing", "harmonic"), 2e-3 * np.abs(loads[:, :, 2])),
         }
         return found | self._ring_waves(vibration, speeds)
 
@@ -263,8 +263,8 @@ class TrainModel(LinearModel):
         enters, leaves = linkage.ends
         ratio = 1 / linkage.rates[leaves]
         turn = {enters: 1.0, leaves: -ratio} | ({} if linkage.carrier is None else {linkage.carrier: ratio - 1.0})
-        sense, radius = np.sign(linkage.force(1.0)[linkage.input]), linkage.train.meshes[0].pair.gears[0].base_radius
-        return sense * radius * np.array([turn.get(name, 0.0) for name in linkage.bodies])
+        radius = linkage.train.meshes[0].pair.gears[0].base_radius
+        return linkage.sense * radius * np.array([turn.get(name, 0.0) for name in linkage.bodies])
 
     def _ring_waves(self, vibration: Vibration, speeds: NDArray) -> Variables:
         """Forces of the meshes at the ring as waves that run round it, by number of lobes (D12)."""
@@ -299,17 +299,19 @@ class TrainModel(LinearModel):
 
     def of_modes(self, which: NDArray) -> Variables:
         """Kind and shape of modes; rotation is an arc on the base circle, or on the circle of pins for the carrier."""
-        shape = self.modes.bearing[..., which]
-        radius = dict.fromkeys(self.bodies, self.linkage.train.meshes[0].pair.centre_distance)
-        for mesh in self.linkage.train.meshes:
-            gears = zip(mesh.gears, mesh.pair.gears, strict=True)
-            radius |= {self.linkage.train.shaft(name): abs(gear.base_radius) for name, gear in gears}
-        own = shape * np.array([(1.0, 1.0, radius[name]) for name in self.bodies])[..., None]
+        train = self.linkage.train
+        radius = dict.fromkeys(self.bodies, train.meshes[0].pair.centre_distance) | train.base_radii
+        own = self.modes.bearing[..., which] * np.array([(1.0, 1.0, radius[name]) for name in self.bodies])[..., None]
         own = np.moveaxis(own / np.abs(own).max(axis=(0, 1)), -1, 0)
         return {
-            "mode_kind": (("mode",), list(kinds(shape, self.bodies, self.linkage.carried))),
+            "mode_kind": (("mode",), [self._kinds[mode] for mode in which]),
             "mode_shape": (("mode", "bearing", "component"), own),
         }
+
+    @cached_property
+    def _kinds(self) -> tuple[str, ...]:
+        """Kind of each mode."""
+        return kinds(self.modes.bearing, self.bodies, self.linkage.carried)
 
     def remarks(self, speeds: NDArray) -> list[str]:
         """Omissions and assumptions of the model, one line each."""
@@ -325,8 +327,8 @@ class TrainModel(LinearModel):
                 "give mass and inertia in [planetary.dynamics.carrier]"
             )
         turn = abs(float(self.linkage.train.rates[self.linkage.carrier])) / 60
-        named = kinds(self.modes.bearing, self.bodies, self.linkage.carried)
-        across = [f for f, kind in zip(self.modes.frequency / (2 * np.pi), named, strict=True) if kind != ROTATIONAL]
+        each = zip(self.modes.frequency / (2 * np.pi), self._kinds, strict=True)
+        across = [f for f, kind in each if kind != ROTATIONAL]
         if across and turn:
             low, top = min(across), turn * float(speeds.max())
             lines.append(

@@ -139,11 +139,14 @@ class Linkage:
 
     def force(self, torque: float) -> NDArray:
         """External force f on each motion under the ``torque`` on the first driver [N·m], (motion,) [N; N·mm]."""
-        first = self.train.meshes[0]
-        sense = self.train.turn(first.name) * (-1 if self.coast else 1)
         f = np.zeros(len(self.motions))
-        f[self.input] = sense * 1e3 * abs(torque)
+        f[self.input] = self.sense * 1e3 * abs(torque)
         return f
+
+    @property
+    def sense(self) -> int:
+        """Sense, ±1, in which the torque turns the input."""
+        return self.train.turn(self.train.meshes[0].name) * (-1 if self.coast else 1)
 
     @property
     def input(self) -> int:

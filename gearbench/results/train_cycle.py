@@ -48,8 +48,7 @@ class TrainCycle:
     @property
     def input_turn(self) -> NDArray:
         """Additional angle of the input, compared with rigid gears without errors, (…, position) [rad]."""
-        sense = np.sign(self.linkage.force(1.0)[self.linkage.input])
-        return sense * self.motion[..., self.linkage.input]
+        return self.linkage.sense * self.motion[..., self.linkage.input]
 
     @property
     def transmission_error(self) -> NDArray:
