@@ -24,7 +24,9 @@ from gearbench.hunting.cycles import (
     check_cycles,
     order_coefficients,
     require_cycles_memory,
-    turning_gaps,
+    teeth_alike,
+    turning_amounts,
+    turning_modes,
     unlike,
 )
 from gearbench.results.cycle import MICROMETRES
@@ -83,10 +85,10 @@ def revolution(mesh: LoadedMesh, effects: Sequence[GapEffect], harmonics: int) -
     """
     scene, lines = mesh.scene, mesh.lines
     teeth = tuple(gear.teeth for gear in scene.pair.gears)
-    modes, amounts = turning_gaps(effects, lines, check_cycles(scene.pair.gears))
+    amounts = turning_amounts(effects, lines, check_cycles(scene.pair.gears))
     cycles = next(P for P in (1, *sorted(teeth), len(amounts)) if _repeats(amounts, P))
     require_cycles_memory(scene, effects, len(lines.mesh_phase), cycles, harmonics)
-    batch = prepare(assemble(scene, lines, mesh.effects), modes)
+    batch = prepare(assemble(scene, lines, mesh.effects), turning_modes(effects, lines))
     solved = (solve_one_chunk(batch, each, segments=mesh.rows > 1) for each in chunks(amounts[:cycles]))
     parts = [mesh.samples(batch, lines, each) for each in solved]
     motion, force, stiffness = (
@@ -249,9 +251,7 @@ def revolution_response(
     if error is None and not turning:
         allowed = "a revolution needs pitch_errors, waviness, or an error that is given"
         raise InputError("effects", "all teeth alike", allowed)
-    names = [effect.name for effect in turning]
-    alike = {key: tuple(e for e in getattr(scene, key) if e.name not in names) for key in ("effects", "coast")}
-    model = Model(scene=replace(scene, **alike))
+    model = Model(scene=teeth_alike(scene))
     mesh = model.cycles[0]
     found = revolution(mesh, turning, harmonics) if error is None else given(mesh, error, harmonics)
     first = model.groups[0]

@@ -19,7 +19,7 @@ from gearbench.effects.tooth_bending import ToothBending
 from gearbench.effort.clock import timed
 from gearbench.errors import GearbenchError, InputError
 from gearbench.geometry.action import ContactLines
-from gearbench.hunting.cycles import ORDERS, check_cycles, hunting_memory, turning_gaps, unlike
+from gearbench.hunting.cycles import ORDERS, check_cycles, hunting_memory, turning_amounts, unlike
 from gearbench.optimisation.problem import evaluate, scene_of
 from gearbench.optimisation.search import Search
 from gearbench.optimisation.study import OptimisationStudy
@@ -167,7 +167,7 @@ def _others(scene: Scene, positions: int) -> dict[str, float]:
     found: dict[str, float] = {}
     turning = () if scene.has_shafts else unlike(scene)
     if turning:
-        modes = turning_gaps(turning, scene_lines(scene, np.zeros(1)), 1)[1].shape[-1]
+        modes = turning_amounts(turning, scene_lines(scene, np.zeros(1)), 1).shape[-1]
         with suppress(InputError):  # too many cycles: the command itself reports that
             found["hunting"] = hunting_memory(scene, positions, check_cycles(scene.pair.gears), ORDERS, modes)
     if scene.system is not None:

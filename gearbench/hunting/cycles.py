@@ -24,6 +24,7 @@ from gearbench.geometry.action import ContactLines
 from gearbench.geometry.gear import Gear
 from gearbench.results.cycle import MeshCycle, Phases, fourier_rows
 from gearbench.scene import Scene
+from gearbench.schema import changed
 
 #: Largest number of mesh cycles.
 MOST_CYCLES = 100_000
@@ -65,7 +66,7 @@ def require_cycles_memory(
     MemoryBudgetError
         With numbers of positions or orders that would fit.
     """
-    modes = turning_gaps(effects, scene_lines(scene, np.zeros(1)), 1)[1].shape[-1]
+    modes = turning_amounts(effects, scene_lines(scene, np.zeros(1)), 1).shape[-1]
     need, limit = hunting_memory(scene, positions, cycles, orders, modes), room()
     each = hunting_memory(scene, positions + 1, cycles, orders, modes) - need
     fewer = int((limit - need) / each + positions)
@@ -91,16 +92,28 @@ def unlike(scene: Scene) -> tuple[GapEffect, ...]:
     return tuple(effect for effect in gaps if effect.turning(lines, one) is not None)
 
 
-def turning_gaps(effects: Sequence[GapEffect], lines: ContactLines, count: int) -> tuple[GapModes, NDArray]:
-    """Gap modes of the first ``count`` mesh cycles, and their amplitudes (cycle, mode)."""
+def teeth_alike(scene: Scene) -> Scene:
+    """The scene without the effects that change from mesh cycle to mesh cycle."""
+    turning = unlike(scene)
+    flanks = {key: tuple(e for e in getattr(scene, key) if e not in turning) for key in ("effects", "coast")}
+    return changed(scene, **flanks) if turning else scene
 
-    def parts(each: ContactLines) -> list[Turning]:
-        found = (effect.turning(each, np.arange(count)) for effect in effects)
-        none = Turning(modes=np.zeros((*each.shape, 1)), amounts=np.zeros((count, 1)))
-        return [part for part in found if part is not None] or [none]
 
-    amounts = np.concatenate([part.amounts for part in parts(lines)], axis=-1)
-    return GapModes.on(lines, lambda each: np.concatenate([part.modes for part in parts(each)], axis=-1)), amounts
+def turning_modes(effects: Sequence[GapEffect], lines: ContactLines) -> GapModes:
+    """Gap modes of all mesh cycles."""
+    return GapModes.on(lines, lambda each: np.concatenate([p.modes for p in _turning(effects, each, 1)], axis=-1))
+
+
+def turning_amounts(effects: Sequence[GapEffect], lines: ContactLines, count: int) -> NDArray:
+    """Amplitudes of the gap modes in the first ``count`` mesh cycles, (cycle, mode)."""
+    return np.concatenate([part.amounts for part in _turning(effects, lines, count)], axis=-1)
+
+
+def _turning(effects: Sequence[GapEffect], lines: ContactLines, count: int) -> list[Turning]:
+    """Gaps of the effects in the first ``count`` mesh cycles; one mode without a gap if there are none."""
+    found = (effect.turning(lines, np.arange(count)) for effect in effects)
+    none = Turning(modes=np.zeros((*lines.shape, 1)), amounts=np.zeros((count, 1)))
+    return [part for part in found if part is not None] or [none]
 
 
 def solve_cycles(scene: Scene, phases: Phases, batch: Batch, amounts: NDArray, threads: int) -> MeshCycle:

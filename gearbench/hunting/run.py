@@ -19,7 +19,8 @@ from gearbench.hunting.cycles import (
     order_coefficients,
     require_cycles_memory,
     solve_cycles,
-    turning_gaps,
+    turning_amounts,
+    turning_modes,
     unlike,
 )
 from gearbench.results.cycle import MeshCycle, Phases
@@ -127,7 +128,8 @@ def _all_cycles(scene: Scene, orders: float, threads: int) -> MeshCycle:
         raise InputError("effects", "all teeth are alike", "must have pitch_errors or waviness")
     require_cycles_memory(scene, turning, len(phase), count, orders)
     lines = scene_lines(scene, phase)
-    modes, amounts = turning_gaps(turning, lines, count)
-    batch = prepare(assemble(scene, lines, tuple(e for e in scene.flank_effects if e not in turning)), modes)
+    amounts = turning_amounts(turning, lines, count)
+    others = tuple(effect for effect in scene.flank_effects if effect not in turning)
+    batch = prepare(assemble(scene, lines, others), turning_modes(turning, lines))
     phases = Phases(phase=phase, weight=weight, size=scene.resolution.panel_size)
     return solve_cycles(scene, phases, batch, amounts, threads)

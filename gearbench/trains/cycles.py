@@ -19,7 +19,7 @@ from gearbench.contact.look import scene_lines
 from gearbench.errors import InputError
 from gearbench.geometry.gear import Gear
 from gearbench.geometry.planetary import RING
-from gearbench.hunting.cycles import check_cycles, turning_gaps, unlike
+from gearbench.hunting.cycles import check_cycles, turning_amounts, turning_modes, unlike
 from gearbench.results.solved import Solved
 from gearbench.results.train_cycle import TrainCycle
 from gearbench.scene import Scene
@@ -135,10 +135,10 @@ def train_cycles(scene: Scene, orders: float, threads: int) -> TrainCycles:
     require(train_cycles_memory(meshes, positions, count, orders), "hunting", size, "fewer positions would fit")
     forces = curves(solved, float(len(solved.meshes)))
     each = zip(mesh_scenes(scene).values(), solved.meshes.values(), strict=True)
-    amounts = [turning_gaps(unlike(own), mesh.lines, count)[1] for own, mesh in each]
+    amounts = [turning_amounts(unlike(own), mesh.lines, count) for own, mesh in each]
 
     def batch(mesh: Solved, contact: MeshAt) -> Batch:
-        return prepare(contact.problem, turning_gaps(unlike(mesh.scene), mesh.lines, count)[0])
+        return prepare(contact.problem, turning_modes(unlike(mesh.scene), mesh.lines))
 
     flanks = Flanks.of(solved, levels(float(len(solved.meshes))), forces.approach, batch)
     work = partial(_some_cycles, solved, forces, flanks, amounts)

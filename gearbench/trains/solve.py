@@ -22,7 +22,7 @@ from gearbench.geometry.action import ContactLines
 from gearbench.geometry.linkage import Linkage
 from gearbench.geometry.names import GEARS
 from gearbench.geometry.train import Train
-from gearbench.hunting.cycles import unlike
+from gearbench.hunting.cycles import teeth_alike, unlike
 from gearbench.results.cycle import MICROMETRES, MeshCycle, Phases
 from gearbench.results.solved import Solved
 from gearbench.results.train_cycle import TrainCycle
@@ -206,7 +206,7 @@ def solve_train(scene: Scene, *, alike: bool = False) -> SolvedTrain:
     coast = scene.load.coast
     train, scenes = scene.geometry, dict(scene.meshes) if alike else mesh_scenes(scene)
     shift = train.phases(coast=coast)
-    phases = _phases({name: _still(own) for name, own in scenes.items()} if alike else scenes, shift)
+    phases = _phases({name: teeth_alike(own) for name, own in scenes.items()} if alike else scenes, shift)
     even = np.array([own.F_bt for own in scenes.values()])
     f = linkage.force(scene.load.torque)
     statics = Statics(rows=linkage.rows, stiffness=linkage.stiffness, force=f, offset=scene.train.offset(linkage))
@@ -290,12 +290,5 @@ def _mesh(scene: Scene, phase: NDArray, alike: bool) -> tuple[ContactLines, Mesh
     """Contact lines and problem of one mesh at its phases; from phase 1 on, the next teeth are in mesh."""
     lines = scene_lines(scene, phase if unlike(scene) else phase % 1.0)
     cos_b = float(np.cos(scene.pair.meshing.beta_b))
-    problem = assemble(_still(scene) if alike else scene, lines)
+    problem = assemble(teeth_alike(scene) if alike else scene, lines)
     return lines, MeshAt(problem=problem, nominal=scene.F_bt, cos_b=cos_b)
-
-
-def _still(scene: Scene) -> Scene:
-    """The scene without the effects that differ from tooth to tooth."""
-    turning = unlike(scene)
-    flanks = {key: tuple(e for e in getattr(scene, key) if e not in turning) for key in ("effects", "coast")}
-    return changed(scene, **flanks) if turning else scene
