@@ -19,7 +19,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
@@ -249,7 +249,7 @@ def prepare(problem: ContactProblem, gaps: GapModes, precision: Precision = ROUN
     present, count, blocks, firsts = _order(problem)
     _require_memory(problem, int(count.max()), gaps.modes.shape[2] + gaps.tilts.shape[2])
 
-    pick = partial(existing_first, problem)
+    pick = existing_first(problem)
     modes, tilts = (
         np.ascontiguousarray(np.swapaxes(pick(each / problem.length_scale), 1, 2)) for each in (gaps.modes, gaps.tilts)
     )
@@ -355,10 +355,15 @@ def _products(factor: NDArray) -> NDArray:
     return result
 
 
-def existing_first(problem: ContactProblem, values: NDArray) -> NDArray:
-    """Reorder ``values`` (position, segment, …): existing segments first, and only as many as any position has."""
-    order = np.argsort(~problem.active, axis=1, kind="stable").reshape(*problem.active.shape, *[1] * (values.ndim - 2))
-    return np.ascontiguousarray(np.take_along_axis(values, order, 1)[:, : problem.active.sum(axis=1).max()])
+def existing_first(problem: ContactProblem) -> Callable[[NDArray], NDArray]:
+    """Function that puts existing segments of values (position, segment, …) first, as many as any position has."""
+    order, most = np.argsort(~problem.active, axis=1, kind="stable"), problem.active.sum(axis=1).max()
+
+    def pick(values: NDArray) -> NDArray:
+        index = order.reshape(*order.shape, *[1] * (values.ndim - 2))
+        return np.ascontiguousarray(np.take_along_axis(values, index, 1)[:, :most])
+
+    return pick
 
 
 def _order(problem: ContactProblem) -> tuple[NDArray, NDArray, NDArray, NDArray]:

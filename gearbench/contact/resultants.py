@@ -76,7 +76,7 @@ def row_shapes(lines: ContactLines, rows: int) -> NDArray:
 def resultants_of_samples(batch: Batch, lines: ContactLines, solution: BatchSolution, rows: int) -> Resultants:
     """The first ``rows`` resultants of samples, if all segments on ``lines`` deflect each other."""
     slope, factor, problem = solution.slope, batch.factor, batch.problem
-    R = existing_first(problem, row_shapes(lines, rows).reshape(*problem.active.shape, rows))
+    R = existing_first(problem)(row_shapes(lines, rows).reshape(*problem.active.shape, rows))
     positions, n, samples = slope.shape
     stiffness, one = np.empty((samples, positions, rows, rows)), np.eye(factor.shape[-1] + rows)
     # rows have only the stiffness of loaded segments; if these are few, a row may have none

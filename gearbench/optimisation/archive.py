@@ -80,7 +80,8 @@ class Archive:
         self.first_generations += [len(self.asked) + 1] * len(unknown)
         self.asked.append(self.numbers(designs))
         self.evaluated.append(len(unknown))
-        self.feasible_found.append(sum(result.feasible for result in self.results))
+        before = (self.feasible_found or [0])[-1]
+        self.feasible_found.append(before + sum(new[design].feasible for design in unknown))
         self._update_front({first + i: new[design] for i, design in enumerate(unknown)})
         return [self.results[number] for number in self.asked[-1]]
 
