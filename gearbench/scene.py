@@ -411,7 +411,7 @@ class Scene:
 
     @property
     def F_bt(self) -> float:
-        """Transverse force along the line of action, F_bt = |T| / r_b1 [N]."""
+        """Transverse force along the line of action, F_bt = abs(T) / r_b1 [N]."""
         return 1e3 * abs(self.load.torque) / self.pair.gears[0].base_radius
 
     @property
