@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from gearbench.contact.assemble import assemble
+from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.gaps import total_gap
-from gearbench.contact.look import scene_lines
 from gearbench.contact.problem import ContactSolution
 from gearbench.contact.scaling import scale_problem
 from gearbench.contact.solver import solve

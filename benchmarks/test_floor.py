@@ -10,8 +10,8 @@ from benchmarks.pairs import GEARS, on_line, other_torques
 from benchmarks.test_loads import TORQUES, least, other_pairs
 from gearbench import robust, simulate, sweep
 from gearbench.contact.assemble import assemble
+from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.gaps import conforming
-from gearbench.contact.look import scene_lines
 from gearbench.contact.patches import solve_patches
 from gearbench.contact.problem import part_of, under
 from gearbench.contact.smooth import forget_sums

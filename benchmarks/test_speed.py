@@ -11,7 +11,7 @@ import pytest
 
 from gearbench.contact.assemble import assemble
 from gearbench.contact.batch import ROUNDING, SCATTER
-from gearbench.contact.look import scene_lines
+from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.problem import ContactProblem, full_factor
 from gearbench.contact.transitions import mesh_phases
 from gearbench.effort.clock import quickest

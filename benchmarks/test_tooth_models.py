@@ -7,7 +7,7 @@ import pytest
 
 from benchmarks.pairs import paper_pair
 from gearbench.contact.assemble import assemble
-from gearbench.contact.look import scene_lines
+from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.solver import solve
 from gearbench.contact.transitions import mesh_phases
 from gearbench.effects.base import Effect

@@ -14,7 +14,7 @@ import pytest
 from benchmarks.pairs import other_torques
 from gearbench.contact import batch as batching
 from gearbench.contact.assemble import assemble
-from gearbench.contact.look import scene_lines
+from gearbench.contact.coarse_solution import scene_lines
 from gearbench.effects.manufacturing_errors import ManufacturingErrors
 from gearbench.effects.off_line_contact import OffLineContact
 from gearbench.effects.tooth_bending import ToothBending

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.contact.assemble import assemble
-from gearbench.contact.look import scene_lines
+from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.patches import solve_patches
 from gearbench.contact.transitions import loaded_phases
 from gearbench.geometry.action import ContactLines

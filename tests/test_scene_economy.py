@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 import tomli_w
 
+from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.gaps import total_gap
-from gearbench.contact.look import scene_lines
 from gearbench.contact.transitions import mesh_phases
 from gearbench.effects.base import ComplianceEffect, GapEffect
 from gearbench.effects.registry import EFFECTS, effect_class

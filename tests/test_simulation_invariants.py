@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from gearbench.contact.assemble import assemble
-from gearbench.contact.look import scene_lines
+from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.problem import ContactSolution
 from gearbench.contact.solver import solve
 from gearbench.effects.base import Effect

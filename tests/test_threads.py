@@ -10,7 +10,7 @@ import scipy.linalg.cython_blas  # noqa: F401
 from threadpoolctl import ThreadpoolController
 
 from gearbench import nonlinear_response, response, revolution_response, robust_response, simulate
-from gearbench.contact.look import scene_lines
+from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.transitions import mesh_phases
 from gearbench.library.garambois2017 import case
 from gearbench.scene import Resolution

@@ -8,8 +8,8 @@ from numpy.testing import assert_allclose
 
 from gearbench import robust, simulate, sweep
 from gearbench.contact.assemble import assemble
+from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.equilibrium import MeshAt, Statics, balance
-from gearbench.contact.look import scene_lines
 from gearbench.contact.patches import solve_patches
 from gearbench.errors import InputError
 from gearbench.results.origin import by_itself

@@ -83,13 +83,13 @@ class Bodies:
         -------
         Gap of each mesh (position, pair, node) [mm]; None for meshes that no body connects with others.
         """
-        pressed = self._pressed(loads)
-        moved = [np.zeros_like(each) for each in pressed]
+        generalised = self._generalised_loads(loads)
+        moved = [np.zeros_like(each) for each in generalised]
         for link in self.links:
             one, other = link.sides
             for at, C in link.groups:
-                moved[one][at] += np.einsum("kfmg,pmg->pkf", C, pressed[other][at], optimize=True)
-                moved[other][at] += np.einsum("kfmg,pkf->pmg", C, pressed[one][at], optimize=True)
+                moved[one][at] += np.einsum("kfmg,pmg->pkf", C, generalised[other][at], optimize=True)
+                moved[other][at] += np.einsum("kfmg,pkf->pmg", C, generalised[one][at], optimize=True)
         found: dict[int, NDArray] = {}
         for side, u in zip(self.sides, moved, strict=True):
             found[side.mesh] = found.get(side.mesh, 0.0) + (side.nodes @ u[..., None])[..., 0]
@@ -97,17 +97,17 @@ class Bodies:
 
     def compliance(self, loads: Sequence[NDArray]) -> NDArray:
         """Compliance C (position, mesh, mesh) [mm/N] between meshes, each under ``loads`` with the sum 1 N."""
-        pressed = self._pressed(loads)
+        generalised = self._generalised_loads(loads)
         found = np.zeros((len(loads[0]), len(loads), len(loads)))
         for link in (*self.links, *self.own):
             one, other = link.sides
             m, n = self.sides[one].mesh, self.sides[other].mesh
             for at, C in link.groups:
-                c = np.einsum("pkf,kfmg,pmg->p", pressed[one][at], C, pressed[other][at], optimize=True)
+                c = np.einsum("pkf,kfmg,pmg->p", generalised[one][at], C, generalised[other][at], optimize=True)
                 found[at, m, n] += c
                 found[at, n, m] += 0.0 if m == n else c
         return found
 
-    def _pressed(self, loads: Sequence[NDArray]) -> list[NDArray]:
+    def _generalised_loads(self, loads: Sequence[NDArray]) -> list[NDArray]:
         """Σ φ_i P_i of each tooth pair, for every side, (position, pair, function)."""
         return [(loads[side.mesh][..., None, :] @ side.cells)[..., 0, :] for side in self.sides]

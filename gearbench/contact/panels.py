@@ -1,9 +1,9 @@
-"""Panels of the mesh cycle between changes of the contact, short next to births and longer away from them.
+"""Panels of the mesh cycle between transitions of the contact, short next to load transfers and longer away from them.
 
-Where a tooth pair takes its load, the compliance of the new contact falls like a logarithm or a power of the load. STE
-and stiffness are therefore steep on one side of a birth, and polynomials over one long panel converge slowly. They
-converge exponentially on panels whose lengths grow geometrically from the birth (Gui and Babuška, The h, p and h-p
-versions of the finite element method in one dimension, Numer. Math. 49, 1986).
+Where a tooth pair takes up its load, the compliance of the new contact falls like a logarithm or a power of the load.
+STE and stiffness are therefore steep on one side of a load transfer, and one polynomial over a long panel converges
+slowly. They converge exponentially on panels whose lengths grow geometrically from the load transfer (Gui and Babuška,
+The h, p and h-p versions of the finite element method in one dimension, Numer. Math. 49, 1986).
 """
 
 from __future__ import annotations
@@ -13,18 +13,21 @@ from collections.abc import Iterable, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
-#: Changes closer than this count as one, for the ranks 0, 1 and −1 [mesh cycles].
+#: Transitions closer than this count as one, for the ranks 0, 1 and −1 [mesh cycles].
 CLOSE = (1e-3, 5e-3, 2e-4)
-#: Longest panel next to a birth [mesh cycles]; distance from the birth to the end of a panel over that to its
-#: beginning, at most; longest panel of helical pairs [mesh cycles].
-BESIDE, GROWTH, LONGEST = 0.04, 8.0, 0.25
+#: Maximum length of a panel next to a load transfer [mesh cycles].
+FIRST_PANEL = 0.04
+#: Maximum ratio of the distances from a load transfer to the far and to the near end of a panel.
+GROWTH = 8.0
+#: Maximum length of a panel of helical pairs [mesh cycles].
+LONGEST = 0.25
 
 
-class Change(NamedTuple):
+class Transition(NamedTuple):
     """A change of the contact at a mesh phase.
 
-    ``rank`` is 0 if a pair takes or leaves its load or a line passes an end of the path, −1 at both ends of a ramp, and
-    1 otherwise. ``side`` is the side on which curves are steep: 1 after the change, −1 before it, 0 neither.
+    ``rank`` is 0 if a pair takes up or sheds its load or a line passes an end of the path, −1 at both ends of a ramp,
+    and 1 otherwise. ``side`` is the side on which curves are steep: 1 after the transition, −1 before it, 0 neither.
     """
 
     phase: float
@@ -33,35 +36,35 @@ class Change(NamedTuple):
 
 
 def panel_ends(
-    changes: Iterable[Change], longest: float = 1.0, close: tuple[float, float, float] = CLOSE
+    transitions: Iterable[Transition], longest: float = 1.0, close: tuple[float, float, float] = CLOSE
 ) -> list[float]:
-    """Beginnings of panels in [0, 1), ascending and including 0; of ``close`` changes the one of lowest rank counts."""
-    changes = list(changes)
+    """Beginnings of panels in [0, 1), ascending and including 0; of ``close`` transitions the lowest rank counts."""
+    transitions = list(transitions)
     kept = [0.0]
-    for phase, rank, _ in sorted(changes, key=lambda change: (change.rank, change.phase)):
-        start, *others = (abs(_behind(phase, other, 0.5)) for other in kept)
-        # 0 begins a panel even if nothing changes there, so births and ramps close to it are not merged with it
+    for phase, rank, _ in sorted(transitions, key=lambda transition: (transition.rank, transition.phase)):
+        start, *others = (abs(_distance_behind(phase, other, 0.5)) for other in kept)
+        # 0 always begins a panel, so load transfers and ramps close to it are not merged with it
         if start > close[rank if rank > 0 else -1] and min(others, default=1.0) > close[rank]:
             kept.append(phase)
-    after, before = ([change.phase for change in changes if change.side == side] for side in (1, -1))
-    found: list[float] = []
+    after, before = ([transition.phase for transition in transitions if transition.side == side] for side in (1, -1))
+    ends: list[float] = []
     for a, b in pairwise([*sorted(kept), 1.0]):
-        # distances from the last birth before the panel to its beginning, and from its end to the next birth
-        left = min((max(_behind(a, s), 0.0) for s in after), default=1.0)
-        right = min((max(_behind(s, b), 0.0) for s in before), default=1.0)
-        found += _split(a, b, left, right, longest)[:-1]
-    return found
+        # distances from the previous load transfer to the beginning of the panel, and from its end to the next one
+        left = min((max(_distance_behind(a, s), 0.0) for s in after), default=1.0)
+        right = min((max(_distance_behind(s, b), 0.0) for s in before), default=1.0)
+        ends += _split(a, b, left, right, longest)[:-1]
+    return ends
 
 
-def _behind(phase: float, other: float, least: float = CLOSE[1]) -> float:
+def _distance_behind(phase: float, other: float, least: float = CLOSE[1]) -> float:
     """``phase`` minus ``other``, in [−least, 1 − least), so that of two close phases either may come first."""
     return (phase - other + least) % 1.0 - least
 
 
 def _split(a: float, b: float, left: float, right: float, longest: float) -> list[float]:
-    """Ends of the panels that split [a, b], with births at the distances ``left`` before a and ``right`` after b."""
+    """Ends of the panels that split [a, b], with load transfers ``left`` before a and ``right`` after b."""
     middle = (a + b) / 2
-    inside = [*_grown(left, middle - a, a, 1), *_grown(right, b - middle, b, -1)[::-1]]
+    inside = [*_geometric(left, middle - a, a, 1), *_geometric(right, b - middle, b, -1)[::-1]]
     ends = [a, *inside, b]
     if not _fits(ends, left, right):
         ends = sorted([*ends, middle])
@@ -70,19 +73,19 @@ def _split(a: float, b: float, left: float, right: float, longest: float) -> lis
     return [low + i * (high - low) / n for (low, high), n in each for i in range(n)] + [b]
 
 
-def _grown(distance: float, length: float, start: float, sign: int) -> list[float]:
-    """Ends of panels within a piece of a ``length``, in geometric progression from a birth ``distance`` before it."""
-    first = max(distance, BESIDE / GROWTH)
+def _geometric(distance: float, length: float, start: float, sign: int) -> list[float]:
+    """Ends of panels within a ``length``, in geometric progression from a load transfer ``distance`` before it."""
+    first = max(distance, FIRST_PANEL / GROWTH)
     count = math.ceil(math.log((distance + length) / first) / math.log(GROWTH) - 1e-9)
     ratio = ((distance + length) / first) ** (1 / max(count, 1))
     return [start + sign * (first * ratio**i - distance) for i in range(1, count)]
 
 
 def _fits(ends: Sequence[float], left: float, right: float) -> bool:
-    """Whether all panels are short enough for their distances from both births."""
+    """Whether all panels are short enough for their distances from both load transfers."""
     a, b = ends[0], ends[-1]
     return all(
-        left + high - a <= max(BESIDE, GROWTH * (left + low - a)) * (1 + 1e-9)
-        and right + b - low <= max(BESIDE, GROWTH * (right + b - high)) * (1 + 1e-9)
+        left + high - a <= max(FIRST_PANEL, GROWTH * (left + low - a)) * (1 + 1e-9)
+        and right + b - low <= max(FIRST_PANEL, GROWTH * (right + b - high)) * (1 + 1e-9)
         for low, high in pairwise(ends)
     )

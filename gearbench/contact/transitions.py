@@ -3,8 +3,8 @@
 A coarse solution at uniform phases tells which lines touch, and where. Pair k is at x = τ + k, which increases while
 the pair passes through the mesh; the compressions of its line are curves of x. Where the greatest compression changes
 sign, a contact patch appears or vanishes. Where the compression at an end of the line changes sign, a patch reaches or
-leaves this end. Further phases are known beforehand: an end of the face passes an end of the path of contact or a kink
-of the gap. They count only if the flanks touch there.
+leaves this end. The geometry determines further transitions, at which an end of the face passes an end of the path of
+contact or a kink of the gap. They count only if the flanks touch there.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.contact.births import Birth, births, greatest_on_lines
+from gearbench.contact.coarse_solution import COARSE_PHASES, coarse_solution, greatest_deflection
 from gearbench.contact.gaps import conforming, flank_separation, gap_kinks
-from gearbench.contact.look import COARSE_PHASES, first_look, greatest_deflection
-from gearbench.contact.panels import CLOSE, LONGEST, Change, panel_ends
+from gearbench.contact.load_transfer import LoadTransfer, load_transfers, peak_compression
+from gearbench.contact.panels import CLOSE, LONGEST, Transition, panel_ends
 from gearbench.contact.patches import compression
 from gearbench.contact.phases import gauss_phases, uniform_phases
 from gearbench.errors import InputError
@@ -42,21 +42,21 @@ def mesh_phases(scene: Scene) -> tuple[NDArray, NDArray]:
         return uniform_phases(resolution.positions)
     meshing, flanks = scene.pair.meshing, flank_separation(scene)
     kinks, face = gap_kinks(scene)
-    changes = tuple(kinks) if flanks is not None else (meshing.path_start, meshing.path_end, *kinks)
+    positions = tuple(kinks) if flanks is not None else (meshing.path_start, meshing.path_end, *kinks)
     if flanks is not None and not meshing.overlap_ratio:
-        # spur pairs take and leave their load, with a kink, where their separation equals the deflection of the others
-        changes += flanks.reach(greatest_deflection(scene))
-    transitions = meshing.phases_at(changes, face)
+        # spur pairs take up and shed their load, with a kink, where their separation equals the deflection of the
+        # others
+        positions += flanks.reach(greatest_deflection(scene))
     size = scene.resolution.panel_size
     assert size is not None
-    return gauss_phases(transitions, size)
+    return gauss_phases(meshing.phases_at(positions, face), size)
 
 
 @lru_cache(maxsize=64)
 def loaded_phases(scene: Scene) -> tuple[NDArray, NDArray, int | None]:
-    """Mesh phases τ, weights and panel size by the scene's resolution, on panels between changes of contact.
+    """Mesh phases τ, weights and panel size by the scene's resolution, on panels between the transitions under load.
 
-    Phases and weights are (position,). The panel size is the number of Gauss points on each panel, by default
+    Phases and weights are (position,). The panel size is the number of Gauss points on a panel, by default
     ``GAUSS_POINTS``; None if the phases are uniform.
     """
     scene = scene.one_load
@@ -64,8 +64,8 @@ def loaded_phases(scene: Scene) -> tuple[NDArray, NDArray, int | None]:
         return *uniform_phases(scene.resolution.positions), None
     if scene.resolution.accuracy is not None:
         raise InputError("resolution.accuracy", scene.resolution.accuracy, "is for simulate and robust")
-    (found,) = phases_of_loads(scene, np.ones(1))
-    return found
+    (phases,) = phases_of_loads(scene, np.ones(1))
+    return phases
 
 
 def phases_of_loads(scene: Scene, shares: NDArray) -> list[tuple[NDArray, NDArray, int]]:
@@ -73,25 +73,26 @@ def phases_of_loads(scene: Scene, shares: NDArray) -> list[tuple[NDArray, NDArra
     size = scene.resolution.gauss_points or GAUSS_POINTS
     longest = LONGEST if scene.pair.meshing.overlap_ratio else 1.0
     exact = size > GAUSS_POINTS
-    free = replace(scene, resolution=Resolution())
-    found = [transitions(free, exact=exact)] if len(shares) == 1 else transitions_of_loads(free, shares, exact=exact)
     close = CLOSER if exact else CLOSE
-    return [(*gauss_phases(panel_ends(changes, longest, close), size), size) for changes in found]
+    free = replace(scene, resolution=Resolution())
+    one = len(shares) == 1
+    of_loads = [transitions(free, exact=exact)] if one else transitions_of_loads(free, shares, exact=exact)
+    return [(*gauss_phases(panel_ends(of_load, longest, close), size), size) for of_load in of_loads]
 
 
 @lru_cache(maxsize=64)
-def transitions(scene: Scene, *, exact: bool = False) -> list[Change]:
+def transitions(scene: Scene, *, exact: bool = False) -> list[Transition]:
     """Phases at which the contact changes under load.
 
-    They are known beforehand if the flanks touch all along their lines at every phase. ``exact``: use more uniform
-    phases, and locate the births of pairs again on finer lines.
+    If the flanks touch all along their lines at every phase, the geometry determines them. With ``exact``, the coarse
+    solution has more phases, and load transfers are located again on finer lines.
     """
-    (found,) = transitions_of_loads(scene, np.ones(1), exact=exact)
-    return found
+    (of_load,) = transitions_of_loads(scene, np.ones(1), exact=exact)
+    return of_load
 
 
 @single_threaded_blas()
-def transitions_of_loads(scene: Scene, shares: NDArray, *, exact: bool = False) -> list[list[Change]]:
+def transitions_of_loads(scene: Scene, shares: NDArray, *, exact: bool = False) -> list[list[Transition]]:
     """``transitions`` under each of the ``shares`` of the scene's load, from one coarse solution.
 
     Contact must be on the line of action if there are several shares; off it the contact lines depend on the load.
@@ -99,39 +100,38 @@ def transitions_of_loads(scene: Scene, shares: NDArray, *, exact: bool = False) 
     meshing = scene.pair.meshing
     if conforming(scene):
         passages = _passages(scene, (meshing.path_start, meshing.path_end))
-        known = [_change(each.x, 0, _steep_side(scene, each)) for each in passages]
+        found = [_transition(passage.x, 0, _steep_side(scene, passage)) for passage in passages]
         if scene.operation is not None:  # sliding changes its sign at the pitch point
-            known += [Change(phase, 1) for phase in meshing.phases_at((meshing.pitch_point,))]
-        return [known] * len(shares)
-    look = first_look(scene, MORE_PHASES if exact else COARSE_PHASES)
-    look = look if np.array_equal(shares, look.shares) else look.under(shares)
-    lines, s = look.lines, compression(look.problem, look.lines, look.guess)
-    on_line = np.stack([greatest_on_lines(s), s[:, :, 0, 0], s[:, :, -1, -1]])  # greatest, and at both ends
-    on_line = np.where(lines.active, on_line, np.nan).reshape(3, len(shares), len(look.phase), -1)
+            found += [Transition(phase, 1) for phase in meshing.phases_at((meshing.pitch_point,))]
+        return [found] * len(shares)
+    coarse = coarse_solution(scene, MORE_PHASES if exact else COARSE_PHASES)
+    coarse = coarse if np.array_equal(shares, coarse.shares) else coarse.under(shares)
+    lines, s = coarse.lines, compression(coarse.problem, coarse.lines, coarse.guess)
+    on_line = np.stack([peak_compression(s), s[:, :, 0, 0], s[:, :, -1, -1]])  # greatest, and at both ends
+    on_line = np.where(lines.active, on_line, np.nan).reshape(3, len(shares), len(coarse.phase), -1)
     on_line = on_line.transpose(1, 0, 3, 2).reshape(len(shares), 3, -1)
-    x = (lines.index[:, None] + look.phase).ravel()
-    born = births(scene, look, x, on_line[:, 0], exact=exact)
-    found = []
-    for load, (curves, known) in enumerate(zip(on_line, _known(scene, x, on_line), strict=True)):
-        changes = list(known)
-        changes += [change for birth in born if birth.load == load for change in _of_birth(birth)]
-        if scene.pair.meshing.overlap_ratio or lines.cells:
-            changes += [_change(_root(x, curve, i), 1) for curve in curves[1:] for i in _sign_changes(curve)]
-        found.append(changes)
-    return found
+    x = (lines.index[:, None] + coarse.phase).ravel()
+    transfers = load_transfers(scene, coarse, x, on_line[:, 0], exact=exact)
+    of_loads = _at_passages(scene, x, on_line)
+    for transfer in transfers:
+        of_loads[transfer.load] += _at_transfer(transfer)
+    if scene.pair.meshing.overlap_ratio or lines.cells:
+        for of_load, curves in zip(of_loads, on_line, strict=True):
+            of_load += [_transition(_root(x, curve, i), 1) for curve in curves[1:] for i in _sign_changes(curve)]
+    return of_loads
 
 
-def _change(x: float, rank: int, side: int = 0) -> Change:
-    """Change at the phase τ of x = τ + k."""
-    return Change(x % 1.0 % 1.0, rank, side)
+def _transition(x: float, rank: int, side: int = 0) -> Transition:
+    """Transition at the phase τ of x = τ + k."""
+    return Transition(x % 1.0 % 1.0, rank, side)
 
 
-def _of_birth(birth: Birth) -> list[Change]:
-    """Changes that a birth causes: a single one, or both ends of its ramp."""
-    if not birth.ramp:
-        return [_change(birth.x, 0, birth.side)]
-    first, whole = birth.ends
-    return [_change(first, -1), _change(whole, -1, birth.side)]
+def _at_transfer(transfer: LoadTransfer) -> list[Transition]:
+    """Transitions at a load transfer: a single one, or both ends of its ramp."""
+    if not transfer.ramp:
+        return [_transition(transfer.x, 0, transfer.side)]
+    first, whole = transfer.ends
+    return [_transition(first, -1), _transition(whole, -1, transfer.side)]
 
 
 class Passage(NamedTuple):
@@ -156,8 +156,8 @@ def _steep_side(scene: Scene, passage: Passage) -> int:
 
     For helical pairs, curves are steep after the line has begun at the far end of the face, and before it ends at the
     near end. On the line of action, the load of a spur pair jumps and curves are flat on both sides. Off the line of
-    action, a spur pair touches with an edge or the corner of a relief before the passage, and with its flank after it;
-    the law changes continuously from one to the other.
+    action, a spur pair touches with an edge or the corner of a relief before the passage and with its flank after it,
+    or the reverse; the contact law changes continuously from one to the other.
     """
     meshing, (_, u, y) = scene.pair.meshing, passage
     if not meshing.overlap_ratio:
@@ -165,14 +165,14 @@ def _steep_side(scene: Scene, passage: Passage) -> int:
         if flanks is None:
             return 0
         inwards = 1 if 2 * u < meshing.path_start + meshing.path_end else -1
-        # behind the corner of a relief the flank carries less load
-        behind = u in flanks.changes and inwards * (u - min(flanks.kinks, key=lambda kink: abs(kink - u))) < 0
-        return 0 if behind else inwards
+        # beyond the corner of a relief the flank carries less load
+        beyond = u in flanks.changes and inwards * (u - min(flanks.kinks, key=lambda kink: abs(kink - u))) < 0
+        return 0 if beyond else inwards
     return int((u, y) == (meshing.path_start, meshing.face_width)) - int((u, y) == (meshing.path_end, 0.0))
 
 
-def _known(scene: Scene, x: NDArray, on_line: NDArray) -> list[list[Change]]:
-    """Changes at passages of the face through an end of the path (rank 0) or a kink, if the flanks touch there.
+def _at_passages(scene: Scene, x: NDArray, on_line: NDArray) -> list[list[Transition]]:
+    """Transitions at passages through an end of the path (rank 0) or a kink, if the flanks touch there.
 
     One list for each load case of ``on_line`` (load, 3, x), which holds the greatest compression on a line and the
     compressions at its ends.
@@ -182,16 +182,16 @@ def _known(scene: Scene, x: NDArray, on_line: NDArray) -> list[list[Change]]:
     if flanks is not None and not meshing.overlap_ratio:  # the whole line touches at the corner of a relief
         kinks = [*(u for u in kinks if u not in flanks.kinks), *flanks.changes]
     ends = (meshing.path_start, meshing.path_end)
-    found: list[list[Change]] = [[] for _ in on_line]
+    of_loads: list[list[Transition]] = [[] for _ in on_line]
     for passage in _passages(scene, (*ends, *kinks), face):
         side, (at, u, y) = _steep_side(scene, passage), passage
-        # A line is short where it begins or ends, and the line of a spur pair passes as a whole: any contact counts.
-        ended = side != 0 or not meshing.overlap_ratio or y in face
-        rows = on_line[:, 0 if ended else 2 if y else 1]
+        # any contact counts if the line is short because it begins or ends, or passes as a whole on a spur pair
+        anywhere = side != 0 or not meshing.overlap_ratio or y in face
+        rows = on_line[:, 0 if anywhere else 2 if y else 1]
         i = np.searchsorted(x, at)
         for j in np.flatnonzero(np.any(rows[:, max(i - 1, 0) : i + 1] > 0, axis=1)):
-            found[j].append(_change(at, 0 if u in ends or not meshing.overlap_ratio else 1, side))
-    return found
+            of_loads[j].append(_transition(at, 0 if u in ends or not meshing.overlap_ratio else 1, side))
+    return of_loads
 
 
 def _sign_changes(curve: NDArray) -> NDArray:

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.contact.assemble import assemble
+from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.gaps import total_gap
-from gearbench.contact.look import scene_lines
 from gearbench.contact.solver import solve
 from gearbench.dynamics.loaded_mesh import Flanks, LoadedMesh
 

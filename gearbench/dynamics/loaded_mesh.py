@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from gearbench.contact.assemble import assemble
 from gearbench.contact.batch import Batch, BatchSolution
 from gearbench.contact.bearings import OnShafts, settle
-from gearbench.contact.look import scene_lines
+from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.patches import solve_patches
 from gearbench.contact.resultants import Resultants, resultants, resultants_of_samples
 from gearbench.contact.solver import Guess

@@ -9,7 +9,7 @@ import numpy as np
 
 from gearbench.accuracy.choose import first_settings
 from gearbench.budget import speed_memory
-from gearbench.contact.look import scene_lines
+from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.size import contact_memory, kept_memory, pairs_of_teeth
 from gearbench.contact.transitions import mesh_phases
 from gearbench.dynamics.analysis import HARMONICS

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from gearbench.budget import ORDERS_AT_ONCE, cycles_memory, order_memory, require, room
 from gearbench.contact.batch import Batch, GapModes, chunks, on_threads, solve_one_chunk
-from gearbench.contact.look import scene_lines
+from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.size import contact_memory
 from gearbench.effects.base import GapEffect, Turning
 from gearbench.errors import InputError

@@ -9,7 +9,7 @@ import numpy as np
 
 from gearbench.contact.assemble import assemble
 from gearbench.contact.batch import prepare
-from gearbench.contact.look import scene_lines
+from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.transitions import mesh_phases
 from gearbench.errors import InputError
 from gearbench.hunting.cycles import (

@@ -25,7 +25,7 @@ from gearbench.contact.batch import (
     prepare,
     solve_one_chunk,
 )
-from gearbench.contact.look import scene_lines
+from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.problem import ContactProblem
 from gearbench.contact.transitions import mesh_phases
 from gearbench.effects.expansion import Expansion

@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.contact.assemble import assemble, with_gaps
+from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.gaps import conforming
 from gearbench.contact.lines import smooth_nodes
 from gearbench.contact.loads import in_own_units, parted, stacked
 from gearbench.contact.loads import under as under_force
-from gearbench.contact.look import scene_lines
 from gearbench.contact.patches import solve_patches
 from gearbench.contact.problem import ContactProblem, part_of, under
 from gearbench.contact.size import pairs_of_teeth

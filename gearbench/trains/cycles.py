@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from gearbench.budget import cycles_memory, require
 from gearbench.contact.batch import Batch, chunks, on_threads, prepare
+from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.equilibrium import Forces, MeshAt
-from gearbench.contact.look import scene_lines
 from gearbench.errors import InputError
 from gearbench.geometry.gear import Gear
 from gearbench.geometry.planetary import RING

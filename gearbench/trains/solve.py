@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.contact.assemble import assemble, with_field
+from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.equilibrium import LEAST, Balance, MeshAt, Statics, balance
-from gearbench.contact.look import scene_lines
 from gearbench.contact.panels import CLOSE, LONGEST, panel_ends
 from gearbench.contact.phases import gauss_phases, uniform_phases
 from gearbench.contact.solver import Guess

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from gearbench.contact.look import scene_lines
+from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.transitions import mesh_phases
 from gearbench.effort.clock import timed, times, unseen
 from gearbench.errors import GearbenchError, InputError

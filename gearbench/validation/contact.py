@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.contact.look import scene_lines
+from gearbench.contact.coarse_solution import scene_lines
 from gearbench.effects.off_line_contact import OffLineContact
 from gearbench.effects.teeth import require_bores
 from gearbench.errors import InputError

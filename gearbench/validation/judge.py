@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gearbench.budget import MemoryBudgetError
-from gearbench.contact.look import scene_lines
+from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.size import require_contact_memory
 from gearbench.contact.transitions import mesh_phases
 from gearbench.results.cycle import Phases

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from gearbench.contact.look import scene_lines
+from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.transitions import mesh_phases
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.names import GEARS

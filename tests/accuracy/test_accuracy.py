@@ -291,7 +291,7 @@ def test_gauss_panels_are_of_order_twice_their_points(points):
 
 def _means(scene: Scene, edges: np.ndarray, points: int) -> np.ndarray:
     from gearbench.contact.assemble import assemble
-    from gearbench.contact.look import scene_lines
+    from gearbench.contact.coarse_solution import scene_lines
     from gearbench.contact.solver import solve
 
     phase, weight = gauss_phases(edges, points)

@@ -65,7 +65,7 @@ def test_default_settings_resolve_modified_pairs_that_nobody_tuned_for(tmp_path)
 
 @pytest.mark.parametrize("name", ["nasa_28", "hcr_spur"])
 def test_spur_pairs_converge_exponentially_in_the_points_of_a_panel(name):
-    """Panels end where a pair takes or leaves its load: without that the error of the mean falls like 1/n."""
+    """Panels end where a pair takes up or sheds its load: without that the error of the mean falls like 1/n."""
     scene = example(name)
 
     def mean(points: int) -> float:

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from fem_reference.contact.strip import slice_at
 from gearbench import Scene
 from gearbench.compliance.kink import kink_softening
+from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.law import compression
-from gearbench.contact.look import scene_lines
 from gearbench.effects.hertz import Hertz
 from gearbench.effects.off_line_contact import OffLineContact
 from gearbench.effects.tip_relief import TipRelief

@@ -8,8 +8,8 @@ from numpy.testing import assert_allclose
 
 from gearbench import read_scene
 from gearbench.contact import _kernels, _law_kernels, solver
+from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.law import compression, inverse
-from gearbench.contact.look import scene_lines
 from gearbench.contact.patches import patch_nodes
 from gearbench.contact.pieces import rows_at
 from gearbench.contact.problem import ContactProblem

@@ -13,7 +13,7 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
 from gearbench.contact.assemble import assemble
-from gearbench.contact.look import scene_lines
+from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.patches import solve_patches
 from gearbench.contact.phases import gauss_phases, uniform_phases
 from gearbench.contact.solver import solve
@@ -176,16 +176,16 @@ def test_kinks_of_a_relief_restore_the_convergence():
 def test_phases_at_which_pairs_take_and_leave_their_load_are_found_to_a_hundred_thousandth(amount):
     """On either side of them a different number of pairs is loaded."""
     relieved = replace(scene(SPUR), effects=(*scene(SPUR).effects, TipRelief(amount=amount, length=1.5)))
-    births = [change.phase for change in transitions(relieved, exact=True) if change.side]
-    assert births
-    phases = (np.array(births)[:, None] + 1e-5 * np.array([-1.0, 1.0])).ravel() % 1.0
+    transfers = [change.phase for change in transitions(relieved, exact=True) if change.side]
+    assert transfers
+    phases = (np.array(transfers)[:, None] + 1e-5 * np.array([-1.0, 1.0])).ravel() % 1.0
     solution = solve_patches(assemble(relieved, scene_lines(relieved, phases)))
     loaded = np.count_nonzero(solution.force.sum(axis=2) > 0, axis=1).reshape(-1, 2)
     assert np.all(loaded[:, 0] != loaded[:, 1])
 
 
-def test_births_found_exactly_are_those_found_at_fewer_phases():
-    """Coarse lines miss a birth by half a hundredth of a cycle: more than a part of the distance of many phases."""
+def test_load_transfers_found_exactly_are_those_found_at_fewer_phases():
+    """Coarse lines miss a load transfer by 0.005 of a cycle, which is not small against the distance of many phases."""
     relieved = wide_scenes(8, 4711)[7]
     few, many = (sorted(transitions(replace(relieved, resolution=Resolution()), exact=e)) for e in (False, True))
     assert [(change.rank, change.side) for change in few] == [(change.rank, change.side) for change in many]

@@ -1,6 +1,6 @@
 """Default curves of relieved spur pairs under any torque, against panels halved until they are resolved.
 
-The reference knows nothing of births: it halves a panel whose last Legendre coefficients are large, or whose
+The reference knows nothing of load transfers: it halves a panel whose last Legendre coefficients are large, or whose
 polynomials do not meet those of its neighbours.
 """
 
@@ -14,8 +14,8 @@ import pytest
 
 from gearbench import read_scene, simulate
 from gearbench.contact.assemble import assemble
+from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.gaps import gap_kinks
-from gearbench.contact.look import scene_lines
 from gearbench.contact.patches import solve_patches
 from gearbench.effects.off_line_contact import OffLineContact
 from gearbench.effects.tip_relief import TipRelief
@@ -28,7 +28,7 @@ from tests.support.paths import EXAMPLES
 
 PAIRS = ("fine_pitch", "fzg_c", "hcr_spur", "nasa_28", "osu_50", "rim_17_43", "ross_62", "thin_rim")
 #: Torques of 90 that miss off the line, and by how many times at most: STE of nasa_28 is steep behind the corners of
-#: its relief, one dip of ross_62 between two births is as narrow as they are known.
+#: its relief, one dip of ross_62 between two load transfers is as narrow as they are known.
 BEYOND = {"nasa_28": (1, 1.1), "ross_62": (1, 1.7)}
 CURVES = ("transmission_error", "mesh_stiffness")
 POINTS, TOLERANCE, LEAST = 5, 3e-5, 1e-6
@@ -132,14 +132,13 @@ def misses(scene: Scene) -> dict[str, float]:
         ("hcr_spur", 0.6124),
     ],
 )
-def test_births_beside_ends_of_the_path_and_kinks_are_found(name, share):
-    """Of pairs that carry at the first phase that a coarse solution sees, are born beside the start of a relief or as
-    another one leaves its load."""
+def test_load_transfers_next_to_ends_of_the_path_and_kinks_are_found(name, share):
+    """Pairs loaded at the first coarse phase, and pairs that take up load close to a relief or as another sheds it."""
     over = misses(relieved(name, share, off_line=False))
     assert max(over.values()) < 1, over
 
 
-def test_a_dip_between_two_births_that_no_sample_sees_is_in_the_noise_floor(caplog):
+def test_a_dip_between_two_load_transfers_that_no_sample_sees_is_in_the_noise_floor(caplog):
     """Its bottom, 13 % of peak-to-peak, is 0.0001 of the cycle wide."""
     over = misses(scene := relieved("ross_62", np.linspace(0.1, 2.0, 90)[74], off_line=True))
     assert max(over.values()) < 1.7, over

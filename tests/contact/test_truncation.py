@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from gearbench.contact.assemble import assemble
-from gearbench.contact.look import scene_lines
+from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.problem import TRUNCATION, gram, stiffness_of_law, truncated_root
 from gearbench.contact.solver import solve
 from gearbench.scene_file import parse_scene

@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 
 from docs.draw_flanks import PAIR, SHAPES
 from docs.draw_pair import over_span, over_turns, tip_edge, wave
-from docs.draw_panels import coarse, relieved, solve_at
+from docs.draw_panels import relieved, solve_at, through_mesh
 from gearbench.effects.registry import EFFECTS, effect_class
 
 
@@ -66,12 +66,12 @@ def test_tip_edges_end_at_the_tip_circle(axis):
 
 
 def test_the_stiffness_rises_between_the_ends_of_the_ramp_drawn(axis):
-    """From that of two pairs to that of three; half of it and more is there at the birth."""
+    """From that of two pairs to that of three; half of it and more is there at the load transfer."""
     scene = relieved()
-    birth = coarse(axis, scene)
-    first, whole = birth.ends
+    transfer = through_mesh(axis, scene)
+    first, whole = transfer.ends
     before, begun, at, last, after = solve_at(
-        scene, np.array([first - 1e-4, first + 1e-4, birth.x, whole, whole + 1e-3])
+        scene, np.array([first - 1e-4, first + 1e-4, transfer.x, whole, whole + 1e-3])
     )
     assert before < begun < at < last < after
     assert last - at < 0.5 * (after - before)

@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from gearbench.contact.assemble import assemble
-from gearbench.contact.look import scene_lines
+from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.solver import solve
 from gearbench.dynamics.analysis import response
 from gearbench.dynamics.force_curve import force_curve

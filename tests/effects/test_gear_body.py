@@ -16,7 +16,7 @@ from numpy.testing import assert_allclose
 
 from gearbench.compliance.flank import NEGLIGIBLE
 from gearbench.contact.assemble import assemble
-from gearbench.contact.look import scene_lines
+from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.solver import solve
 from gearbench.effects.base import Dense, LowRank
 from gearbench.effects.gear_body import GearBody

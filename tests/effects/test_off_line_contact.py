@@ -8,7 +8,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from gearbench import Scene, robust, simulate
-from gearbench.contact.look import scene_lines
+from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.transitions import mesh_phases
 from gearbench.effects.crowning import Crowning
 from gearbench.effects.gear_body import GearBody

@@ -12,7 +12,7 @@ import pytest
 import xarray as xr
 
 from gearbench import robust, save, sweep
-from gearbench.contact.look import scene_lines
+from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.transitions import mesh_phases
 from gearbench.effects.crowning import Crowning
 from gearbench.effects.flank_grid import read_grid

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from gearbench.contact.look import scene_lines
+from gearbench.contact.coarse_solution import scene_lines
 from gearbench.effects.manufacturing_errors import DISTANCES, ManufacturingErrors
 from gearbench.effects.registry import effect_class
 from gearbench.effects.waviness import Wave, Waviness

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from gearbench.contact.look import scene_lines
+from gearbench.contact.coarse_solution import scene_lines
 from gearbench.effects.curves import FlankCurve
 from gearbench.effects.end_relief import EndRelief
 from gearbench.effects.gear_body import GearBody

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from gearbench.contact.assemble import assemble
-from gearbench.contact.look import scene_lines
+from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.solver import solve
 from gearbench.effects.hertz import Hertz
 from gearbench.effects.tooth_bending import ToothBending

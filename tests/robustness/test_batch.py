@@ -12,8 +12,8 @@ from gearbench.contact._batch_kernels import Blocks, solve_chunk
 from gearbench.contact._lane_kernels import LANES, POINT, Answers, Gaps, Lanes, apply_laws, steepen
 from gearbench.contact.assemble import assemble
 from gearbench.contact.batch import ROUNDING, SCATTER, GapModes
+from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.law import inverse, kernel_coefficients
-from gearbench.contact.look import scene_lines
 from gearbench.contact.patches import solve_patches
 from gearbench.contact.transitions import mesh_phases
 from gearbench.effects.hertz import Hertz

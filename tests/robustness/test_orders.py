@@ -77,5 +77,5 @@ def test_orders_without_errors_are_those_of_simulate(found, variant):
 def test_orders_of_all_examples_without_errors_are_those_of_simulate(path, variant, found):
     if found is of_hunting and read_scene(path).has_shafts:
         pytest.skip("hunting cycles are of gears without shafts")
-    # births within panels of reliefs that the load does not move miss most: osu_50, 2.7 % of the stiffness
+    # load transfers within panels of reliefs that the load does not move miss most: osu_50, 2.7 % of the stiffness
     assert_same_orders(path, variant, found, Resolution(gauss_points=24, segments=60), 0.03)

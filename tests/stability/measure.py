@@ -9,7 +9,7 @@ import numpy as np
 from gearbench.compliance.gear_body import ToothedRing
 from gearbench.compliance.solid_tooth import SolidTooth
 from gearbench.contact.assemble import assemble
-from gearbench.contact.look import scene_lines
+from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.problem import ContactProblem
 from gearbench.contact.solver import newton, solve
 from gearbench.scene import Scene

@@ -9,7 +9,7 @@ import csv
 from collections.abc import Iterator
 
 from gearbench.contact.assemble import assemble
-from gearbench.contact.look import scene_lines
+from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.solver import solve
 from gearbench.contact.transitions import mesh_phases
 from tests.stability.catalogue import CASES

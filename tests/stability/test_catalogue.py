@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from gearbench.contact._law_kernels import law
 from gearbench.contact.assemble import assemble
-from gearbench.contact.look import scene_lines
+from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.problem import ContactProblem, ContactSolution, full_factor
 from gearbench.contact.solver import solve
 from gearbench.contact.transitions import mesh_phases

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from gearbench.contact.assemble import assemble
-from gearbench.contact.look import scene_lines
+from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.solver import solve
 from gearbench.effects.base import Effect
 from gearbench.effects.gear_body import GearBody

@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 from pydantic import ValidationError
 
 from gearbench.contact.assemble import assemble
-from gearbench.contact.look import scene_lines
+from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.problem import ContactSolution
 from gearbench.contact.solver import solve
 from gearbench.scene import Load, Scene

@@ -12,8 +12,8 @@ import numpy as np
 
 from gearbench import read_scene
 from gearbench.contact import transitions
+from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.gaps import gap_kinks
-from gearbench.contact.look import scene_lines
 from gearbench.contact.phases import gauss_phases
 from gearbench.effects.base import Effect
 from gearbench.effects.crowning import Crowning
@@ -101,7 +101,7 @@ def _grid(scene: Scene, rng: np.random.Generator, path: Path) -> Effect:
 
 
 def converged(scene: Scene, segments: int = 45) -> MeshCycle:
-    """Converged cycle: more segments, and panels that also end at uniform phases and ever closer to each birth."""
+    """Converged cycle: more segments, and panels that end at uniform phases too and ever closer to load transfers."""
     fine = replace(scene, resolution=Resolution(segments=segments))
     coarse, transitions.MORE_PHASES = transitions.MORE_PHASES, 96
     transitions.transitions.cache_clear()

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from gearbench.contact.look import scene_lines
+from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.transitions import mesh_phases
 from gearbench.effects.hertz import Hertz
 from gearbench.effects.teeth import plate_tooth

@@ -12,8 +12,8 @@ import mpmath as mp
 import numpy as np
 from numpy.typing import NDArray
 
+from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.lines import smooth_nodes
-from gearbench.contact.look import scene_lines
 from gearbench.contact.problem import ContactProblem
 from gearbench.geometry.action import ContactLines
 from gearbench.scene import Scene

@@ -9,7 +9,7 @@ from types import SimpleNamespace as Namespace
 import mpmath as mp
 import numpy as np
 
-from gearbench.contact.look import scene_lines
+from gearbench.contact.coarse_solution import scene_lines
 from gearbench.geometry.action import SHORTEST
 from gearbench.geometry.gear import Gear
 from gearbench.geometry.pair import Pair

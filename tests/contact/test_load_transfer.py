@@ -1,4 +1,4 @@
-"""Births of contact from one coarse solution, and the law off the line of action from a table."""
+"""Load transfers of contact from one coarse solution, and the law off the line of action from a table."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 
 from gearbench import read_scene
 from gearbench.accuracy.settings import with_order
-from gearbench.contact.look import scene_lines
+from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.transitions import transitions
 from gearbench.effects.hertz import Hertz
 from gearbench.effects.off_line_contact import OffLineContact
@@ -27,7 +27,7 @@ def off_line(name: str, share: float = 1.0) -> Scene:
 
 
 @pytest.mark.parametrize(("name", "share"), [("fzg_c", 0.3), ("ross_62", 1.0), ("hcr_spur", 1.7)])
-def test_births_of_spur_pairs_are_known_from_the_first_look(name: str, share: float) -> None:
+def test_load_transfers_of_spur_pairs_are_known_from_one_coarse_solution(name: str, share: float) -> None:
     """As found on fine lines, of whole compliance, close to them; measured: 6e-5 of the cycle and better."""
     scene = off_line(name, share)
     known, exact = ([c.phase for c in transitions(scene, exact=more) if c.side] for more in (False, True))
@@ -36,7 +36,7 @@ def test_births_of_spur_pairs_are_known_from_the_first_look(name: str, share: fl
         assert min(abs((phase - other + 0.5) % 1.0 - 0.5) for other in exact) < 1e-4
 
 
-def test_a_birth_is_found_far_from_where_coarse_lines_have_it() -> None:
+def test_a_load_transfer_is_found_far_from_where_coarse_lines_have_it() -> None:
     """Of a crowned pair with slope, whose coarse solution is a 40th of the cycle off: with more points it was lost."""
     scene = with_order(wide_scenes(18, 8300)[17], (7, 9, 24))
     usual, exact = (transitions(scene, exact=more) for more in (False, True))
@@ -58,7 +58,7 @@ def test_the_law_of_the_table_is_the_law(name: str, share: float) -> None:
     assert np.abs(error).max() < 0.01
 
 
-def test_a_birth_is_looked_for_where_no_line_can_be() -> None:
+def test_a_load_transfer_is_looked_for_where_no_line_can_be() -> None:
     """Row 19 of Table 2 off the line: one more pair than the lines of these phases have stood beyond their end."""
     scene = gear("19").scene(resolution=Resolution(gauss_points=4))
     scene = replace(scene, effects=(*scene.effects, OffLineContact()))

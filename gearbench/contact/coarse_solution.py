@@ -1,4 +1,4 @@
-"""Coarse solutions of a scene: reach of its contact lines under load, and phases between which births lie."""
+"""Coarse solutions of a scene: how far its contact lines reach, and between which phases its contact changes."""
 
 from __future__ import annotations
 
@@ -45,8 +45,8 @@ def scene_lines(scene: Scene, mesh_phase: NDArray) -> ContactLines:
 def greatest_deflection(scene: Scene) -> float:
     """Greatest approach of the gears along the line of action over a mesh cycle [mm], for any resolution.
 
-    It comes from a coarse solution; lines that reach ``MARGIN`` times as far miss no contact. Gaps other than the
-    separation add their range, so that samples of random errors stay within the lines.
+    It comes from a coarse solution and includes the range of the gaps other than the separation. Lines that reach
+    ``MARGIN`` times as far thus miss no contact, even in samples of random errors.
     """
     return _greatest_deflection(replace(scene, resolution=Resolution()))
 
@@ -56,20 +56,20 @@ def _greatest_deflection(scene: Scene) -> float:
     if scene.pair.meshing.overlap_ratio:
         # middles of the phases with the fewest and with the most pairs on the path
         most = scene.pair.meshing.transverse_contact_ratio % 1.0
-        look = _look(scene, np.array([(1 + most) / 2, most / 2]), _widest_span(scene.pair))
+        coarse = _solve_coarsely(scene, np.array([(1 + most) / 2, most / 2]), _widest_span(scene.pair))
     else:
-        look = first_look(scene, COARSE_PHASES)
-    deflection = float(look.problem.length_scale * look.guess.delta.max())
+        coarse = coarse_solution(scene, COARSE_PHASES)
+    deflection = float(coarse.problem.length_scale * coarse.guess.delta.max())
     others = [effect for effect in scene.flank_effects if effect.name != "off_line_contact"]
     if any(isinstance(effect, GapEffect) and not effect.modifications(scene.pair) for effect in others):
-        gap = total_gap(others, look.lines)[look.lines.active]
+        gap = total_gap(others, coarse.lines)[coarse.lines.active]
         # excess material on all flanks makes the approach smaller, even negative
         deflection += float(np.ptp(gap) - min(gap.max(), 0.0))
     return deflection / math.cos(scene.pair.meshing.beta_b)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Look:
+class CoarseSolution:
     """A coarse solution at uniform phases over the mesh cycle; never changed.
 
     Parameters
@@ -91,18 +91,18 @@ class Look:
     guess: Guess
     shares: NDArray
 
-    def under(self, shares: NDArray) -> Look:
+    def under(self, shares: NDArray) -> CoarseSolution:
         """Coarse solution under the loads ``shares``, from this one under a single load."""
         count = len(self.phase)
-        each = np.tile(np.arange(count), len(shares))
-        problem = under(part_of(self.problem, each), np.repeat(shares, count))
-        guess = Guess(q=self.guess.q[each], delta=self.guess.delta[each])
+        phases = np.tile(np.arange(count), len(shares))
+        problem = under(part_of(self.problem, phases), np.repeat(shares, count))
+        guess = Guess(q=self.guess.q[phases], delta=self.guess.delta[phases])
         solve_roughly(problem, guess)
-        return replace(self, lines=self.lines.part(each), problem=problem, guess=guess, shares=shares)
+        return replace(self, lines=self.lines.part(phases), problem=problem, guess=guess, shares=shares)
 
 
 @lru_cache(maxsize=16)
-def first_look(scene: Scene, count: int) -> Look:
+def coarse_solution(scene: Scene, count: int) -> CoarseSolution:
     """Coarse solution of ``scene`` at ``count`` phases; the resolution of the scene does not matter.
 
     Off the line of action, lines of spur pairs reach ``_REACH`` beyond the path of contact under any load, so that
@@ -111,16 +111,16 @@ def first_look(scene: Scene, count: int) -> Look:
     """
     wide = not scene.pair.meshing.overlap_ratio and flank_separation(scene) is not None
     span = _widest_span(scene.pair) if wide else _reached(scene)
-    return _look(scene, mirrored_phases(scene.pair, count), span)
+    return _solve_coarsely(scene, mirrored_phases(scene.pair, count), span)
 
 
-def _look(scene: Scene, phase: NDArray, span: tuple[float, float] | None) -> Look:
+def _solve_coarsely(scene: Scene, phase: NDArray, span: tuple[float, float] | None) -> CoarseSolution:
     scene = replace(scene, resolution=Resolution(positions=len(phase), segments=COARSE_SEGMENTS))
     lines = lines_within(scene, phase, span)
     problem = assemble(scene, lines, truncation=COARSE_TRUNCATION, nodes=round(COARSE_NODES * smooth_nodes(lines)))
     guess = Guess.nothing(problem)
     solve_roughly(problem, guess)
-    return Look(phase=phase, lines=lines, problem=problem, guess=guess, shares=np.ones(1))
+    return CoarseSolution(phase=phase, lines=lines, problem=problem, guess=guess, shares=np.ones(1))
 
 
 def _widest_span(pair: Pair) -> tuple[float, float]:
