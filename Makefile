@@ -21,10 +21,10 @@ demo: $(STAMP)
 	@$(BIN)/python -m examples.demo out/demo
 
 test: $(STAMP) system-libraries
-	$(BIN)/python -m pytest -m "not slow" -n 2 --dist loadfile
+	$(BIN)/python -m pytest -m "not slow" -n 2 --dist loadfile --max-worker-restart 0
 
 test-all: $(STAMP) system-libraries programs
-	$(BIN)/python -m pytest -n 2 --dist loadfile
+	$(BIN)/python -m pytest -n 2 --dist loadfile --max-worker-restart 0
 
 lint: $(STAMP)
 	$(BIN)/ruff check .

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import re
+import signal
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -84,6 +85,24 @@ def explain(error: OSError) -> str:
 
 
 @contextmanager
+def _signals_kept() -> Iterator[None]:
+    """Keep the handlers of SIGINT and SIGPIPE, which gmsh resets to the system's as it starts.
+
+    The system's handlers end the process at Ctrl-C and at a write to a process that has ended. ``signal.signal`` works
+    in the main thread only, so the C functions below it are called.
+    """
+    get, put = ctypes.pythonapi.PyOS_getsig, ctypes.pythonapi.PyOS_setsig
+    get.restype = put.restype = ctypes.c_void_p
+    put.argtypes = [ctypes.c_int, ctypes.c_void_p]
+    before = {number: get(number) for number in (signal.SIGINT, signal.SIGPIPE)}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            put(number, handler)
+
+
+@contextmanager
 def gmsh_model(name: str) -> Iterator[Any]:
     """Context manager of gmsh with an empty, silent model; one at a time per process, from any thread."""
     gmsh = import_gmsh()
@@ -91,7 +110,8 @@ def gmsh_model(name: str) -> Iterator[Any]:
         own = not gmsh.isInitialized()
         if own:
             # interruptible=True would install a signal handler, which only the main thread may do
-            gmsh.initialize(argv=["gmsh"], readConfigFiles=False, run=False, interruptible=False)
+            with _signals_kept():
+                gmsh.initialize(argv=["gmsh"], readConfigFiles=False, run=False, interruptible=False)
         gmsh.option.setNumber("General.Terminal", 0)
         gmsh.model.add(name)
         try:
