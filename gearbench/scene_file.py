@@ -13,8 +13,8 @@ from gearbench.effects.registry import EFFECTS, RENAMED, effect_class, effect_na
 from gearbench.errors import InputError, one_of
 from gearbench.geometry.names import GEARS
 from gearbench.geometry.pair import Pair
-from gearbench.geometry.planetary import MEMBERS, Planetary
-from gearbench.geometry.train_tables import PARTS, SHARED, TrainGear, TrainMesh, TrainTables
+from gearbench.geometry.planetary import MEMBERS, SHARED, Planetary
+from gearbench.geometry.train_tables import PARTS, TrainGear, TrainMesh, TrainTables
 from gearbench.keys import key_at, with_values
 from gearbench.loads import Load, WeightedLoad, greatest_load
 from gearbench.named_files import content, files_in, in_folder

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from numpy.testing import assert_allclose
 
 from gearbench import robust, simulate, sweep
@@ -15,6 +16,7 @@ from gearbench.effort.plan import plan
 from gearbench.errors import InputError
 from gearbench.results.train_cycle import USUAL_OF_TRAIN
 from gearbench.scene_file import parse_scene
+from gearbench.trains.figures import draw_train
 from gearbench.trains.scatter import offsets, sampled_train
 from gearbench.trains.solve import solve_train
 
@@ -291,7 +293,10 @@ def test_the_plan_counts_meshes_and_motions():
         ),
         ({"pin_radial": [1.0]}, "planetary.pin_radial", "one for each of the 3 planets"),
         ({"floating": ["sun"], "sun_support": 5.0}, "planetary.floating", "conflicts"),
-        ({"floating": ["sun"], "planets": 2}, "gears", "sun .: nothing holds it|nothing holds"),
+        ({"floating": ["sun"], "planets": 2}, "planetary.floating", "nothing holds sun x"),
+        ({"floating": ["sun", "ring", "carrier"]}, "planetary.floating", "nothing holds sun y"),
+        ({"planets": 3, "positions": [0.0, 90.0, 180.0, 270.0]}, "planetary.planets", "positions of 4 planets"),
+        ({"ring": {"teeth": -96, "normal_module": 3.0}}, "planetary.ring.normal_module", "not for a single gear"),
         ({"ring": {"teeth": 96}}, "planetary.ring.teeth", "must be negative"),
         ({"positions": []}, "planetary.positions", "one angle or more"),
         ({"planet": {"teeth": 30, "face": 1.0}}, "planetary.planet.face", "unknown|allowed|must be"),
@@ -307,6 +312,30 @@ def test_faults_are_one_line(keys, key, words):
     with pytest.raises(InputError, match=words) as caught:
         simulate(parse_scene(given))
     assert caught.value.key == key
+
+
+def test_a_missing_bore_is_named_as_in_the_file():
+    with pytest.raises(InputError, match=r"no planetary\.planet\.bore_diameter"):
+        simulate(parse_scene(tables(effects={"gear_body": {}, "hertz": {}}, sun={"teeth": 36, "bore_diameter": 20.0})))
+
+
+def test_a_mesh_without_load_has_no_transmission_error_and_no_stiffness():
+    pins = {"planets": 4, "pin_tangential": [900.0, 0.0, 0.0, 0.0]}
+    found = simulate(parse_scene(tables(**pins)), outputs=["transmission_error", "mesh_stiffness_mean", "load_share"])
+    assert_allclose(found["mesh_load"].sum("position") > 0, [False, True, True, True] * 2)
+    for name in ("transmission_error", "mesh_stiffness_mean", "load_share"):
+        rest = [dim for dim in found[name].dims if dim != "mesh"]
+        assert_allclose(found[name].isnull().all(rest), [True, False, False, False] * 2)
+        assert "flanks part" in found[name].attrs["missing"]
+
+
+def test_all_quarters_of_the_figure_are_drawn_where_forces_cancel(tmp_path, monkeypatch):
+    kept, save = [], Figure.savefig
+    monkeypatch.setattr(Figure, "savefig", lambda own, *args, **keys: (kept.append(own), save(own, *args, **keys)))
+    draw_train(simulate(parse_scene(tables())), tmp_path)
+    shown = [axes for axes in kept[-1].axes if axes.axison and (axes.lines or axes.patches)]
+    assert len(shown) == 4
+    assert "forces on sun cancel" in shown[2].get_title()
 
 
 def test_planets_in_phase_have_one_phase_to_the_last_digit():

@@ -73,9 +73,12 @@ def response(
     """
     from gearbench.cli import summary
     from gearbench.dynamics.housing import housing_response, read_housing
-    from gearbench.errors import naming
+    from gearbench.errors import InputError, naming
 
     speeds = parse_speeds(speed)
+    for option, value in (("--sound-at", sound_at), ("--full-scale", full_scale)):
+        if sound is None and value is not None:
+            raise InputError(option, value, "needs --sound OUT.wav")
     loaded, remarks = _load(scene, stage, torque, load_case)
     folder = plot_folder(plots)
     transfer = None if housing is None else read_housing(housing)

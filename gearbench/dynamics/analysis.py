@@ -283,4 +283,7 @@ def _dataset(
         _LOG.info("%s", line)
     proven = {name: variables.pop(name) for name in ("floquet_multiplier",)}
     found = described(variables, GROWS) | described(proven, "stability is proven without it, at any speed")
-    return keeping(xr.Dataset(found, coords=described(coords), attrs=attrs), model.scene)
+    whole = xr.Dataset(found, coords=described(coords), attrs=attrs)
+    if model.scene.coupled:
+        whole["speed"].attrs["long_name"] = f"speed of {model.scene.geometry.reference}"
+    return keeping(whole, model.scene)

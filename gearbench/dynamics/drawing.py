@@ -47,6 +47,17 @@ def legend(figure: Any, lines: list, **more: Any) -> None:
     )
 
 
+def speed_label(data: xr.Dataset | xr.DataArray) -> str:
+    """Label of an axis of speeds, with the member that has them."""
+    speed = data["speed"].attrs
+    return f"{speed['long_name']} [{speed['units']}]"
+
+
+def hertz(frequency: float) -> str:
+    """Frequency with four digits, without an exponent."""
+    return f"{np.format_float_positional(frequency, 4, fractional=False, trim='-')} Hz"
+
+
 def peak(values: Any, speeds: Any) -> tuple[float, float]:
     """Largest value, NaN ignored, and the speed at which it occurs."""
     known = np.nan_to_num(np.asarray(values, dtype=float), nan=-np.inf)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearbench.dynamics.drawing import legend, peak, write
+from gearbench.dynamics.drawing import hertz, legend, peak, speed_label, write
 from gearbench.dynamics.train_figures import draw_modes, draw_ring, draw_sharing
 from gearbench.files import file_parts
 
@@ -18,8 +19,8 @@ if TYPE_CHECKING:
 SHOWN = 0.01
 #: Modes in a figure; share of the energy of a mode above which a part is named; frequency bins of a waterfall.
 PANELS, LEAST_SHARE, BINS = 6, 0.05, 500
-#: Width of the name of an order over the width of a figure.
-ROOM = 0.09
+#: Width of the name of an order over the width of a figure; height of a name over that of a figure.
+ROOM, LINE = 0.09, 0.03
 
 
 def draw_response(dataset: xr.Dataset, folder: Path) -> list[Path]:
@@ -77,7 +78,7 @@ def _force(figure: Any, one: xr.Dataset) -> str:
         largest, at = peak(factor, speed)
         finding.append(f"dynamic factor up to {largest:.3g} at {at:.4g} 1/min{of}")
     factors.set_ylabel("dynamic factor")
-    others.set(xlabel="speed of the pinion [1/min]", ylabel="mesh force [N]")
+    others.set(xlabel=speed_label(one), ylabel="mesh force [N]")
     errors.set_ylabel("transmission error [µm]")
     legend(figure, [*factors.get_lines(), *others.get_lines(), *errors.get_lines()])
     return ";\n".join(finding)
@@ -88,7 +89,7 @@ def _orders(figure: Any, one: xr.Dataset) -> str:
     axes = figure.subplots()
     for order in one["harmonic"].values[:8]:
         axes.semilogy(one["speed"], one["mesh_force_amplitude"].sel(harmonic=order), label=f"order {order}")
-    axes.set(xlabel="speed of the pinion [1/min]", ylabel="mesh force [N]")
+    axes.set(xlabel=speed_label(one), ylabel="mesh force [N]")
     legend(figure, axes.get_lines())
     force = np.nan_to_num(one["mesh_force_amplitude"].values)
     order, (largest, at) = (
@@ -121,7 +122,7 @@ def _felt(figure: Any, squares: xr.DataArray, dim: str, label: str) -> tuple[str
         rms = np.sqrt(squares.sel({dim: name}).values / 2)
         axes.plot(squares["speed"], rms, label=str(name))
         found[str(name)] = peak(rms, squares["speed"].values)
-    axes.set(xlabel="speed of the pinion [1/min]", ylabel=label)
+    axes.set(xlabel=speed_label(squares), ylabel=label)
     legend(figure, axes.get_lines())
     name = max(found, key=lambda each: found[each])
     return name, *found[name]
@@ -135,7 +136,7 @@ def _ripples(figure: Any, one: xr.Dataset) -> str:
         for mesh in meshes:
             label = str(ripple) + (f", mesh {mesh}" if len(meshes) > 1 else "")
             axes.semilogy(one["speed"], force.sel(ripple=ripple, mesh=mesh), label=label)
-    axes.set(xlabel="speed of the pinion [1/min]", ylabel="amplitude of the mesh force [N]")
+    axes.set(xlabel=speed_label(one), ylabel="amplitude of the mesh force [N]")
     legend(figure, axes.get_lines())
     largest, at = peak(force.max(["ripple", "mesh"]).values, one["speed"].values)
     return f"ripples make a mesh force of up to {largest:.3g} N, at {at:.4g} 1/min"
@@ -173,7 +174,7 @@ def _modes(figure: Any, one: xr.Dataset) -> str:
 def _mode_name(one: xr.Dataset, mode: int) -> str:
     """Kind and frequency of a mode, and the parts with the most of its strain energy."""
     kind = one["mode_kind"].values[mode] if "mode_kind" in one else f"mode {mode + 1}"
-    name = f"{kind}, {float(one['natural_frequency'][mode]):.4g} Hz"
+    name = f"{kind}, {hertz(float(one['natural_frequency'][mode]))}"
     if "mode_energy" not in one:
         return name
     share, parts = one["mode_energy"].isel(mode=mode).values, one["part"].values
@@ -199,7 +200,7 @@ def _waterfall(figure: Any, one: xr.Dataset) -> str:
     figure.colorbar(image, ax=axes, label="log₁₀ of the mesh force [N]")
     for f in natural:
         axes.axvline(f, color="white", linewidth=0.6, linestyle=":")
-    axes.set(xlabel="frequency [Hz]; dotted: natural frequencies", ylabel="speed of the pinion [1/min]")
+    axes.set(xlabel="frequency [Hz]; dotted: natural frequencies", ylabel=speed_label(one))
     row, order = np.unravel_index(force.argmax(), force.shape)
     at = f"{frequency[row, order]:.4g} Hz and {float(one['speed'][row]):.4g} 1/min"
     return f"largest mesh force, {force.max():.3g} N, at {at}"
@@ -212,7 +213,7 @@ def _bands(figure: Any, one: xr.Dataset) -> str:
     level = np.log10(np.maximum(force, max(force.max() * 1e-5, 1e-300)))
     shown = axes.pcolormesh(one["order"], one["speed"], level, cmap="viridis", shading="nearest")
     figure.colorbar(shown, ax=axes, label="log₁₀ of the mesh force [N]")
-    axes.set(xlabel="order of the mesh frequency", ylabel="speed of the pinion [1/min]")
+    axes.set(xlabel="order of the mesh frequency", ylabel=speed_label(one))
     order = float(one["order"].values[force.max(axis=0).argmax()])
     return f"orders and side bands, the largest of order {order:.4g}"
 
@@ -222,7 +223,7 @@ def _scatter(figure: Any, one: xr.Dataset) -> str:
     for k, percentile in enumerate(one["percentile"].values):
         values = one["mesh_force_percentile"].sel(percentile=percentile)
         axes.plot(one["speed"], values, color=f"C{k}", label=f"{percentile:g} %")
-    axes.set(xlabel="speed of the pinion [1/min]", ylabel="RMS of the mesh force [N]")
+    axes.set(xlabel=speed_label(one), ylabel="RMS of the mesh force [N]")
     legend(figure, axes.get_lines(), title="of the samples below")
     largest, at = peak(one["mesh_force_percentile"].sel(percentile=95.0).values, one["speed"].values)
     return f"95 % of the samples stay below {largest:.3g} N, reached at {at:.4g} 1/min"
@@ -248,10 +249,14 @@ def _campbell(figure: Any, one: xr.Dataset) -> str:
         cmap="viridis",
     )
     figure.colorbar(dots, ax=axes, label="log₁₀ of the mesh force [N]")
-    for mode, f in zip(felt, natural, strict=True):
-        axes.axhline(f, color="C3", linewidth=0.8)
-        name = _mode_name(one, int(mode))
-        axes.annotate(name, (speed.max(), f), fontsize="x-small", color="C3", ha="right", va="bottom")
+    axes.hlines(natural, *speed[[0, -1]], color="C3", linewidth=0.8)
+    names, free = [_mode_name(one, int(mode)) for mode in felt], 0.0
+    for name, twins in Counter(names).items():
+        at = max(natural[names.index(name)], free)  # a name that would overlap the one below moves up
+        free = at + LINE * top
+        text = name if twins == 1 else f"{twins} × {name}"
+        words = axes.annotate(text, (speed.min(), at), fontsize="x-small", color="C3", va="bottom")
+        words.set_bbox({"facecolor": "white", "edgecolor": "none", "pad": 0})
     free = np.inf
     for n in orders:
         at = int(np.flatnonzero(n * frequency <= top)[-1]) if n * frequency.min() <= top else None
@@ -259,5 +264,5 @@ def _campbell(figure: Any, one: xr.Dataset) -> str:
         if at is not None and speed[at] < free:
             free = speed[at] - ROOM * np.ptp(speed) if n * frequency.max() > top else np.inf
             axes.annotate(f"order {n}", (speed[at], n * frequency[at]), fontsize="x-small", ha="right", va="bottom")
-    axes.set(xlabel="speed of the pinion [1/min]", ylabel="frequency [Hz]", ylim=(0, top))
+    axes.set(xlabel=speed_label(one), ylabel="frequency [Hz]", ylim=(0, top))
     return f"{len(natural)} modes that the mesh feels, and the orders that meet them"

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearbench.dynamics.drawing import legend, peak
+from gearbench.dynamics.drawing import hertz, legend, peak, speed_label
 from gearbench.results.origin import scene_of
 
 if TYPE_CHECKING:
@@ -58,8 +58,8 @@ def draw_modes(figure: Any, dataset: xr.Dataset) -> str:
             axes.plot(*spoke.T, color=colour, linewidth=0.9)
         axes.set_aspect("equal")
         axes.invert_yaxis()
-        axes.set_title(f"{f[k]:.4g} Hz, {kinds[k]}", fontsize="small")
-    return f"modes below {1.001 * f.max():.3g} Hz" if len(f) else "no mode is excited"
+        axes.set_title(f"{hertz(f[k])}, {kinds[k]}", fontsize="small")
+    return f"modes up to {hertz(f.max())}" if len(f) else "no mode is excited"
 
 
 def draw_sharing(figure: Any, dataset: xr.Dataset) -> str:
@@ -77,7 +77,7 @@ def draw_sharing(figure: Any, dataset: xr.Dataset) -> str:
     bottom.plot(speed, dataset["train_dynamic_transmission_error_rms"], color="C2")
     top.set_ylabel("K_γ K_v")
     middle.set_ylabel("RMS F_bt [N]")
-    bottom.set(xlabel="speed [1/min]", ylabel="RMS Δ [µm]")
+    bottom.set(xlabel=speed_label(dataset), ylabel="RMS Δ [µm]")
     legend(figure, middle.get_lines())
     most, at = peak(factor, speed)
     return f"the heaviest mesh carries {most:.3g} of its share at {at:.4g} 1/min"

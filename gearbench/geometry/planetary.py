@@ -22,6 +22,8 @@ from gearbench.schema import STRICT, as_table, read
 SUN, RING, CARRIER = "sun", "ring", "carrier"
 #: Names of the gear tables below ``[planetary]``.
 MEMBERS = (SUN, "planet", RING)
+#: Keys that all gears of a set share, as both gears of a pair do.
+SHARED = ("normal_module", "pressure_angle", "helix_angle")
 #: Keys that give one deviation per planet.
 DEVIATIONS = ("pin_tangential", "pin_radial", "planet_thickness")
 #: A planet given closer than this to an angle at which its teeth fit is moved there [steps between these angles].
@@ -316,6 +318,9 @@ def expanded(given: Any) -> tuple[PlanetarySet, dict[str, Any]]:
         if name not in whole:
             raise InputError(f"planetary.{name}", "missing", "is required: a table with the keys of a gear")
         own[name] = dict(as_table(f"planetary.{name}", whole.pop(name)))
+        for key in (*SHARED, "shaft"):
+            if key in own[name]:
+                raise InputError(f"planetary.{name}.{key}", own[name][key], "is not for a single gear of a set")
     for name in MEMBERS[:2]:
         if not isinstance(own[name].get("teeth"), int):
             raise InputError(f"planetary.{name}.teeth", own[name].get("teeth"), "must be a whole number")
@@ -324,7 +329,10 @@ def expanded(given: Any) -> tuple[PlanetarySet, dict[str, Any]]:
     if not isinstance(z_r, int) or z_r >= 0:
         raise InputError("planetary.ring.teeth", z_r, "must be negative: an internal gear (ISO 21771)")
     found = read(Planetary, whole, "planetary")
-    common = {key: getattr(found, key) for key in ("normal_module", "pressure_angle", "helix_angle", "face_width")}
+    if "planets" in whole and found.planets != found.number:
+        allowed = f"conflicts with positions of {found.number} planets: give one of the two"
+        raise InputError("planetary.planets", found.planets, allowed)
+    common = {key: getattr(found, key) for key in (*SHARED, "face_width")}
     gears: dict[str, Mapping[str, Any]] = {SUN: {**common, **own[SUN]}}
     gears |= {name: {**common, **own["planet"]} for name in found.names}
     gears[RING] = {**common, **own[RING]}

@@ -133,6 +133,13 @@ class Train:
         return tuple(dict.fromkeys(gear for mesh in self.meshes for gear in mesh.gears))
 
     # -- speeds -------------------------------------------------------------------------------------------------------
+    @property
+    def reference(self) -> str:
+        """Shaft whose speed is given: that of the first driver, or the carrier if the driver is held."""
+        mesh = self.meshes[0]
+        first = self.shaft(mesh.driver)
+        return first if first not in self.held or mesh.carrier is None else mesh.carrier
+
     @cached_property
     def rates(self) -> dict[str, Fraction]:
         """Shaft → signed speed relative to the first driver.
@@ -142,9 +149,9 @@ class Train:
         """
         shafts = list(dict.fromkeys(self.shaft(gear) for gear in self.gears))
         shafts += [c for c in dict.fromkeys(m.carrier for m in self.meshes) if c is not None and c not in shafts]
-        first, carrier = self.shaft(self.meshes[0].driver), self.meshes[0].carrier
         # relative to its carrier, a held driver turns with the same speed
-        rows = [self._row(shafts, {first: 1} if first not in self.held or carrier is None else {carrier: -1}, 1)]
+        first = self.shaft(self.meshes[0].driver)
+        rows = [self._row(shafts, {self.reference: 1 if self.reference == first else -1}, 1)]
         rows += [self._row(shafts, {name: 1}, 0) for name in self.held]
         for mesh in self.meshes:
             z = [gear.teeth for gear in mesh.pair.gears]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, fields
 from typing import Annotated, Any, Literal
@@ -15,13 +16,11 @@ from gearbench.errors import InputError, one_of
 from gearbench.geometry.linkage import Linkage
 from gearbench.geometry.names import GEARS, PAIR
 from gearbench.geometry.pair import Length, Member, Pair
-from gearbench.geometry.planetary import CARRIER, PlanetarySet, expanded
+from gearbench.geometry.planetary import CARRIER, SHARED, PlanetarySet, expanded
 from gearbench.geometry.thickness import Deviation
 from gearbench.geometry.train import Mesh, Train
 from gearbench.schema import STRICT, as_table, given, read
 
-#: Keys that must be equal for both gears of a mesh; in ``[pair]`` they belong to the pair.
-SHARED = ("normal_module", "pressure_angle", "helix_angle")
 #: Keys of ``[[meshes]]`` that ``[pair]`` has too.
 OF_PAIR = ("centre_distance", "centre_distance_upper", "centre_distance_lower", "backlash")
 
@@ -310,17 +309,18 @@ class TrainTables:
 
 
 def in_set(error: InputError) -> InputError:
-    """Translate the key of an error in the gears or meshes of a set to the key in ``[planetary]``."""
+    """Translate the keys of an error in the gears or meshes of a set to the keys in ``[planetary]``."""
     head, _, rest = error.key.partition(".")
     name, _, below = rest.partition(".")
     name = "planet" if name.startswith("planet ") else name
     if head == "gears" and name:
-        key = below if below in ("normal_module", "pressure_angle", "helix_angle") else f"{name}.{below}"
-    elif head == "meshes" and below:
-        key = below
+        key = f"planetary.{below}" if below in SHARED else f"planetary.{name}.{below}"
     else:
-        return error
-    return InputError(f"planetary.{key}", error.value, error.allowed, error.file)
+        key = f"planetary.{below}" if head == "meshes" and below else error.key
+    # a message may name a key that is missing
+    own = isinstance(error.value, str)
+    value = re.sub(r"\bgears\.(sun|planet|ring)[ \d]*\.", r"planetary.\1.", error.value) if own else error.value
+    return InputError(key, value, error.allowed, error.file)
 
 
 #: Tables that define a train, in place of the table "pair".

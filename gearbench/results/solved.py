@@ -55,8 +55,10 @@ class Solved:
         return self.solution.force / np.where(self.lines.length > 0, self.lines.length, 1.0) / self.lines.lever
 
     def load_share(self) -> NDArray:
-        """Share of the normal force on every tooth pair, (position, pair)."""
-        return self.solution.force.sum(axis=-1) / self.solution.force.sum(axis=(-2, -1))[..., None]
+        """Share of the normal force on every tooth pair, (position, pair); NaN without load."""
+        force = self.solution.force.sum(axis=-1)
+        whole = force.sum(axis=-1, keepdims=True)
+        return force / np.where(whole > 0, whole, np.nan)
 
     def initial_gap(self) -> NDArray:
         """Initial gap e, (position, pair, segment) [µm]."""

@@ -71,10 +71,11 @@ def warnings(scene: Scene, dataset: xr.Dataset | None = None) -> tuple[str, ...]
 
 
 def _of_result(dataset: xr.Dataset, on_line: bool) -> list[str]:
-    """Warnings for a mesh without load, and for excessive pressure, which contact kept ``on_line`` may cause."""
+    """Warnings for a mesh that parts, and for excessive pressure, which contact kept ``on_line`` may cause."""
     found = []
-    if "mesh_load" in dataset and not dataset["mesh_load"].any():
-        found.append(f"{dataset['mesh'].item()} carries no load: its δ and k are those of flanks that just touch")
+    if "mesh_load" in dataset and (parted := 100 * float((dataset["mesh_load"] <= 0).mean())):
+        where = "" if parted == 100 else f" at {parted:.3g} % of the positions"
+        found.append(f"{dataset['mesh'].item()} carries no load{where}: its δ and k are NaN")
     if "flank_pressure_max" in dataset and (p := float(dataset["flank_pressure_max"].max())) > HARDENED:
         reason = f"; contact kept on the line of action may be the cause: {_OFF_LINE}" if on_line else ""
         limit = f"a case-hardened flank carries {HARDENED:.0f} MPa (ISO 6336-5)"

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 #: Attribute of a Dataset that explains its missing values.
 MISSING = "positions, pairs and segments that a point does not have are NaN; such positions have the phase_weight 0"
+#: Reason for missing values of trains.
+PARTED = "NaN where flanks part; uniform phases give no noise floor, and harmonics below half their number only"
 
 
 def combined(points: Mapping[tuple[float, ...], Point], axes: Sequence[SweepAxis]) -> xr.Dataset:
@@ -44,7 +46,8 @@ def combined(points: Mapping[tuple[float, ...], Point], axes: Sequence[SweepAxis
         attrs = {"missing": MISSING}
     swept = {each.name: (each.name, np.array(each.values), {"units": each.unit or "1"}) for each in axes}
     names = [each.name for each in axes]
-    return xr.Dataset(described(whole.variables), coords=described(coords) | swept, attrs=attrs).transpose(*names, ...)
+    variables = described(whole.variables, PARTED if "mesh_load" in whole.variables else "")
+    return xr.Dataset(variables, coords=described(coords) | swept, attrs=attrs).transpose(*names, ...)
 
 
 def over_loads(dataset: xr.Dataset, loads: Sequence[WeightedLoad]) -> xr.Dataset:

@@ -5,15 +5,32 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gearbench.results.cycle import HARMONICS, MICROMETRES, coefficients, peak_to_peak_floor
 from gearbench.results.outputs import curve_floor
-from gearbench.results.points import Point, beside
+from gearbench.results.points import Columns, Point, beside
 from gearbench.results.responses import is_of_train, response
 from gearbench.results.train_cycle import USUAL_OF_TRAIN
 from gearbench.solution import columns
 from gearbench.trains.revolution import revolution_columns
 from gearbench.trains.solve import SolvedTrain
+
+#: Curves of a mesh that its contact determines; names of their numbers begin alike.
+CURVES = ("transmission_error", "mesh_stiffness")
+
+
+def _of_loaded(variables: Columns, loaded: NDArray) -> Columns:
+    """Set δ and k to NaN where flanks part; ``loaded`` (mesh, position) tells where a mesh carries load.
+
+    Numbers over the cycle are NaN if flanks part at any position.
+    """
+    found = dict(variables)
+    for name, (dims, values) in variables.items():
+        if name.startswith(CURVES):
+            known = loaded if "position" in dims else loaded.all(axis=1)
+            found[name] = dims, np.where(known.reshape(known.shape + (1,) * (values.ndim - known.ndim)), values, np.nan)
+    return found
 
 
 def train_point(solved: SolvedTrain, outputs: Sequence[str]) -> Point:
@@ -24,8 +41,8 @@ def train_point(solved: SolvedTrain, outputs: Sequence[str]) -> Point:
     own = [name for name in outputs if is_of_train(name)]
     others = [name for name in outputs if name not in own]
     each = beside([Point(*columns(mesh, others)) for mesh in solved.meshes.values()], "mesh")
-    coords, variables = dict(each.coords), dict(each.variables)
     linkage, balance, phases = solved.linkage, solved.balance, solved.phases
+    coords, variables = dict(each.coords), _of_loaded(each.variables, balance.force.T > 0)
     shift = linkage.train.phases(coast=linkage.coast)
     coords |= {"mesh": (("mesh",), np.array(list(solved.meshes)))}
     coords["phase_shift"] = (("mesh",), np.array([shift[name] for name in solved.meshes]))

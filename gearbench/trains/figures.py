@@ -113,8 +113,9 @@ def draw_train(dataset: xr.Dataset, folder: Path) -> list[Path]:
     forces.set(xlabel="mesh order", ylabel=f"force on {first}, F_n [N]")
     if float(amplitude.max()) < 1e-6 * float(dataset["mesh_load"].max()):  # only rounding errors remain
         forces.clear()
-        forces.set_axis_off()
-        forces.text(0.5, 0.5, f"forces on {first} cancel at all mesh orders", ha="center", transform=forces.transAxes)
+        plot_two_periods(forces, dataset, "train_stiffness", color=BLUE, lw=1.6)
+        forces.set(xlabel="phase of the first mesh τ [mesh periods]", ylabel="k [N/µm]", xlim=(0, 2))
+        forces.set_title(f"stiffness of the train; forces on {first} cancel at all mesh orders", fontsize=9)
     else:
         forces.set_ylim(0.0, 1.1 * float(amplitude.max()))
         forces.legend(frameon=False, fontsize=8)

@@ -174,7 +174,13 @@ def check_train(scene: Scene) -> Linkage:
             raise
         raise InputError("planetary.positions", short.keys.positions, f"{error.allowed}; {short.fitting}") from None
     linkage = scene.train.linkage(train, coast=scene.load.coast)
-    linkage.check()
+    try:
+        linkage.check()
+    except InputError as error:
+        if short is None:
+            raise
+        allowed = f"nothing holds {error.value}, neither meshes nor a stiffness"
+        raise InputError("planetary.floating", list(short.keys.floating), allowed) from None
     return linkage
 
 

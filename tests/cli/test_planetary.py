@@ -62,6 +62,10 @@ def test_forces_on_bearings_that_cancel_are_not_printed(run, scene):
     assert "force on the bearing of sun" not in said
 
 
+def test_a_place_to_listen_at_needs_a_sound(refused, scene):
+    assert "--sound-at = sun: needs --sound" in refused("response", scene, "--speed", "1000:2000", "--sound-at", "sun")
+
+
 def test_uneven_spacing_and_planets_without_load_are_reported(run, scene):
     scene.write_text(SET.replace("planetary]", "planetary]\nplanets = 4\npin_tangential = [900.0, 0.0, 0.0, 0.0]", 1))
     _, said, _ = run("simulate", scene)

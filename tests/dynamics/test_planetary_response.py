@@ -2,10 +2,12 @@
 
 from dataclasses import replace
 from functools import partial
+from itertools import pairwise
 
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.figure import Figure
 from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 
@@ -304,6 +306,21 @@ def test_figures_are_of_the_set(tmp_path):
     assert names[:4] == ["modes.png", "sharing.png", "bearings.png", "ring.png"]
     assert len([name for name in names if name.startswith("campbell")]) == 1
     assert all((tmp_path / name).stat().st_size > 10_000 for name in names)
+
+
+def test_axes_name_the_member_and_names_of_modes_do_not_overlap(tmp_path, monkeypatch):
+    keep, save = {}, Figure.savefig
+    monkeypatch.setattr(Figure, "savefig", lambda own, *a, **k: (keep.setdefault(len(keep), own), save(own, *a, **k)))
+    for held, member in (("ring", "sun"), ("sun", "carrier")):
+        found = response(scene(phases=16, planets=4, held=held, **ELASTIC), speed=[1000.0, 9000.0], harmonics=3)
+        assert found["speed"].attrs["long_name"] == f"speed of {member}"
+        keep.clear()
+        names = [path.stem for path in draw_response(found, tmp_path)]
+        figure = keep[next(i for i, name in enumerate(names) if name.startswith("campbell"))]
+        assert figure.axes[0].get_xlabel() == f"speed of {member} [1/min]"
+        boxes = [each.get_window_extent() for each in figure.axes[0].texts if "Hz" in each.get_text()]
+        assert len(boxes) > 4
+        assert all(low.y1 <= high.y0 + 1 for low, high in pairwise(boxes))
 
 
 def test_long_titles_stay_within_their_figure(tmp_path):
