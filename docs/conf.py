@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import csv
 import re
+from itertools import groupby
+from pathlib import Path
 from typing import Any
 
 from docutils import nodes
@@ -47,9 +50,33 @@ html_theme_options = {"navigation_with_keys": True}
 
 
 def setup(app: Sphinx) -> None:
-    """Tables of measured values are shown as they are; formulas as MathML, which browsers draw by themselves."""
+    """Tables of CSV files are shown as they are or on a page; formulas as MathML, which browsers draw by themselves."""
+    app.connect("source-read", _show_tables)
     app.add_lexer("csv", TextLexer)
     app.add_html_math_renderer("mathml", (_inline, None), (_block, None))
+
+
+def _show_tables(app: Sphinx, page: str, source: list[str]) -> None:
+    """Show the CSV file that a line ``{sections of FILE}`` names.
+
+    Each value of its first column is a section, with a table of the columns that are not empty.
+    """
+
+    def sections(line: re.Match[str]) -> str:
+        path = Path(app.srcdir) / line[1]
+        app.env.note_dependency(path, docname=page)
+        with path.open(encoding="utf-8", newline="") as file:
+            head, *rows = csv.reader(file)
+        return "\n".join(_section(name, [head, *found]) for name, found in groupby(rows, key=lambda row: row[0]))
+
+    source[0] = re.sub(r"(?m)^\{sections of (\S+)\}\n", sections, source[0])
+
+
+def _section(name: str, rows: list[list[str]]) -> str:
+    columns = [column for column in list(zip(*rows, strict=True))[1:] if any(column[1:])]
+    head, *body = zip(*columns, strict=True)
+    cells = ([re.sub(r"([|*])", r"\\\1", cell) for cell in row] for row in (head, ["---"] * len(head), *body))
+    return f"## {name}\n\n" + "".join(f"| {' | '.join(row)} |\n" for row in cells)
 
 
 def _inline(writer: Any, node: nodes.math) -> None:

@@ -15,6 +15,7 @@ from tests.support.pages import DOCS
 from tests.support.paths import ROOT
 
 PAGES = sorted(DOCS.glob("*.md"))
+CLAIMS = DOCS / "data" / "validation.csv"
 #: Public functions and classes whose docstrings show how they are used.
 SHOWN = (
     "gearbench.scene_file",
@@ -55,7 +56,7 @@ def test_nothing_comes_from_the_network(site):
         assert not re.findall(r'<link[^>]+href="(?:https?:)?//', text), page.name
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+@pytest.mark.parametrize("page", [*PAGES, CLAIMS], ids=lambda page: page.name)
 def test_files_and_tests_that_a_page_names_exist(page):
     text = page.read_text(encoding="utf-8")
     for path, test in re.findall(r"`((?:tests|studies|gearbench|examples|docs)/[\w/.]+\.\w+)(?:::(\w+))?`", text):

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import csv
+from io import StringIO
+
 import pytest
 
 from docs.generate import FOLDER, HIGHER, PAGES
@@ -9,6 +12,7 @@ from docs.keys import key_tables, prose
 from gearbench.cli.app import COMMANDS
 from gearbench.effects.manufacturing_errors import ManufacturingErrors
 from gearbench.effects.tip_relief import TipRelief
+from gearbench.results.cycle import HARMONICS
 from gearbench.results.quantities import QUANTITIES
 from gearbench.results.responses import responses
 
@@ -19,12 +23,14 @@ def test_the_page_is_up_to_date(name):
 
 
 def test_every_quantity_is_on_its_page_once():
-    page = PAGES["quantities.md"]()
-    everything = QUANTITIES | {name: each.quantity for name, each in responses().items() if not HIGHER.search(name)}
-    for name, quantity in everything.items():
-        row = next(line for line in page.splitlines() if line.startswith((f"| `{name}` |", f"| **`{name}`** |")))
-        assert not quantity.unit or f"[{quantity.unit}] |" in row
-    assert page.count("\n| `") + page.count("\n| **`") == len(everything)
+    _, *rows = csv.reader(StringIO(PAGES["data/quantities.csv"]()))
+    metrics = {name: each.quantity for name, each in responses().items() if not HIGHER.search(name)}
+    everything = {**QUANTITIES, **metrics}
+    shown = {name.strip("`"): symbol for _, name, symbol, *_ in rows}
+    assert len(rows) == len(shown)
+    assert shown.keys() == everything.keys()
+    assert all(not quantity.unit or shown[name].endswith(f"[{quantity.unit}]") for name, quantity in everything.items())
+    assert f"harmonics 1 to {HARMONICS};" in (FOLDER / "quantities.md").read_text(encoding="utf-8")
 
 
 def test_every_command_is_on_its_page():
