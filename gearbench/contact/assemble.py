@@ -53,23 +53,23 @@ def assemble(
         If segments are cells: nodes on a line at which the smooth compliance is computed, by default ``smooth_nodes``.
     """
     acting = scene.acting_effects if effects is None else effects
-    beside = {effect.name: effect for effect in acting}
+    by_name = {effect.name: effect for effect in acting}
     gaps = gaps_along(acting, lines)
     gap, sigma = gap_and_variation(gaps)
     at = lines.smooth_lines(nodes or smooth_nodes(lines)) if lines.cells else lines
     adding = [effect for effect in acting if isinstance(effect, ComplianceEffect)]
-    compliance, laws = smooth_compliance(adding, at, beside)
+    compliance, laws = smooth_compliance(adding, at, by_name)
     if not lines.cells:
         return _problem(scene, lines, compliance, laws, gap, sigma, truncation)
     if not laws:
         # without a law the compliance alone determines the loads, so it is needed on every segment
-        compliance, laws = smooth_compliance(adding, lines, beside)
+        compliance, laws = smooth_compliance(adding, lines, by_name)
         return _problem(scene, lines, compliance, laws, gap, np.zeros(lines.shape), truncation)
     none = np.zeros(at.shape)
     smooth = _problem(scene, at, compliance, laws, none, none, truncation)
     assert lines.panel is not None
     own = replace(compliance, factor=np.zeros((*lines.shape, 0)), matrix=None)
-    laws = [part for effect in own.laws if isinstance(part := effect.compliance(lines, beside), LineLaw)]
+    laws = [part for effect in own.laws if isinstance(part := effect.compliance(lines, by_name), LineLaw)]
     problem = _problem(scene, lines, own, laws, gap, sigma, truncation, smooth.length_scale)
     factor, rows = smooth.factor.reshape(*at.shape, -1), rows_of_cells(at, lines)
     along = Along(

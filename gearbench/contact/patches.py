@@ -123,8 +123,8 @@ def on_patches(problem: ContactProblem, guess: Guess) -> tuple[ContactProblem, C
     along = problem.along
     assert along is not None
     nodes = along.lines.at(*_nodes(problem, _compression(problem, guess)))
-    beside = {effect.name: effect for effect in along.effects}
-    parts = [effect.compliance(nodes, beside) for effect in along.laws]
+    by_name = {effect.name: effect for effect in along.effects}
+    parts = [effect.compliance(nodes, by_name) for effect in along.laws]
     none = np.zeros(nodes.shape)
     a = sum((part.a for part in parts if isinstance(part, LineLaw)), none)
     h = sum((part.h for part in parts if isinstance(part, LineLaw)), none)

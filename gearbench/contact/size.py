@@ -63,22 +63,22 @@ def _columns(scene: Scene) -> tuple[int, bool]:
     """Number of columns of all Ψ, and whether tooth pairs deflect each other."""
     lines = contact_lines(scene.pair, [0.5], 1)
     acting = [effect for effect in scene.acting_effects if isinstance(effect, ComplianceEffect)]
-    beside = {effect.name: effect for effect in scene.acting_effects}
+    by_name = {effect.name: effect for effect in scene.acting_effects}
     columns, coupled, law, ready = 0, False, False, acting
     meshed = None
-    if "tooth_bending" in beside:
+    if "tooth_bending" in by_name:
         from gearbench.effects.tooth_bending import tooth_bending
 
         meshed = tooth_bending(scene.effects_by_name, "finite_elements")
     if meshed is not None and meshed.missing_levels(scene.pair, scene.effects_by_name):
-        columns, coupled = MOST_COLUMNS // 10, "gear_body" in beside
+        columns, coupled = MOST_COLUMNS // 10, "gear_body" in by_name
         ready = [effect for effect in acting if effect is not meshed]
-    flanks = {effect: part for effect in ready if (part := effect.flank_compliances(lines, beside)) is not None}
+    flanks = {effect: part for effect in ready if (part := effect.flank_compliances(lines, by_name)) is not None}
     if len(joined_flanks(list(flanks.values()))) < len(flanks):  # summed a few positions at a time: no columns are kept
         coupled = coupled or any(part.coupled for part in flanks.values())
         ready = [effect for effect in ready if effect not in flanks]
     for effect in ready:
-        part = effect.compliance(lines, beside)
+        part = effect.compliance(lines, by_name)
         law = law or not isinstance(part, (LowRank, Dense))
         columns += part.factor.shape[-1] if isinstance(part, LowRank) else 0
         coupled = coupled or isinstance(part, Dense) or (isinstance(part, LowRank) and part.coupled)

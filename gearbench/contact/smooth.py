@@ -43,24 +43,24 @@ class Smooth:
 
 
 def smooth_compliance(
-    adding: Sequence[ComplianceEffect], lines: ContactLines, beside: Mapping[str, Effect]
+    adding: Sequence[ComplianceEffect], lines: ContactLines, effects: Mapping[str, Effect]
 ) -> tuple[Smooth, list[LineLaw]]:
     """Sum of the smooth compliances of the effects ``adding`` compliance, and the contact laws among them.
 
-    ``beside`` are all acting effects by name.
+    ``effects`` are all acting effects by name.
     """
     if 8 * lines.shape[0] * (lines.shape[1] * lines.shape[2]) ** 2 > LARGEST:
-        smooth, laws = _summed(adding, lines, beside)
+        smooth, laws = _summed(adding, lines, effects)
         return smooth, laws
-    smooth = _kept(_Key(tuple(adding), lines, dict(beside)))
-    return smooth, _only_laws([effect.compliance(lines, beside) for effect in smooth.laws])
+    smooth = _kept(_Key(tuple(adding), lines, dict(effects)))
+    return smooth, _only_laws([effect.compliance(lines, effects) for effect in smooth.laws])
 
 
 def _summed(
-    adding: Sequence[ComplianceEffect], lines: ContactLines, beside: Mapping[str, Effect]
+    adding: Sequence[ComplianceEffect], lines: ContactLines, effects: Mapping[str, Effect]
 ) -> tuple[Smooth, list[LineLaw]]:
-    flanks = {effect: found for effect in adding if (found := effect.flank_compliances(lines, beside)) is not None}
-    parts = {effect: effect.compliance(lines, beside) for effect in adding if effect not in flanks}
+    flanks = {effect: found for effect in adding if (found := effect.flank_compliances(lines, effects)) is not None}
+    parts = {effect: effect.compliance(lines, effects) for effect in adding if effect not in flanks}
     laws = tuple(effect for effect, part in parts.items() if isinstance(part, LineLaw))
     found = _only_laws(list(parts.values()))
     smooth = [part for part in parts.values() if not isinstance(part, LineLaw)]
@@ -93,12 +93,14 @@ def _only_laws(parts: Sequence[object]) -> list[LineLaw]:
 class _Key:
     """Cache key with everything on which a sum of compliances depends."""
 
-    def __init__(self, adding: tuple[ComplianceEffect, ...], lines: ContactLines, beside: Mapping[str, Effect]) -> None:
-        self.arguments = adding, lines, beside
+    def __init__(
+        self, adding: tuple[ComplianceEffect, ...], lines: ContactLines, effects: Mapping[str, Effect]
+    ) -> None:
+        self.arguments = adding, lines, effects
         digest = hashlib.blake2b()
         for array in (lines.u, lines.y, lines.active):
             digest.update(array.tobytes())
-        names = tuple(beside)
+        names = tuple(effects)
         self._key = adding, names, lines.pair, lines.shape, lines.coast, lines.separation, digest.digest()
 
     def __hash__(self) -> int:

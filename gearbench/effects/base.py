@@ -115,7 +115,7 @@ class Effect(ABC):
     #: Names of effects that this one excludes, with the reason.
     conflicts: ClassVar[dict[str, str]] = {}
 
-    def check(self, pair: Pair, beside: Effects) -> None:  # noqa: B027
+    def check(self, pair: Pair, effects: Effects) -> None:  # noqa: B027
         """Check that the keys fit the pair and the other effects of the scene.
 
         Raises
@@ -174,10 +174,10 @@ class ComplianceEffect(Effect):
     """An effect that adds compliance."""
 
     @abstractmethod
-    def compliance(self, lines: ContactLines, beside: Effects) -> LowRank | Dense | LineLaw:
-        """Compliance of the segments of ``lines``; ``beside`` are all effects of the scene, including this one."""
+    def compliance(self, lines: ContactLines, effects: Effects) -> LowRank | Dense | LineLaw:
+        """Compliance of the segments of ``lines``; ``effects`` are all effects of the scene, including this one."""
 
-    def flank_compliances(self, lines: ContactLines, beside: Effects) -> Flanks | None:
+    def flank_compliances(self, lines: ContactLines, effects: Effects) -> Flanks | None:
         """Compliances of both flanks for any contact lines, if the effect has them; None by default.
 
         Compliances of several effects are summed before they are evaluated on contact lines.
@@ -190,17 +190,17 @@ class ToothCompliance(ComplianceEffect):
     """An effect that adds smooth compliance to a tooth, spread over the whole flank."""
 
     @abstractmethod
-    def tooth_factor(self, pair: Pair, index: int, height: NDArray, y: NDArray, beside: Effects) -> NDArray:
+    def tooth_factor(self, pair: Pair, index: int, height: NDArray, y: NDArray, effects: Effects) -> NDArray:
         """Ψ (…, rank) [√(mm/N)] of a single tooth of gear ``index``.
 
         A unit normal force at point b of the flank deflects point a by Ψ(a)·Ψ(b). Points are given by the ``height``
         R − r_f above the root circle and the position ``y`` along the face width [mm].
         """
 
-    def both_teeth(self, lines: ContactLines, beside: Effects) -> LowRank:
+    def both_teeth(self, lines: ContactLines, effects: Effects) -> LowRank:
         """Factors of the teeth of pinion and wheel, concatenated along the rank, (position, pair, segment, rank)."""
         heights = [radius - gear.root_radius for gear, radius in zip(lines.pair.gears, lines.radii, strict=True)]
-        parts = [self.tooth_factor(lines.pair, index, heights[index], lines.own_y(index), beside) for index in (0, 1)]
+        parts = [self.tooth_factor(lines.pair, index, heights[index], lines.own_y(index), effects) for index in (0, 1)]
         return LowRank(factor=np.concatenate(parts, axis=-1))
 
 

@@ -46,13 +46,13 @@ class GearBody(ToothCompliance):
     def __post_init__(self) -> None:
         refuse_foreign_keys(self, {"coupled": ("ring",)})
 
-    def check(self, pair: Pair, beside: Effects) -> None:
+    def check(self, pair: Pair, effects: Effects) -> None:
         """Refuse gears without bore or outside the range of the closed form, and keys that finite elements ignore."""
         bores, webs = require_bores(pair), [own_web(pair, index, False) for index in (0, 1)]
-        if _meshed(beside) and self != GearBody():
+        if _meshed(effects) and self != GearBody():
             key, value = ("coupled", False) if self.model == "ring" else ("model", self.model)
             raise InputError(key, value, "belongs to a plate or solid tooth: finite elements mesh the whole body")
-        order = _joint_order(beside)
+        order = _joint_order(effects)
         if order and order[0] < 2 and self.model == "ring":
             raise InputError("", f"effects.tooth_bending.order = {list(order)}", "a ring needs 2 across the thickness")
         if self.model == "sainsot_velex":
@@ -68,52 +68,52 @@ class GearBody(ToothCompliance):
                 except InputError as error:
                     raise InputError("model", self.model, f"pair.{name}: {error.allowed}") from None
 
-    def compliance(self, lines: ContactLines, beside: Effects) -> LowRank | Dense:
+    def compliance(self, lines: ContactLines, effects: Effects) -> LowRank | Dense:
         """Factor of both gears side by side, (position, pair, segment, rank); of all pairs if they are coupled (R8)."""
-        flanks = self.flank_compliances(lines, beside)
-        return self.both_teeth(lines, beside) if flanks is None else flanks.on(lines)
+        flanks = self.flank_compliances(lines, effects)
+        return self.both_teeth(lines, effects) if flanks is None else flanks.on(lines)
 
-    def flank_compliances(self, lines: ContactLines, beside: Effects) -> Flanks | None:
+    def flank_compliances(self, lines: ContactLines, effects: Effects) -> Flanks | None:
         """Compliance of both flanks; None unless the bodies are rings."""
-        if self.model != "ring" or _meshed(beside):
+        if self.model != "ring" or _meshed(effects):
             return None
         neighbours = lines.shape[1] - 1 if self.coupled else 0
-        order = _joint_order(beside)
+        order = _joint_order(effects)
         pinion, wheel = of_both(ring_flank, lines.pair, order, neighbours, lines.coast)
         return Flanks(both=(pinion, wheel), coupled=self.coupled)
 
-    def between(self, pair: Pair, index: int, beside: Effects, *, coast: bool, across: bool) -> NDArray:
+    def between(self, pair: Pair, index: int, effects: Effects, *, coast: bool, across: bool) -> NDArray:
         """C_d of a ring [mm/N], d = −z/2 … z/2: motion of a flank under loads on that of the tooth d behind (R7).
 
         As seen when the gear drives. ``across``: of the right flanks under loads on the left ones, as these are seen
         when it is driven.
         """
-        return ring_between(pair, index, _joint_order(beside), coast, across)
+        return ring_between(pair, index, _joint_order(effects), coast, across)
 
-    def shapes(self, lines: ContactLines, index: int, beside: Effects) -> NDArray:
+    def shapes(self, lines: ContactLines, index: int, effects: Effects) -> NDArray:
         """Polynomials of ``between`` on the lines of a mesh, (position, pair, segment, function) [1/mm]."""
-        flank = ring_flank(lines.pair, index, _joint_order(beside), 0, lines.coast)
+        flank = ring_flank(lines.pair, index, _joint_order(effects), 0, lines.coast)
         return flank.shapes(lines.radii[index] - flank.gear.root_radius, lines.own_y(index))
 
-    def tooth_factor(self, pair: Pair, index: int, height: NDArray, y: NDArray, beside: Effects) -> NDArray:
+    def tooth_factor(self, pair: Pair, index: int, height: NDArray, y: NDArray, effects: Effects) -> NDArray:
         """Ψ of a single tooth; of rank 0 with finite elements, which contain the body."""
-        if _meshed(beside):
+        if _meshed(effects):
             return np.empty((*np.broadcast_shapes(np.shape(height), np.shape(y)), 0))
         if self.model == "ring":
-            return ring_flank(pair, index, _joint_order(beside), 0).factor(height, y)
+            return ring_flank(pair, index, _joint_order(effects), 0).factor(height, y)
         from gearbench.compliance.sainsot_velex import foundation_factor
 
         gear, bore = pair.gears[index], require_bores(pair)[index]
         return foundation_factor(gear, pair.materials[index].E, bore / 2, gear.root_radius + height)[..., None]
 
 
-def _meshed(beside: Effects) -> bool:
+def _meshed(effects: Effects) -> bool:
     """Whether the bodies are meshed together with the teeth."""
-    tooth = tooth_among(beside)
+    tooth = tooth_among(effects)
     return tooth is not None and tooth.meshed
 
 
-def _joint_order(beside: Effects) -> tuple[int, int, int] | None:
+def _joint_order(effects: Effects) -> tuple[int, int, int] | None:
     """Order of the solid teeth that the ring is joined to; None is their default."""
-    tooth = tooth_among(beside)
+    tooth = tooth_among(effects)
     return None if tooth is None else tooth.solid_order

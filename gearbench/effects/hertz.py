@@ -55,7 +55,7 @@ class Hertz(ComplianceEffect):
     use: ClassVar[str] = "Always: it determines the distribution of the load."
     example: ClassVar[dict[str, Any]] = {"law": "weber_banaschek"}
 
-    def compliance(self, lines: ContactLines, beside: Effects) -> LineLaw:
+    def compliance(self, lines: ContactLines, effects: Effects) -> LineLaw:
         """Law of each segment, (position, pair, segment)."""
         # without helix angle all segments of a line have the same u
         even = lines.pair.meshing.overlap_ratio == 0

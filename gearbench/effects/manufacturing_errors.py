@@ -207,12 +207,12 @@ class ManufacturingErrors(GapEffect):
         own = (self.pinion_iso_class, self.wheel_iso_class)[index]
         return self.iso_class if own is None else own
 
-    def check(self, pair: Pair, beside: Effects) -> None:
+    def check(self, pair: Pair, effects: Effects) -> None:
         """Refuse a class or gears outside the scope of the standard, and impossible variations."""
         self.variables(pair)
         for i, each in enumerate(self.varied):
             try:
-                each.check(pair, beside)
+                each.check(pair, effects)
             except InputError as error:
                 raise error.within(f"varied.{i}") from None
 
@@ -297,8 +297,8 @@ class ManufacturingErrors(GapEffect):
             columns.append(v.amplitude * DISTRIBUTIONS[v.distribution].quantile(drawn))
         return np.stack(columns, axis=-1)
 
-    def expansion(self, lines: ContactLines, beside: Effects) -> Expansion:
-        """Expansion of the gaps of samples on ``lines``; ``beside`` are the effects of the loaded flank."""
+    def expansion(self, lines: ContactLines, effects: Effects) -> Expansion:
+        """Expansion of the gaps of samples on ``lines``; ``effects`` are the effects of the loaded flank."""
         classic, parts = len(self.error_modes(lines.pair)), []
         if classic:
             parts.append(ErrorModes(columns=slice(0, classic), modes=self.modes(lines), amounts=lambda values: values))
@@ -307,7 +307,7 @@ class ManufacturingErrors(GapEffect):
             parts.append(ErrorModes(columns=slice(at, at + 2), modes=each.modes(lines), amounts=each.amounts))
             at += 2
         for key in self.varied:
-            modes = key.modes(lines, beside)
+            modes = key.modes(lines, effects)
             share = partial(_amounts, key, modes.shape[-1])
             parts.append(ErrorModes(columns=slice(at, at + 1), modes=modes, amounts=share))
             at += 1

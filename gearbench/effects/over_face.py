@@ -24,7 +24,7 @@ class OverFace(ShapeEffect):
         own: dict[int | None, Any] = {**each_gear(self)}
         return own or {None: self.of_pair(**{key.name: getattr(self, key.name) for key in fields(self.of_pair)})}
 
-    def check(self, pair: Pair, beside: Effects) -> None:
+    def check(self, pair: Pair, effects: Effects) -> None:
         """Refuse shapes that do not fit on a face."""
         for index, table in self.tables().items():
             try:

@@ -50,7 +50,7 @@ class PitchErrors(GapEffect):
     use: ClassVar[str] = "Teeth that differ from one another: pitch deviations, run-out."
     example: ClassVar[dict[str, Any]] = {"pinion": [0.0, 2.0, -1.0, 1.0, 0.0]}
 
-    def check(self, pair: Pair, beside: Effects) -> None:
+    def check(self, pair: Pair, effects: Effects) -> None:
         """Refuse lists that do not have one deviation for each tooth."""
         if self.pinion is None and self.wheel is None:
             raise InputError("pinion", "missing", "deviations are required, here or for the wheel")

@@ -34,7 +34,7 @@ class ProfileCurve(CurvesOfGears):
     use: ClassVar[str] = "A profile given as a polynomial or as a trace."
     example: ClassVar[dict[str, Any]] = {"pinion": {"polynomial": [0.0, 2.0, 6.0]}}
 
-    def check(self, pair: Pair, beside: Effects) -> None:
+    def check(self, pair: Pair, effects: Effects) -> None:
         """Refuse points that miss more than half of the active profile: most likely they are of another gear."""
         for index, curve in self.curves.items():
             low, high = pair.meshing.active_rolls[index]

@@ -135,7 +135,7 @@ class ProfileRelief(ShapeEffect):
             return float(gear.radius_at(table.start_roll_length))
         return gear.base_radius * math.hypot(1.0, math.radians(table.start_roll_angle or 0.0))
 
-    def check(self, pair: Pair, beside: Effects) -> None:
+    def check(self, pair: Pair, effects: Effects) -> None:
         """Refuse a relief that does not fit the tooth."""
         for index, table in self.tables().items():
             edge, (low, high) = self.edge(pair, index), self.limits(pair, index)

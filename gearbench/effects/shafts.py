@@ -168,7 +168,7 @@ class Shafts(ComplianceEffect):
     summary: ClassVar[str] = "compliance: shafts and bearings, the seats of the gears as beams across their faces"
     source: ClassVar[str] = "Timoshenko beams, ISO/TS 16281"
 
-    def compliance(self, lines: ContactLines, beside: Effects) -> LowRank:
+    def compliance(self, lines: ContactLines, effects: Effects) -> LowRank:
         """Factor of both shafts, shared by all tooth pairs, (position, pair, segment, rank)."""
         parts = [factor(gears, [gear.rows(lines) for gear in gears]) for gears in _grouped(self.gears)]
         return LowRank(factor=np.concatenate(parts, axis=-1), coupled=True)

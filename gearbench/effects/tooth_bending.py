@@ -94,7 +94,7 @@ class ToothBending(Tooth):
         """Order of solid teeth; None for the default."""
         return self.order if self.model == "solid" else None  # type: ignore[return-value]
 
-    def missing_levels(self, pair: Pair, beside: Effects) -> list[Level]:
+    def missing_levels(self, pair: Pair, effects: Effects) -> list[Level]:
         """Levels of the finite elements of both gears that are not on disk yet.
 
         Raises
@@ -107,48 +107,48 @@ class ToothBending(Tooth):
         from fem_reference.cache import entry
         from fem_reference.refinement import levels
 
-        bodies = [(self.body(pair, index, beside), pair.materials[index]) for index in (0, 1)]
+        bodies = [(self.body(pair, index, effects), pair.materials[index]) for index in (0, 1)]
         missing = [body for body, material in bodies if not entry(body, material, self.accuracy).exists()]
         return [level for body in missing for level in levels(body, self.accuracy)]
 
-    def compliance(self, lines: ContactLines, beside: Effects) -> LowRank | Dense:
+    def compliance(self, lines: ContactLines, effects: Effects) -> LowRank | Dense:
         """Factor of both teeth, (position, pair, segment, rank); a matrix of all pairs for meshed bodies."""
-        flanks = self.flank_compliances(lines, beside)
-        return self.both_teeth(lines, beside) if flanks is None else flanks.on(lines)
+        flanks = self.flank_compliances(lines, effects)
+        return self.both_teeth(lines, effects) if flanks is None else flanks.on(lines)
 
-    def flank_compliances(self, lines: ContactLines, beside: Effects) -> Flanks | None:
+    def flank_compliances(self, lines: ContactLines, effects: Effects) -> Flanks | None:
         """Compliance of both flanks; not for plates."""
         if self.model == "plate":
             return None
         if self.model == "solid":
-            pinion, wheel = of_both(solid_flank, lines.pair, self.solid_order, _rooted(beside))
+            pinion, wheel = of_both(solid_flank, lines.pair, self.solid_order, _rooted(effects))
         else:
-            pinion, wheel = (self.flank(lines.pair, index, beside, lines.coast) for index in (0, 1))
-        return Flanks(both=(pinion, wheel), coupled=self.meshed and _on_body(beside))
+            pinion, wheel = (self.flank(lines.pair, index, effects, lines.coast) for index in (0, 1))
+        return Flanks(both=(pinion, wheel), coupled=self.meshed and _on_body(effects))
 
-    def tooth_factor(self, pair: Pair, index: int, height: NDArray, y: NDArray, beside: Effects) -> NDArray:
+    def tooth_factor(self, pair: Pair, index: int, height: NDArray, y: NDArray, effects: Effects) -> NDArray:
         """Ψ of one tooth; see ``ToothCompliance``."""
         if self.model != "plate":
-            return self.flank(pair, index, beside).factor(height, y)
+            return self.flank(pair, index, effects).factor(height, y)
         gear = pair.gears[index]
         factor = plate_tooth(gear, pair.materials[index], self.order, self.fillet).factor(height, y)
         if self.load == "full":
             return factor
         return factor * normal_component(gear, height + gear.root_radius)[..., None]
 
-    def flank(self, pair: Pair, index: int, beside: Effects, coast: bool = False) -> FlankCompliance:
+    def flank(self, pair: Pair, index: int, effects: Effects, coast: bool = False) -> FlankCompliance:
         """Compliance of the flank of pinion (k = 0) or wheel (k = 1), as a solid or by finite elements.
 
         ``coast`` selects the coast flank, which differs if a web is off the middle.
         """
         if self.model == "solid":
-            return solid_flank(pair, index, self.solid_order, _rooted(beside))
-        found = meshed_flank(self.body(pair, index, beside, coast), pair.materials[index], self.accuracy)
+            return solid_flank(pair, index, self.solid_order, _rooted(effects))
+        found = meshed_flank(self.body(pair, index, effects, coast), pair.materials[index], self.accuracy)
         return in_mesh(found, pair, index, coast)
 
-    def body(self, pair: Pair, index: int, beside: Effects, coast: bool = False) -> Body:
+    def body(self, pair: Pair, index: int, effects: Effects, coast: bool = False) -> Body:
         """Meshed part of pinion (k = 0) or wheel (k = 1), seen from the loaded flank."""
-        return meshed_body(pair, index, on_body=_on_body(beside), coast=coast)
+        return meshed_body(pair, index, on_body=_on_body(effects), coast=coast)
 
 
 def tooth_bending(effects: Effects, model: str) -> ToothBending | None:
@@ -157,12 +157,12 @@ def tooth_bending(effects: Effects, model: str) -> ToothBending | None:
     return tooth if isinstance(tooth, ToothBending) and tooth.model == model else None
 
 
-def _rooted(beside: Effects) -> bool:
-    return getattr(beside.get("gear_body"), "model", None) == "ring"
+def _rooted(effects: Effects) -> bool:
+    return getattr(effects.get("gear_body"), "model", None) == "ring"
 
 
-def _on_body(beside: Effects) -> bool:
-    return "gear_body" in beside
+def _on_body(effects: Effects) -> bool:
+    return "gear_body" in effects
 
 
 def normal_component(gear: Gear, radius: NDArray) -> NDArray:

@@ -79,7 +79,7 @@ class Topography(GapEffect):
         """Grids of pinion and wheel."""
         return self.__dict__["_grids"]
 
-    def check(self, pair: Pair, beside: Effects) -> None:
+    def check(self, pair: Pair, effects: Effects) -> None:
         """Refuse a grid that misses more than half of the active flank, probably measured on another gear."""
         ends_of_gears = pair.meshing.active_radii
         for name, gear, ends, (before, _), grid in zip(

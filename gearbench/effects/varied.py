@@ -48,7 +48,7 @@ class VariedKey:
     amplitude: Annotated[float, Field(gt=0.0, le=20000.0)]
     distribution: TwoSided = "normal_two_sided"
 
-    def check(self, pair: Pair, beside: Effects) -> None:
+    def check(self, pair: Pair, effects: Effects) -> None:
         """Check that the key names a number of a gap effect, and that the effect allows both extreme values.
 
         Raises
@@ -56,15 +56,15 @@ class VariedKey:
         InputError
             If not.
         """
-        self.effect(beside, 0.0)
+        self.effect(effects, 0.0)
         for sign, share in (("−", -1.0), ("+", 1.0)):
             try:
-                self.effect(beside, share * self.amplitude).check(pair, beside)
+                self.effect(effects, share * self.amplitude).check(pair, effects)
             except InputError as error:
                 allowed = f"{error.key} {error.allowed}" if error.key else error.allowed
                 raise InputError("key", f"{self.key} {sign} {self.amplitude:g}", allowed) from None
 
-    def effect(self, beside: Effects, deviation: float) -> GapEffect:
+    def effect(self, effects: Effects, deviation: float) -> GapEffect:
         """The effect with the number increased by ``deviation``.
 
         Raises
@@ -73,9 +73,9 @@ class VariedKey:
             If there is no such number, or the effect does not allow its value.
         """
         name, _, path = self.key.partition(".")
-        effect = beside.get(name)
+        effect = effects.get(name)
         if not isinstance(effect, GapEffect) or not path:
-            found = ", ".join(n for n, e in beside.items() if isinstance(e, GapEffect) and n != "manufacturing_errors")
+            found = ", ".join(n for n, e in effects.items() if isinstance(e, GapEffect) and n != "manufacturing_errors")
             allowed = f"must be a number of a gap effect of the scene: {found or 'there is none'}"
             raise InputError("key", self.key, allowed)
         value = value_at(effect, path)
@@ -83,10 +83,12 @@ class VariedKey:
             raise InputError("key", self.key, f"must be a number that is given in effects.{name}")
         return with_values(effect, {path: value + deviation})
 
-    def modes(self, lines: ContactLines, beside: Effects) -> NDArray:
+    def modes(self, lines: ContactLines, effects: Effects) -> NDArray:
         """Change of the gap [mm]: per unit of the number (…, 1) if linear, otherwise at each of ``NODES`` (…, 8)."""
-        nominal = self.effect(beside, 0.0).gap(lines)
-        changes = np.stack([self.effect(beside, node * self.amplitude).gap(lines) - nominal for node in NODES], axis=-1)
+        nominal = self.effect(effects, 0.0).gap(lines)
+        changes = np.stack(
+            [self.effect(effects, node * self.amplitude).gap(lines) - nominal for node in NODES], axis=-1
+        )
         straight = changes[..., -1:] * NODES
         if np.abs(changes - straight).max() <= STRAIGHT * np.abs(changes).max():
             return changes[..., -1:] / self.amplitude

@@ -59,7 +59,7 @@ class Meshed(ComplianceEffect):
     summary: ClassVar[str] = "compliance: both gears by finite elements on meshes that are given"
     source: ClassVar[str] = ToothBending.source
 
-    def compliance(self, lines: ContactLines, beside: Effects) -> LowRank | Dense:
+    def compliance(self, lines: ContactLines, effects: Effects) -> LowRank | Dense:
         """Factors of both gears concatenated, (position, pair, segment, rank), or the dense matrix if pairs couple."""
         return Flanks(both=self.both, coupled=self.coupled).on(lines)
 

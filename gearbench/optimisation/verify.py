@@ -139,17 +139,17 @@ def _prepare(
     """
     first = {macro_geometry(study, design): int(number) for design, number in zip(found, chosen, strict=True)}
     effects = study.base["effects"]
-    beside = {GearBody.name: GearBody()} if GearBody.name in effects else {}
+    by_name = {GearBody.name: GearBody()} if GearBody.name in effects else {}
     reference = ToothBending(**effects[ToothBending.name])
     pairs = [designs.scene(number).pair for number in first.values()]
     for pair in pairs:  # raise a memory error before any of them is solved
         with suppress(GearbenchError):  # the design is then reported with this reason
-            reference.missing_levels(pair, beside)
+            reference.missing_levels(pair, by_name)
     for i, pair in enumerate(pairs, start=1):
         progress(f"finite elements of macro-geometry {i} of {len(first)}")
         with suppress(GearbenchError):  # the design is then reported with this reason
             for index in (0, 1):
-                reference.flank(pair, index, beside)
+                reference.flank(pair, index, by_name)
     return len(first)
 
 

@@ -36,14 +36,14 @@ class _DrawnErrors(GapEffect):
     """The errors of the sample that each position is of; ``amounts`` (position, mode) are those of their expansion."""
 
     errors: ManufacturingErrors
-    beside: Effects
+    by_name: Effects
     amounts: NDArray
 
     name = ManufacturingErrors.name
 
     def gap(self, lines: ContactLines) -> NDArray:
         """Initial gap e, (position, pair, segment) [mm]."""
-        modes = self.errors.expansion(lines, self.beside).modes
+        modes = self.errors.expansion(lines, self.by_name).modes
         return self.errors.gap(lines) + (modes @ self.amounts[:, None, :, None])[..., 0]
 
 
@@ -73,11 +73,11 @@ def cell_errors(
 
 def _on_patches(problem: RobustProblem, errors: NDArray) -> NDArray:
     """Approach [mm] and stiffness [N/mm] of samples with these ``errors`` (sample, error), (2, sample, position)."""
-    positions, beside = len(problem.phases.phase), {effect.name: effect for effect in problem.scene.flank_effects}
+    positions, by_name = len(problem.phases.phase), {effect.name: effect for effect in problem.scene.flank_effects}
     tiled = part_of(problem.at_mean, np.tile(np.arange(positions), len(errors)))
     assert tiled.along is not None
     amounts = np.repeat(problem.expansion.amounts(errors), positions, axis=0)
-    drawn = _DrawnErrors(problem.errors, beside, amounts)
+    drawn = _DrawnErrors(problem.errors, by_name, amounts)
     effects = tuple(drawn if effect.name == drawn.name else effect for effect in tiled.along.effects)
     solution = solve_patches(with_gaps(tiled, effects, tiled.along.lines))
     return np.stack([solution.approach, solution.stiffness]).reshape(2, len(errors), -1)

@@ -146,7 +146,7 @@ class DenseOf(ComplianceEffect):
 
     name: ClassVar[str] = "dense"
 
-    def compliance(self, lines: ContactLines, beside: Effects) -> Dense:
+    def compliance(self, lines: ContactLines, effects: Effects) -> Dense:
         positions, pairs, segments = lines.shape
         n = pairs * segments
         matrix = np.zeros((positions, n, n))
@@ -168,7 +168,7 @@ class Coupled(ComplianceEffect):
 
     name: ClassVar[str] = "coupled"
 
-    def compliance(self, lines: ContactLines, beside: Effects) -> LowRank:
+    def compliance(self, lines: ContactLines, effects: Effects) -> LowRank:
         smooth = np.stack([np.cos(lines.u / 5), np.sin(lines.y / 9 + lines.u / 7)], axis=-1)
         return LowRank(factor=1e-3 * smooth, coupled=True)
 
@@ -219,7 +219,7 @@ def test_a_pair_of_laws_is_their_sum():
     class Film(ComplianceEffect):
         name: ClassVar[str] = "film"
 
-        def compliance(self, lines: ContactLines, beside: Effects) -> LineLaw:
+        def compliance(self, lines: ContactLines, effects: Effects) -> LineLaw:
             return LineLaw(a=np.full(lines.shape, C), h=np.zeros(lines.shape))
 
     lines = scene_lines(scene(WINKLER), PHASES)

@@ -238,7 +238,7 @@ def test_order_is_that_of_the_tooth(kind):
     at = lines(kind)
     teeth = [{}, *({"tooth_bending": ToothBending(model="solid", order=order)} for order in ((3, 3, 3), None))]
     for effect in (OWN, COUPLED):
-        alone, coarse, fine = (pair_blocks(effect.compliance(at, beside), at) for beside in teeth)
+        alone, coarse, fine = (pair_blocks(effect.compliance(at, effects), at) for effects in teeth)
         assert np.array_equal(fine, alone)
         assert 0.6 < coarse.max() / fine.max() < 0.98
     pinion, _ = at.pair.gears

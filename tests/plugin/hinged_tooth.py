@@ -32,7 +32,7 @@ class HingedTooth(ComplianceEffect):
     example: ClassVar[dict[str, Any]] = {"stiffness": 2e6}
     conflicts: ClassVar[dict[str, str]] = {"tooth_bending": "which bends the same teeth"}
 
-    def compliance(self, lines: ContactLines, beside: Mapping[str, Effect]) -> LowRank:
+    def compliance(self, lines: ContactLines, effects: Mapping[str, Effect]) -> LowRank:
         """One column for each of the two teeth, (position, pair, segment, 2) [√(mm/N)]."""
         heights = [radius - gear.root_radius for radius, gear in zip(lines.radii, lines.pair.gears, strict=True)]
         return LowRank(factor=np.stack(heights, axis=-1) / (self.stiffness * lines.pair.face_width) ** 0.5)

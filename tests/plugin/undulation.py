@@ -37,7 +37,7 @@ class Undulation(GapEffect):
     example: ClassVar[dict[str, Any]] = {"amplitude": 0.5, "waves": 4}
     conflicts: ClassVar[dict[str, str]] = {"topography": "which measures the undulation too"}
 
-    def check(self, pair: Pair, beside: Mapping[str, Effect]) -> None:
+    def check(self, pair: Pair, effects: Mapping[str, Effect]) -> None:
         """Refuse waves shorter than a quarter of a module: no contact follows them."""
         most = int(4 * pair.face_width / pair.normal_module)
         if self.waves > most:
