@@ -14,7 +14,7 @@ from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.gaps import conforming
 from gearbench.contact.patches import solve_patches
 from gearbench.contact.problem import part_of, under
-from gearbench.contact.smooth import forget_sums
+from gearbench.contact.smooth import clear_compliance_cache
 from gearbench.contact.transitions import loaded_phases
 from gearbench.effects.base import ComplianceEffect
 from gearbench.library.garambois2017 import gear
@@ -44,7 +44,7 @@ def test_a_new_pair_whose_mesh_phases_are_known(benchmark, path):
     problem = assemble(scene, lines)
 
     def once_more() -> None:
-        forget_sums()
+        clear_compliance_cache()
         assemble(scene, lines)
 
     works = [lambda: simulate(new()), lambda: compliances(new()), once_more, lambda: solve_patches(problem)]
@@ -71,7 +71,7 @@ def test_twenty_torques_whose_mesh_phases_are_known(benchmark, path):
     problem = under(part_of(assemble(scene, lines), position), np.repeat(TORQUES, [len(each) for each in found]))
 
     def once_more() -> None:
-        forget_sums()
+        clear_compliance_cache()
         assemble(scene, lines)
 
     works = [

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from gearbench import read_study
-from gearbench.contact.smooth import forget_sums
-from gearbench.effects.teeth import forget_fast_teeth
+from gearbench.contact.smooth import clear_compliance_cache
+from gearbench.effects.teeth import clear_tooth_cache
 from gearbench.optimisation.study import Design, OptimisationStudy
 from gearbench.optimisation.workers import Workers, evaluations, open_workers
 
@@ -67,8 +67,8 @@ def test_solid_teeth_on_their_bodies_against_plates(benchmark, tmp_path):
     with open_workers(threads=1) as one:
         for _ in range(3):
             for i, study in enumerate(studies):
-                forget_fast_teeth()
-                forget_sums()
+                clear_tooth_cache()
+                clear_compliance_cache()
                 start = time.process_time()
                 feasible.add(seconds(one, study, designs(study, 1))[1])
                 seconds_each[i] = min(seconds_each[i], time.process_time() - start)

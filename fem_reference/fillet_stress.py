@@ -56,7 +56,7 @@ class FilletStress:
         flank, pairs = self.flank, lines.shape[1]
         index = int(flank.driven)
         R = lines.radii[index]
-        shapes = flank.shapes(np.where(lines.active[..., None], R - flank.gear.root_radius, 0.0), lines.own_y(index))
+        shapes = flank.shapes(np.where(lines.active[..., None], R - flank.gear.root_radius, 0.0), lines.gear_y(index))
         weight = np.einsum("pks,pksa->pka", np.where(lines.active[..., None], force, 0.0), shapes)
         found = sum(
             np.einsum("sa,pa->ps", self._block(i - j), weight[:, j])[:, None] * (np.arange(pairs) == i)[:, None]

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from gearbench import nonlinear_response, revolution_response, robust, robust_response, simulate, sweep
-from gearbench.effects.teeth import forget_fast_teeth
+from gearbench.effects.teeth import clear_tooth_cache
 from gearbench.library.garambois2017 import case
 from gearbench.scene import Resolution, Scene
 from gearbench.scene_file import parse_scene
@@ -101,7 +101,7 @@ def small(name: str, **effects: Any) -> Scene:
 
 
 def test_entries_are_called_with_contiguous_arrays(calls):
-    forget_fast_teeth()  # of tests before: they are built by compiled code too
+    clear_tooth_cache()  # of tests before: they are built by compiled code too
     errors = {"manufacturing_errors": {"preset": "garambois2017"}}
     simulate(case(2, Resolution(positions=4)))
     for scene in (small("sc.toml", **errors), small("gears/hcr_spur.toml", gear_body={}, **errors)):

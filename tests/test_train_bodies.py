@@ -44,7 +44,7 @@ def dense(whole, position):
             teeth = (
                 train.leading(name, gear, lines.mesh_phase[position]) + np.repeat(lines.index, lines.shape[2])[there]
             )
-            y = lines.own_y(side)[position].ravel()[there]
+            y = lines.gear_y(side)[position].ravel()[there]
             flanks[len(sizes) - 1, side] = gear, mesh.scene.pair, teeth, radius, y
     first = np.concatenate([[0], np.cumsum(sizes)])
     H = np.zeros((first[-1], first[-1]))

@@ -341,4 +341,4 @@ def _on_lines(flank: FlankCompliance, lines: ContactLines, index: int) -> NDArra
     """
     there = lines.active.T
     height = lines.radii[index].swapaxes(0, 1)[there] - flank.gear.root_radius
-    return flank.shapes(height, lines.own_y(index).swapaxes(0, 1)[there])
+    return flank.shapes(height, lines.gear_y(index).swapaxes(0, 1)[there])

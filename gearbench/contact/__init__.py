@@ -6,7 +6,7 @@ loads, ``bearings`` for pairs on shafts, ``equilibrium`` and ``bodies`` for whol
 
 Quadrature over the mesh cycle: ``coarse_solution`` solves the contact coarsely, ``load_transfer`` and ``transitions``
 find the phases at which it changes, ``panels`` and ``phases`` place Gauss points between them. Along contact lines
-``patches`` and ``pieces`` do so.
+``patches`` and ``interpolation`` do so.
 
 Solvers: ``solver`` for one problem, ``batch`` for many samples, ``dense`` by active set, ``reference`` for the problem
 linearised at the mean errors.

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.contact.gaps import gap_and_variation, gaps_along
+from gearbench.contact.interpolation import interpolation_to_cells
 from gearbench.contact.lines import smooth_nodes
-from gearbench.contact.pieces import rows_of_cells
 from gearbench.contact.problem import (
     TRUNCATION,
     Along,
@@ -20,14 +20,14 @@ from gearbench.contact.problem import (
     truncated_root,
 )
 from gearbench.contact.scaling import by_lever, even_deflection, scale_problem, typical_compression
-from gearbench.contact.smooth import Smooth, smooth_compliance
-from gearbench.effects.base import ComplianceEffect, Effect, LineLaw
+from gearbench.contact.smooth import SmoothCompliance, smooth_compliance
+from gearbench.effects.base import Effect, LineLaw
 from gearbench.geometry.action import ContactLines
 from gearbench.scene import Scene
 from gearbench.threads import single_threaded_blas
 
 #: Minimum number of Gauss points for each panel of a line; between kinks of the gap the load is smooth.
-ON_PANEL = 5
+NODES_PER_PANEL = 5
 
 
 @single_threaded_blas()
@@ -57,24 +57,23 @@ def assemble(
     gaps = gaps_along(acting, lines)
     gap, sigma = gap_and_variation(gaps)
     at = lines.smooth_lines(nodes or smooth_nodes(lines)) if lines.cells else lines
-    adding = [effect for effect in acting if isinstance(effect, ComplianceEffect)]
-    compliance, laws = smooth_compliance(adding, at, by_name)
+    compliance, laws = smooth_compliance(at, by_name)
     if not lines.cells:
         return _problem(scene, lines, compliance, laws, gap, sigma, truncation)
     if not laws:
         # without a law the compliance alone determines the loads, so it is needed on every segment
-        compliance, laws = smooth_compliance(adding, lines, by_name)
+        compliance, laws = smooth_compliance(lines, by_name)
         return _problem(scene, lines, compliance, laws, gap, np.zeros(lines.shape), truncation)
     none = np.zeros(at.shape)
     smooth = _problem(scene, at, compliance, laws, none, none, truncation)
     assert lines.panel is not None
-    own = replace(compliance, factor=np.zeros((*lines.shape, 0)), matrix=None)
-    laws = [part for effect in own.laws if isinstance(part := effect.compliance(lines, by_name), LineLaw)]
-    problem = _problem(scene, lines, own, laws, gap, sigma, truncation, smooth.length_scale)
-    factor, rows = smooth.factor.reshape(*at.shape, -1), rows_of_cells(at, lines)
+    pointwise = replace(compliance, factor=np.zeros((*lines.shape, 0)), matrix=None)
+    laws = [part for effect in pointwise.laws if isinstance(part := effect.compliance(lines, by_name), LineLaw)]
+    problem = _problem(scene, lines, pointwise, laws, gap, sigma, truncation, smooth.length_scale)
+    factor, rows = smooth.factor.reshape(*at.shape, -1), interpolation_to_cells(at, lines)
     along = Along(
         effects=tuple(acting), lines=lines, gaps=gaps, smooth_lines=at, factor=factor, rows=rows,
-        laws=own.laws, nodes=max(at.shape[2], ON_PANEL * (1 + int(lines.panel.max(initial=0)))),
+        laws=pointwise.laws, nodes=max(at.shape[2], NODES_PER_PANEL * (1 + int(lines.panel.max(initial=0)))),
         share=np.ones(len(gaps)),
     )  # fmt: skip
     # the load is spread over the cell: Ψ is averaged by Simpson's rule
@@ -91,7 +90,7 @@ def assemble(
 def with_gaps(problem: ContactProblem, effects: Sequence[Effect], lines: ContactLines) -> ContactProblem:
     """``problem``, which was assembled on ``lines``, with the gaps of other ``effects``; the compliance is the same."""
     along = problem.along and replace(problem.along, effects=tuple(effects))
-    return _apart(replace(problem, along=along), gaps_along(effects, lines))
+    return _replace_gaps(replace(problem, along=along), gaps_along(effects, lines))
 
 
 def with_field(problem: ContactProblem, field: NDArray) -> ContactProblem:
@@ -102,10 +101,10 @@ def with_field(problem: ContactProblem, field: NDArray) -> ContactProblem:
     if problem.along is None:
         return replace(problem, gap=problem.gap + field.reshape(problem.gap.shape) / problem.length_scale)
     along = replace(problem.along, field=field)
-    return _apart(replace(problem, along=along), along.gaps + (along.rows @ field[:, :, None, :, None])[..., 0])
+    return _replace_gaps(replace(problem, along=along), along.gaps + (along.rows @ field[:, :, None, :, None])[..., 0])
 
 
-def _apart(problem: ContactProblem, gaps: NDArray) -> ContactProblem:
+def _replace_gaps(problem: ContactProblem, gaps: NDArray) -> ContactProblem:
     """``problem`` with other ``gaps``, see ``gaps_along``."""
     gap, sigma = (x.reshape(problem.gap.shape) for x in gap_and_variation(gaps))
     sigma = sigma if problem.a.any() else np.zeros_like(sigma)  # without a law there is nothing to average
@@ -117,7 +116,7 @@ def _apart(problem: ContactProblem, gaps: NDArray) -> ContactProblem:
 def _problem(
     scene: Scene,
     lines: ContactLines,
-    smooth: Smooth,
+    smooth: SmoothCompliance,
     laws: list[LineLaw],
     gap: NDArray,
     sigma: NDArray,

@@ -12,10 +12,10 @@ from gearbench.geometry.action import ContactLines, contact_lines
 from gearbench.geometry.pair import Pair
 from gearbench.scene import Scene
 
-#: A line with at most this many segments has no cells even if its smooth compliance needs more Gauss points.
-FEW_SEGMENTS = 12
-#: Additional Gauss points on a whole line for each kink of its deflections.
-ON_BEND = 2
+#: Maximum number of segments that stay Gauss points even if the smooth compliance would need more of them.
+MAX_POINT_SEGMENTS = 12
+#: Additional Gauss points on a line for a kink of its deflections.
+NODES_PER_KINK = 2
 
 
 def lines_within(scene: Scene, mesh_phase: NDArray, span: tuple[float, float] | None) -> ContactLines:
@@ -24,13 +24,13 @@ def lines_within(scene: Scene, mesh_phase: NDArray, span: tuple[float, float] | 
     load = 0.0 if flanks is None else typical_load(scene)
     kinks, face = gap_kinks(scene)
     # off the line of action the gap varies along the lines of helical pairs
-    parting = flanks is not None and pair.meshing.overlap_ratio > 0
-    if not parting:
+    cells = flanks is not None and pair.meshing.overlap_ratio > 0
+    if not cells:
         # Gauss points that are enough for a constant gap may be too few for the smooth compliance of wide flanks
-        parting = variation(scene, span)[0] > LEAST_VARIATION or FEW_SEGMENTS < segments < _nodes(pair, segments)
+        cells = variation(scene, span)[0] > LEAST_VARIATION or MAX_POINT_SEGMENTS < segments < _nodes(pair, segments)
     lines = contact_lines(
         pair, mesh_phase, segments, kinks, face,
-        parting=parting, coast=scene.load.coast, separation=flanks, span=span,
+        cells=cells, coast=scene.load.coast, separation=flanks, span=span,
     )  # fmt: skip
     return replace(lines, typical_load=load)
 
@@ -47,15 +47,15 @@ def smooth_nodes(lines: ContactLines) -> int:
 
     At 15 segments there are 8, plus one for every two modules of width. The error of harmonics of gears in use is then
     below 0.2 of the allowed error (``tests/accuracy/test_resolution.py``). Convergence is exponential, so twice the
-    cells need only √2 times the points. Each kink of the deflections needs ``ON_BEND`` more points.
+    cells need only √2 times the points. Each kink of the deflections needs ``NODES_PER_KINK`` more points.
     """
-    return _nodes(lines.pair, lines.shape[2], len(lines.bends))
+    return _nodes(lines.pair, lines.shape[2], len(lines.deflection_kinks))
 
 
-def _nodes(pair: Pair, segments: int, bends: int = 0) -> int:
+def _nodes(pair: Pair, segments: int, deflection_kinks: int = 0) -> int:
     meshing = pair.meshing
     tan_b = math.tan(meshing.beta_b)
     path = meshing.path_end - meshing.path_start
     width = min(meshing.face_width, path / tan_b) if tan_b > 0 else meshing.face_width
-    least = 8 + width / pair.normal_module / 2 + ON_BEND * bends
+    least = 8 + width / pair.normal_module / 2 + NODES_PER_KINK * deflection_kinks
     return max(2, math.ceil(least * math.sqrt(segments / 15)))

@@ -16,12 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.contact.gaps import total_gap
-from gearbench.contact.pieces import rows_at
+from gearbench.contact.interpolation import interpolation_matrix
 from gearbench.contact.problem import ContactProblem, ContactSolution, under
 from gearbench.contact.scaling import scale_problem
 from gearbench.contact.solver import Guess, law_forces, solve, solve_roughly
 from gearbench.effects.base import LineLaw
-from gearbench.geometry.action import SHORTEST, ContactLines
+from gearbench.geometry.action import NEGLIGIBLE_WIDTH, ContactLines
 from gearbench.geometry.quadrature import gauss
 
 #: Number of times the ends of patches are computed; each time squares the error of the results.
@@ -104,7 +104,7 @@ def patch_nodes(lines: ContactLines, s: NDArray, nodes: int) -> tuple[NDArray, N
     assert lines.panel is not None
     half = lines.length * math.cos(lines.pair.meshing.beta_b) / 2
     y, width = np.empty((2, *lines.shape[:2], nodes))
-    least = SHORTEST * lines.pair.meshing.face_width
+    least = NEGLIGIBLE_WIDTH * lines.pair.meshing.face_width
     fill(s, lines.y, half, lines.panel, lines.active, least, *_gauss_rules(nodes), y, width)
     return y, width
 
@@ -131,7 +131,7 @@ def on_patches(problem: ContactProblem, guess: Guess) -> tuple[ContactProblem, C
     if nodes.touch is not None:
         w = nodes.touch.levers[0]
         a, h = (a + h * np.log(w)) / w**2, h / w**2
-    rows = rows_at(along.smooth_lines, nodes.y)
+    rows = interpolation_matrix(along.smooth_lines, nodes.y)
     factor, gap = rows @ along.factor, total_gap(along.effects, nodes)
     if along.field is not None:
         gap = gap + (rows @ along.field[..., None])[..., 0]

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable
 
 from gearbench.budget import SMALL, position_memory, require, result_memory, room
-from gearbench.contact.smooth import joined_flanks
+from gearbench.contact.smooth import join_tooth_and_body
 from gearbench.effects.base import ComplianceEffect, Dense, LowRank
 from gearbench.geometry.action import contact_lines, pair_indices
 from gearbench.scene import Scene
@@ -74,7 +74,9 @@ def _columns(scene: Scene) -> tuple[int, bool]:
         columns, coupled = MOST_COLUMNS // 10, "gear_body" in by_name
         ready = [effect for effect in acting if effect is not meshed]
     flanks = {effect: part for effect in ready if (part := effect.flank_compliances(lines, by_name)) is not None}
-    if len(joined_flanks(list(flanks.values()))) < len(flanks):  # summed a few positions at a time: no columns are kept
+    if len(join_tooth_and_body(list(flanks.values()))) < len(
+        flanks
+    ):  # summed a few positions at a time: no columns are kept
         coupled = coupled or any(part.coupled for part in flanks.values())
         ready = [effect for effect in ready if effect not in flanks]
     for effect in ready:

@@ -200,7 +200,7 @@ class ToothCompliance(ComplianceEffect):
     def both_teeth(self, lines: ContactLines, effects: Effects) -> LowRank:
         """Factors of the teeth of pinion and wheel, concatenated along the rank, (position, pair, segment, rank)."""
         heights = [radius - gear.root_radius for gear, radius in zip(lines.pair.gears, lines.radii, strict=True)]
-        parts = [self.tooth_factor(lines.pair, index, heights[index], lines.own_y(index), effects) for index in (0, 1)]
+        parts = [self.tooth_factor(lines.pair, index, heights[index], lines.gear_y(index), effects) for index in (0, 1)]
         return LowRank(factor=np.concatenate(parts, axis=-1))
 
 

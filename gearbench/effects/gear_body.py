@@ -93,7 +93,7 @@ class GearBody(ToothCompliance):
     def shapes(self, lines: ContactLines, index: int, effects: Effects) -> NDArray:
         """Polynomials of ``between`` on the lines of a mesh, (position, pair, segment, function) [1/mm]."""
         flank = ring_flank(lines.pair, index, _joint_order(effects), 0, lines.coast)
-        return flank.shapes(lines.radii[index] - flank.gear.root_radius, lines.own_y(index))
+        return flank.shapes(lines.radii[index] - flank.gear.root_radius, lines.gear_y(index))
 
     def tooth_factor(self, pair: Pair, index: int, height: NDArray, y: NDArray, effects: Effects) -> NDArray:
         """Ψ of a single tooth; of rank 0 with finite elements, which contain the body."""

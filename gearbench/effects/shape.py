@@ -156,7 +156,7 @@ class Shape:
 def _coordinate(lines: ContactLines, index: int | None, along: str) -> NDArray:
     if index is None:
         return lines.face
-    return lines.own_face(index) if along == "face" else (lines.radii if along == "radius" else lines.rolls)[index]
+    return lines.gear_face(index) if along == "face" else (lines.radii if along == "radius" else lines.rolls)[index]
 
 
 @dataclass(frozen=True)

@@ -191,7 +191,7 @@ def of_both(flank: Callable[..., FlankCompliance], pair: Pair, *options: object)
         return tuple(pool.map(lambda index: flank(pair, index, *options), (0, 1)))
 
 
-def forget_fast_teeth() -> None:
+def clear_tooth_cache() -> None:
     """Clear the caches of plates, solid teeth and rings, to time their construction or to free memory."""
     from gearbench.compliance.flank import joined
     from gearbench.compliance.gear_body import rim_harmonics

@@ -89,7 +89,7 @@ class Waviness(GapEffect):
             x = (sign * rate * lines.mesh_phase)[:, None, None]
             face = np.ones(lines.shape)
             if wave.over_face == "tilting":
-                face = 2 * lines.own_face(index) / lines.pair.gears[index].face_width - 1
+                face = 2 * lines.gear_face(index) / lines.pair.gears[index].face_width - 1
             modes += [np.sin(x) * face, np.cos(x) * face]
             psi = sign * rate * cycles + math.radians(wave.phase)
             amounts += [wave.amplitude * np.cos(psi), wave.amplitude * np.sin(psi)]

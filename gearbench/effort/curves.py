@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from gearbench.accuracy.measure import MEASURED, relative_errors
 from gearbench.accuracy.settings import Setting, label
-from gearbench.effects.teeth import forget_fast_teeth
+from gearbench.effects.teeth import clear_tooth_cache
 from gearbench.effects.tooth_bending import tooth_bending
 from gearbench.effort.clock import Cost, apart, measured, most_megabytes, timed, unseen
 from gearbench.results.quantities import QUANTITIES
@@ -128,7 +128,7 @@ def run(scene: Scene, repeats: int, *, prepares: bool = False) -> tuple[NDArray,
 
     def once() -> None:
         if prepares:
-            forget_fast_teeth()  # cached teeth of high order would also fill the memory
+            clear_tooth_cache()  # cached teeth of high order would also fill the memory
         cycle_values(next(fresh))
 
     return values, measured(once, repeats)

@@ -23,9 +23,9 @@ from gearbench.geometry.quadrature import gauss
 from gearbench.geometry.separation import Separation, Touch
 
 #: Smallest number of segments of a panel.
-FEWEST = 2
+MIN_SEGMENTS = 2
 #: Panels shorter than this part of the face width count as rounding.
-SHORTEST = 1e-13
+NEGLIGIBLE_WIDTH = 1e-13
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,11 +80,11 @@ class ContactLines:
         """Position along the face of the real gears: y, or b − y for coast flanks [mm]."""
         return self.pair.meshing.face_width - self.y if self.coast else self.y
 
-    def own_y(self, index: int) -> NDArray:
+    def gear_y(self, index: int) -> NDArray:
         """y on the face of gear ``index``, from the end of its face, which may overhang that of its mate [mm]."""
         return self.y + self.pair.overhangs[index][1 if self.coast else 0]
 
-    def own_face(self, index: int) -> NDArray:
+    def gear_face(self, index: int) -> NDArray:
         """``face`` on the face of gear ``index``, from the end of its face [mm]."""
         return self.face + self.pair.overhangs[index][0]
 
@@ -121,7 +121,7 @@ class ContactLines:
         return (self.y - half)[..., :1], (self.y + half)[..., -1:]
 
     @property
-    def bends(self) -> tuple[float, ...]:
+    def deflection_kinks(self) -> tuple[float, ...]:
         """u at which deflections along oblique lines have a kink [mm]."""
         if self.separation is None or self.span is None or not self.pair.meshing.overlap_ratio:
             return ()
@@ -134,12 +134,12 @@ class ContactLines:
         Lines are cut into pieces there.
         """
         low, high = self.ends
-        meshing, bends = self.pair.meshing, self.bends
+        meshing, deflection_kinks = self.pair.meshing, self.deflection_kinks
         tan_b = math.tan(meshing.beta_b)
-        inside = [self.y[..., :1] + (u - self.u[..., :1]) / tan_b for u in bends]
+        inside = [self.y[..., :1] + (u - self.u[..., :1]) / tan_b for u in deflection_kinks]
         edges = np.sort(np.clip(np.stack([low, *inside, high]), low, high), axis=0)[..., 0]
-        widest = _widest(self.pair, self.span or (meshing.path_start, meshing.path_end), bends, ())
-        y, width, piece = _on_panels(edges, widest, nodes, self.pair, parting=False)
+        widest = _widest(self.pair, self.span or (meshing.path_start, meshing.path_end), deflection_kinks, ())
+        y, width, piece = _on_panels(edges, widest, nodes, self.pair, cells=False)
         return replace(self.at(np.where(high > low, y, low), width), panel=piece)
 
     def at(self, y: NDArray, width: NDArray) -> ContactLines:
@@ -213,7 +213,7 @@ def contact_lines(
     kinks: Iterable[float] = (),
     face_kinks: Iterable[float] = (),
     *,
-    parting: bool = False,
+    cells: bool = False,
     coast: bool = False,
     separation: Separation | None = None,
     span: tuple[float, float] | None = None,
@@ -227,7 +227,7 @@ def contact_lines(
     kinks, face_kinks
         Positions u on the path of contact and y along the face where the gap has a kink [mm]; panels end there.
     parting
-        Whether flanks may part along a line: equal segments on each panel instead of Gauss points.
+        Whether segments are equal cells on each panel, as needed if flanks may separate, instead of Gauss points.
     coast
         Whether these are lines of the coast flanks; u and y belong to the mirror image.
     separation, span
@@ -244,9 +244,9 @@ def contact_lines(
     start = meshing.path_start + (tau[:, None] + index) * meshing.base_pitch  # u at y = 0
     edges = _panel_edges(pair, start, ends, *cuts)
     widest = _widest(pair, ends, *map(tuple, cuts))
-    y, width, panel = _on_panels(edges, widest, segments, pair, parting=parting)
+    y, width, panel = _on_panels(edges, widest, segments, pair, cells=cells)
     # lines of zero length, up to rounding
-    absent = (edges[-1] - edges[0] <= SHORTEST * b)[..., None]
+    absent = (edges[-1] - edges[0] <= NEGLIGIBLE_WIDTH * b)[..., None]
     return ContactLines(
         pair=pair,
         mesh_phase=tau,
@@ -255,7 +255,7 @@ def contact_lines(
         y=np.where(absent, b / 2, y),
         length=np.where(absent, 0.0, width / math.cos(meshing.beta_b)),
         panel=panel,
-        cells=parting,
+        cells=cells,
         separation=separation,
         span=span,
         coast=coast,
@@ -290,14 +290,14 @@ def _widest(pair: Pair, ends: tuple[float, float], kinks: tuple[float, ...], fac
 
 
 def _on_panels(
-    edges: NDArray, widest: NDArray, segments: int, pair: Pair, *, parting: bool
+    edges: NDArray, widest: NDArray, segments: int, pair: Pair, *, cells: bool
 ) -> tuple[NDArray, NDArray, NDArray]:
     """Nodes y and widths of the segments [mm], and their panels between ``edges``, all (position, pair, segment).
 
     The number of segments depends only on the panels of a line. It is constant between two transitions of the mesh
     cycle, so that sums over the nodes are as smooth as the integrals.
     """
-    real = np.diff(edges, axis=0) > SHORTEST * pair.meshing.face_width
+    real = np.diff(edges, axis=0) > NEGLIGIBLE_WIDTH * pair.meshing.face_width
     y, width = np.zeros((2, *edges.shape[1:], segments))
     on = np.zeros(y.shape, dtype=np.intp)
     for pattern in np.unique(real.reshape(len(real), -1), axis=1).T:
@@ -311,7 +311,7 @@ def _on_panels(
             counts = _shares(segments, tuple(widest[panel]), last=pair.wheel.teeth > pair.pinion.teeth)
             ends = edges[np.append(panel, panel[-1] + 1)][:, alike]
         on[alike] = np.repeat(np.arange(len(counts)), counts)
-        rules = [_rule(count, parting) for count in counts]
+        rules = [_rule(count, cells) for count in counts]
         half = [np.diff(pair_of_ends, axis=0).T / 2 for pair_of_ends in pairwise(ends)]
         parts = zip(ends[:-1], half, rules, strict=True)
         y[alike] = np.concatenate([low[:, None] + h * (1 + node) for low, h, (node, _) in parts], axis=1)
@@ -321,25 +321,25 @@ def _on_panels(
 
 @lru_cache(maxsize=256)
 def _shares(segments: int, widths: tuple[float, ...], *, last: bool = False) -> tuple[int, ...]:
-    """Number of segments per panel, in proportion to the roots of the ``widths``; at least ``FEWEST`` if they suffice.
+    """Numbers of segments on panels, in proportion to the roots of their ``widths``; at least ``MIN_SEGMENTS`` if possible.
 
     A remainder goes to the first of equal panels, or to the ``last``.
     """
-    sizes, fewest = np.sqrt(widths), min(FEWEST, segments // len(widths))
-    wanted = segments * sizes / sizes.sum()
-    counts = np.maximum(fewest, np.floor(wanted + 1e-9)).astype(int)
+    sizes, fewest = np.sqrt(widths), min(MIN_SEGMENTS, segments // len(widths))
+    exact = segments * sizes / sizes.sum()
+    counts = np.maximum(fewest, np.floor(exact + 1e-9)).astype(int)
     while left := segments - int(counts.sum()):
         step = 1 if left > 0 else -1
-        owed = np.where(counts > (0 if step > 0 else fewest), np.round(step * (wanted - counts), 6), -np.inf)
+        remainder = np.where(counts > (0 if step > 0 else fewest), np.round(step * (exact - counts), 6), -np.inf)
         # equal panels get equal shares if possible: a line and its mirror image are cut alike
-        groups = [np.flatnonzero(owed == value) for value in np.unique(owed[np.isfinite(owed)])[::-1]]
+        groups = [np.flatnonzero(remainder == value) for value in np.unique(remainder[np.isfinite(remainder)])[::-1]]
         chosen = next((group for group in groups if group.size <= abs(left)), groups[0][-1:] if last else groups[0][:1])
         counts[chosen] += step
     return tuple(counts.tolist())
 
 
-def _rule(count: int, parting: bool) -> tuple[NDArray, NDArray]:
+def _rule(count: int, cells: bool) -> tuple[NDArray, NDArray]:
     """Nodes and weights on [−1, 1]: midpoints of equal cells, or Gauss–Legendre."""
-    if parting:
+    if cells:
         return (np.arange(count) + 0.5) * 2 / count - 1, np.full(count, 2 / count)
     return gauss(count)

@@ -89,7 +89,7 @@ def line_shapes(scene: Scene, index: int, lines: ContactLines) -> NDArray:
     """Deflections under unit loads spread evenly over a contact line, (response, line); only lines in contact."""
     height = lines.radii[index][lines.active] - scene.pair.gears[index].root_radius
     share = lines.length[lines.active] / lines.length[lines.active].sum(axis=1, keepdims=True)
-    load = np.einsum("ls,lsr->lr", share, tooth_factor(scene, index, height, lines.own_y(index)[lines.active]))
+    load = np.einsum("ls,lsr->lr", share, tooth_factor(scene, index, height, lines.gear_y(index)[lines.active]))
     return response_factor(scene, index) @ load.T
 
 

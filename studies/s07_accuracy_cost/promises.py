@@ -17,7 +17,7 @@ from gearbench.effects.crowning import Crowning
 from gearbench.effects.helix_slope import HelixSlope
 from gearbench.effects.hertz import Hertz
 from gearbench.effects.manufacturing_errors import ManufacturingErrors
-from gearbench.effects.teeth import forget_fast_teeth
+from gearbench.effects.teeth import clear_tooth_cache
 from gearbench.effects.tip_relief import TipRelief
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.effort.clock import quickest, timed
@@ -125,7 +125,7 @@ def solid_promise(scene: Scene, accuracy: float) -> dict[str, float]:
     orders, fine = SOLID_ORDER.levels(scene), {"segments": 96, "gauss_points": 16}
     finest = [covered_values(with_resolution(with_order(scene, order), **fine)) for order in orders[-2:]]
     true = float(relative_errors(covers(choice.run), finest[1]).max())
-    forget_fast_teeth()  # cached teeth of high order would fill the memory
+    clear_tooth_cache()  # cached teeth of high order would fill the memory
     return {
         "accuracy": accuracy,
         "estimated": choice.estimated,

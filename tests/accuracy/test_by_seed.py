@@ -9,7 +9,7 @@ from gearbench import read_scene
 from gearbench.accuracy.choose import choose
 from gearbench.accuracy.measure import relative_errors
 from gearbench.accuracy.settings import SOLID_ORDER, with_order, with_resolution
-from gearbench.effects.teeth import forget_fast_teeth
+from gearbench.effects.teeth import clear_tooth_cache
 from gearbench.effort.clock import timed, unseen
 from gearbench.errors import InputError
 from gearbench.scene import Resolution, Scene
@@ -64,7 +64,7 @@ def test_one_percent_is_met_on_wide_pairs_on_their_bodies():
         fine = with_resolution(with_order(scene, SOLID_ORDER.levels(scene)[-3]), segments=45, gauss_points=9)
         choice = choose(replace(scene, resolution=Resolution(accuracy=0.01)), solve_scene, covers)
         assert relative_errors(covers(choice.run), covered_values(fine)).max() <= 0.01
-        forget_fast_teeth()  # teeth of high order that are kept would fill the memory
+        clear_tooth_cache()  # teeth of high order that are kept would fill the memory
 
 
 @pytest.mark.slow

@@ -126,7 +126,7 @@ def test_joined_compliances_are_their_sum_less_what_is_negative_of_it(neighbours
     n = lines.shape[1]
     expected = np.zeros((3, n, 4, n, 4))
     for k, flank in enumerate(sums):
-        phi = flank.shapes(lines.radii[k] - flank.gear.root_radius, lines.own_y(k)) * lines.active[:, :, None, None]
+        phi = flank.shapes(lines.radii[k] - flank.gear.root_radius, lines.gear_y(k)) * lines.active[:, :, None, None]
         for i, j in product(range(n), range(n)):
             if abs(i - j) <= neighbours:
                 block = H[neighbours + (j - i if k == 1 else i - j)]

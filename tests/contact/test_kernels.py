@@ -9,9 +9,9 @@ from numpy.testing import assert_allclose
 from gearbench import read_scene
 from gearbench.contact import _kernels, _law_kernels, solver
 from gearbench.contact.coarse_solution import scene_lines
+from gearbench.contact.interpolation import interpolation_matrix
 from gearbench.contact.law import compression, inverse
 from gearbench.contact.patches import patch_nodes
-from gearbench.contact.pieces import rows_at
 from gearbench.contact.problem import ContactProblem
 from gearbench.contact.solver import Guess, newton
 from gearbench.effects.off_line_contact import OffLineContact
@@ -75,7 +75,7 @@ def test_values_between_the_nodes_of_pieces_are_those_of_their_polynomials():
     assert smooth_lines.panel.max() == 2
     low, high = lines.ends
     y = low + (high - low) * rng.uniform(size=(*lines.shape[:2], 50))
-    found, half = rows_at(smooth_lines, y), smooth_lines.length * np.cos(lines.pair.meshing.beta_b) / 2
+    found, half = interpolation_matrix(smooth_lines, y), smooth_lines.length * np.cos(lines.pair.meshing.beta_b) / 2
     for line in zip(*np.nonzero(lines.active), strict=True):
         end = low[line][0]
         for piece in np.unique(smooth_lines.panel[line]):

@@ -66,7 +66,7 @@ def test_teeth_touch_where_both_gears_have_them():
     lines = contact_lines(pair, np.linspace(0, 1, 7), 8)
     assert lines.y[lines.length > 0].min() > 0
     assert lines.y[lines.length > 0].max() < 21.0
-    assert_allclose(lines.own_face(1) - lines.own_face(0), 3.0)
+    assert_allclose(lines.gear_face(1) - lines.gear_face(0), 3.0)
 
 
 def test_both_gears_moved_alike_are_the_same_pair():

@@ -314,7 +314,7 @@ def test_lines_of_many_panels_are_cut_at_all_of_them():
     """A line of 15 segments has an end of a segment at each of ten kinks, as many as a measured grid may have."""
     pair = case(1).pair
     kinks = np.linspace(0, pair.face_width, 12)[1:-1]
-    lines = contact_lines(pair, [0.4], 15, (), kinks, parting=True)
+    lines = contact_lines(pair, [0.4], 15, (), kinks, cells=True)
     ends = lines.moved(1).y[lines.active]
     assert np.abs(ends[..., None] - kinks).min(axis=1).max() < 1e-12 * pair.face_width
 
@@ -325,7 +325,7 @@ def test_a_panel_that_a_line_crosses_in_no_time_has_its_share():
     meshing = pair.meshing
     u = meshing.path_start + 0.3001 * meshing.base_pitch
     kinks = (u - 5e-4, u + 2.5e-3)
-    lines = contact_lines(pair, [0.3001], 12, kinks, parting=True)
+    lines = contact_lines(pair, [0.3001], 12, kinks, cells=True)
     (first,) = np.flatnonzero(lines.index == 0)
     assert_allclose(lines.length[0, first], meshing.face_width / math.cos(meshing.beta_b) / 12)
     assert np.all((lines.u[0, first] > kinks[0]) & (lines.u[0, first] < kinks[1]))

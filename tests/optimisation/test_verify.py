@@ -11,7 +11,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.stats import spearmanr
 
-from gearbench.contact.smooth import forget_sums
+from gearbench.contact.smooth import clear_compliance_cache
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.errors import GearbenchError, InputError
 from gearbench.optimisation.designs import Designs
@@ -64,7 +64,7 @@ def answer(monkeypatch, compliance) -> None:
         return compliance(lines) if tooth.meshed else PLATE(tooth, lines, beside)
 
     monkeypatch.setattr(ToothBending, "compliance", chosen)
-    forget_sums()  # those of another answer
+    clear_compliance_cache()  # those of another answer
 
 
 def mapping(**effects) -> dict:

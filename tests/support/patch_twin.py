@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.geometry.action import SHORTEST, ContactLines
+from gearbench.geometry.action import NEGLIGIBLE_WIDTH, ContactLines
 from gearbench.geometry.quadrature import gauss
 
 
@@ -22,11 +22,11 @@ def patch_nodes(lines: ContactLines, s: NDArray, nodes: int) -> tuple[NDArray, N
     half = (lines.length * math.cos(lines.pair.meshing.beta_b) / 2)[..., None]
     low, high = _loaded_part(s)
     low, high = (lines.y[..., None] + half * t for t in (low, high))
-    loaded = (high - low > SHORTEST * lines.pair.meshing.face_width).reshape(-1, 2 * segments)
+    loaded = (high - low > NEGLIGIBLE_WIDTH * lines.pair.meshing.face_width).reshape(-1, 2 * segments)
     low, high = low.reshape(loaded.shape), high.reshape(loaded.shape)
     panel = np.repeat(lines.panel, 2, axis=2).reshape(loaded.shape)
     joint = loaded[:, 1:] & loaded[:, :-1] & (panel[:, 1:] == panel[:, :-1])
-    joint &= low[:, 1:] - high[:, :-1] <= SHORTEST * lines.pair.meshing.face_width
+    joint &= low[:, 1:] - high[:, :-1] <= NEGLIGIBLE_WIDTH * lines.pair.meshing.face_width
     none = np.zeros((len(loaded), 1), dtype=bool)
     first, last = loaded & ~np.hstack([none, joint]), loaded & ~np.hstack([joint, none])
     line, begin, end = np.nonzero(first)[0], low[first], high[last]

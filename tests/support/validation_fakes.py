@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from gearbench.compliance.plate import PlateTooth
-from gearbench.contact.smooth import forget_sums
+from gearbench.contact.smooth import clear_compliance_cache
 from gearbench.effects import tooth_bending
 from gearbench.effects.teeth import plate_tooth
 from gearbench.geometry.gear import Gear
@@ -46,4 +46,4 @@ def plates_for_finite_elements(monkeypatch, softness: float = 1.0, correction: f
         return PlateFlank(body.gear, plate_tooth(body.gear, material, None, False), softness, correction * accuracy)
 
     monkeypatch.setattr(tooth_bending, "meshed_flank", flank)
-    forget_sums()  # they may come from another softness
+    clear_compliance_cache()  # they may come from another softness

@@ -10,7 +10,7 @@ import mpmath as mp
 import numpy as np
 
 from gearbench.contact.coarse_solution import scene_lines
-from gearbench.geometry.action import SHORTEST
+from gearbench.geometry.action import NEGLIGIBLE_WIDTH
 from gearbench.geometry.gear import Gear
 from gearbench.geometry.pair import Pair
 from gearbench.scene import Scene
@@ -122,7 +122,7 @@ def segments_at(scene: Scene, tau: float) -> list[Namespace]:
             )
         else:
             low, inside, high = mp.mpf(0), [], G.b if G.u_a <= start <= G.u_e else mp.mpf(0)
-        shortest = mp.mpf(SHORTEST) * G.b
+        shortest = mp.mpf(NEGLIGIBLE_WIDTH) * G.b
         if high - low <= shortest:
             continue
         edges = [low, *(y for y in inside if low < y < high), high]

@@ -12,17 +12,17 @@ from gearbench.geometry.action import ContactLines
 from gearbench.geometry.quadrature import gauss
 
 
-def rows_of_cells(smooth_lines: ContactLines, cells: ContactLines) -> NDArray:
+def interpolation_to_cells(smooth_lines: ContactLines, cells: ContactLines) -> NDArray:
     """Matrix from values at the nodes of ``smooth_lines`` to values on cells, (position, pair, segment, 3, node).
 
     The 3 values belong to beginning, middle and end of a cell.
     """
     half = cells.length * math.cos(cells.pair.meshing.beta_b) / 2
     y = cells.y[..., None] + half[..., None] * np.array([-1.0, 0.0, 1.0])
-    return rows_at(smooth_lines, y.reshape(*y.shape[:2], -1)).reshape(*y.shape, -1)
+    return interpolation_matrix(smooth_lines, y.reshape(*y.shape[:2], -1)).reshape(*y.shape, -1)
 
 
-def rows_at(smooth_lines: ContactLines, y: NDArray) -> NDArray:
+def interpolation_matrix(smooth_lines: ContactLines, y: NDArray) -> NDArray:
     """Matrix from values at the nodes of ``smooth_lines`` to values at y (position, pair, point), (…, point, node).
 
     It is zero if there is no line.
