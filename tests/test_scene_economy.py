@@ -156,9 +156,11 @@ def imported() -> dict[tuple[str, ...], set[str]]:
 def test_nothing_of_an_effect_is_imported_where_it_is_not_named(name, imported):
     """Its module, and what it brings with it when alone, but for what the effects named bring."""
     own = {each: imported[case] - imported[ALONE["hertz"]] for each, case in ALONE.items()}
-    assert EFFECTS[name][0] in own[name]
+    module = EFFECTS[name][0]
+    assert module in own[name]
     for case, found in imported.items():
         if name not in case:
+            assert module not in found, case
             assert not own[name].difference(*(own[each] for each in case)) & found, case
 
 
