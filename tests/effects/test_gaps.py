@@ -24,7 +24,6 @@ from gearbench.effects.profile_slope import ProfileSlope
 from gearbench.effects.root_relief import RootRelief
 from gearbench.effects.tip_relief import TipRelief
 from gearbench.geometry.action import ContactLines, contact_lines
-from gearbench.geometry.involute import inv
 from gearbench.geometry.pair import Member, Pair
 from gearbench.scene import Load, Resolution, Scene
 from gearbench.solution import solve_scene
@@ -144,38 +143,19 @@ def test_helix_slope(pair):
 
 
 @PAIRS
-def test_inclination_opens_as_the_backlash_of_a_larger_centre_distance(pair):
-    """In a slice at y the axes are f y/b farther apart; the backlash of a flank grows by d[(r_b1 + r_b2) inv α_w]."""
-    base = sum(g.base_radius for g in pair.gears)
-
-    def play(distance: float) -> float:
-        return base * float(inv(math.acos(base / distance)))
-
-    a, step = pair.centre_distance, 1e-3
-    rate = (play(a + step) - play(a - step)) / (2 * step)
-    found = gap(Misalignment(inclination=10.0), pair, pair.meshing.pitch_point, B)
-    assert found == pytest.approx(10 * rate * math.cos(pair.meshing.beta_b), rel=1e-8)  # step² · rate‴
-
-
-@PAIRS
-def test_deviation_opens_as_a_turned_line_of_centres(pair):
-    """In a slice at y the wheel is moved sideways by f y/b; both base circles must roll by f/a′ to follow."""
-    rate = sum(g.base_radius for g in pair.gears) / pair.centre_distance
-    found = gap(Misalignment(deviation=10.0), pair, pair.meshing.pitch_point, B)
-    assert found == pytest.approx(10 * rate * math.cos(pair.meshing.beta_b), rel=1e-12)
-    assert gap(Misalignment(deviation=10.0), pair, pair.meshing.path_start, 0.0) == 0
-
-
-@PAIRS
-def test_misalignment_is_the_displacement_along_the_common_normal(pair):
+@pytest.mark.parametrize("amounts", [(3.0, 0.0), (0.0, 4.0), (3.0, 4.0)])
+def test_misalignment_is_the_displacement_along_the_common_normal(pair, amounts):
     """Vector solution: n points from T1 to T2 of the base circles; the wheel moves away (x) and backwards (−y)."""
     r1, r2 = (g.base_radius for g in pair.gears)
     alpha = math.acos((r1 + r2) / pair.centre_distance)
     e = np.array([math.cos(alpha), math.sin(alpha)])
     n = np.array([pair.centre_distance, 0.0]) - r2 * e - r1 * e
     n /= np.linalg.norm(n)
-    found = gap(Misalignment(inclination=3.0, deviation=4.0), pair, pair.meshing.pitch_point, B / 2)
-    assert found == pytest.approx(0.5 * n @ [3.0, -4.0] * math.cos(pair.meshing.beta_b), rel=1e-12)
+    inclination, deviation = amounts
+    effect = Misalignment(inclination=inclination, deviation=deviation)
+    expected = n @ [inclination, -deviation] * math.cos(pair.meshing.beta_b)
+    for y, share in ((0.0, 0.0), (B / 2, 0.5), (B, 1.0)):
+        assert gap(effect, pair, pair.meshing.pitch_point, y) == pytest.approx(share * expected, rel=1e-12)
 
 
 # -- what holds for all of them ---------------------------------------------------------------------------------------
