@@ -82,12 +82,11 @@ def test_names_are_no_formulas_in_plots():
         assert not is_math_text(as_label(name))
 
 
-@pytest.mark.parametrize("name", ["$\\frac{$", "𝔘 \u202e \x1b[31m\nb"])
-def test_names_are_text_in_plots_and_on_the_terminal(run, tmp_path, name):
+def test_names_are_text_in_plots_and_on_the_terminal(run, tmp_path):
     import tomli_w
 
     scene = tmp_path / "scene.toml"
-    scene.write_text(f"{tomli_w.dumps({'name': name})}{GOOD}", encoding="utf-8")
+    scene.write_text(tomli_w.dumps({"name": "$𝔘 \u202e \x1b[31m\nb"}) + GOOD, encoding="utf-8")
     code, out, err = run("simulate", scene, "--plots", tmp_path / "plots")
     assert (code, err) == (0, "")
     assert all(line.isprintable() for line in out.splitlines())
@@ -179,17 +178,9 @@ BAD = {
     "missing table": ("[load]\ntorque = 10.0", "", "load", "missing"),
     "no effects": ("[effects.hertz]", "", "effects", "none"),
     "gap only": ("[effects.hertz]", "[effects.crowning]\namount = 5.0", "effects", "crowning"),
-    "bending alone": ("[effects.hertz]", "[effects.tooth_bending]", "effects.tooth_bending", "effects.hertz"),
-    "basis and order": ("[effects.hertz]", '[effects.hertz]\n[effects.tooth_bending]\nbasis = "paper"\norder = [3, 3]',
-                        "effects.tooth_bending.order", None),
-    "order of three": ("[effects.hertz]", "[effects.hertz]\n[effects.tooth_bending]\norder = [3, 3, 3]",
-                       "effects.tooth_bending", None),
     "law": ("[effects.hertz]", '[effects.hertz]\nlaw = "sun_yang"', "effects.hertz.law", "sun_yang"),
-    "relief too long": ("[effects.hertz]", "[effects.hertz]\n[effects.tip_relief]\namount = 5.0\nlength = 3.0",
-                        "effects.tip_relief.length", "3"),
     "both resolutions": ("positions = 4", "positions = 4\ngauss_points = 4", "resolution.gauss_points", "positions"),
     "no positions": ("positions = 4", "positions = 0", "resolution.positions", "0"),
-    "not a table": ("[load]\ntorque = 10.0", "", "load", "missing"),
     "no TOML": ("[pair]", "[pair", "not TOML", None),
 }  # fmt: skip
 

@@ -26,21 +26,10 @@ def result(run, tmp_path):
     return target
 
 
-@pytest.mark.parametrize(("stage", "teeth"), [(1, "23/67"), (2, "13/76"), (3, "14/87")])
-def test_each_stage_of_a_real_gearbox_simulates_in_one_command(run, tmp_path, stage, teeth):
-    target = tmp_path / "stage.nc"
-    code, out, err = run("simulate", SEW, "--stage", stage, "-o", target)
-    assert (code, err) == (0, "")
-    assert f"z {teeth}" in out
-    assert "basic rack" in out or "ISO 53 A" in out
-    with xr.open_dataset(target, engine="h5netcdf") as dataset:
-        assert float(dataset["mesh_stiffness"].min()) > 0
-        assert float(dataset["equilibrium_residual"].max()) < 1e-9
-
-
 def test_a_stage_chosen_by_its_id_is_named(run):
-    notes = {stage: json.loads(run("simulate", SEW, "--stage", stage, "--json")[1])["notes"] for stage in ("1", "6")}
-    (added,) = set(notes["6"]) - set(notes["1"])
+    found = {stage: json.loads(run("simulate", SEW, "--stage", stage, "--json")[1]) for stage in ("1", "6")}
+    assert found["1"]["mesh_stiffness_mean"] == found["6"]["mesh_stiffness_mean"] > 0
+    (added,) = set(found["6"]["notes"]) - set(found["1"]["notes"])
     assert added == "6 is the id of stage 1"
 
 

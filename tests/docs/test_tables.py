@@ -1,4 +1,4 @@
-"""Pages that are made from the code are up to date (docs/effects.md: ``test_effects_page.py``)."""
+"""Pages that are made from the code are up to date."""
 
 from __future__ import annotations
 
@@ -11,15 +11,25 @@ from docs.generate import FOLDER, HIGHER, PAGES
 from docs.keys import key_tables, prose
 from gearbench.cli.app import COMMANDS
 from gearbench.effects.manufacturing_errors import ManufacturingErrors
+from gearbench.effects.registry import EFFECTS, effect_class
 from gearbench.effects.tip_relief import TipRelief
 from gearbench.results.cycle import HARMONICS
 from gearbench.results.quantities import QUANTITIES
 from gearbench.results.responses import responses
 
 
-@pytest.mark.parametrize("name", [name for name in PAGES if name != "effects.md"])
+@pytest.mark.parametrize("name", PAGES)
 def test_the_page_is_up_to_date(name):
     assert (FOLDER / name).read_text(encoding="utf-8") == PAGES[name](), "run: make docs-tables"
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_every_effect_says_what_when_and_whence(name):
+    effect = effect_class(name)
+    assert effect.summary.startswith(("compliance: ", "gap: "))
+    assert effect.use.endswith(".")
+    assert effect.source
+    assert f"[effects.{name}]" in PAGES["effects.md"]()
 
 
 def test_every_quantity_is_on_its_page_once():

@@ -165,6 +165,21 @@ def test_what_does_not_fit_is_refused():
     assert key.unit == "µm"
 
 
+@pytest.fixture
+def noise(tmp_path, monkeypatch):
+    """Install a package of these entry points."""
+
+    def install(entry_points: str) -> None:
+        folder = tmp_path / "noise-2.0.dist-info"
+        folder.mkdir()
+        (folder / "METADATA").write_text("Metadata-Version: 2.1\nName: noise\nVersion: 2.0\n")
+        (folder / "entry_points.txt").write_text(entry_points)
+        monkeypatch.syspath_prepend(tmp_path)
+        forget()
+
+    return install
+
+
 @pytest.mark.parametrize(
     ("line", "fault"),
     [
@@ -173,13 +188,8 @@ def test_what_does_not_fit_is_refused():
         ("noise = nowhere:Noise", "cannot be imported"),
     ],
 )
-def test_an_entry_point_that_leads_nowhere_is_one_line(line, fault, tmp_path, monkeypatch):
-    folder = tmp_path / "noise-2.0.dist-info"
-    folder.mkdir()
-    (folder / "METADATA").write_text("Metadata-Version: 2.1\nName: noise\nVersion: 2.0\n")
-    (folder / "entry_points.txt").write_text(f"[gearbench.effects]\n{line}\nhertz = undulation:Undulation\n")
-    monkeypatch.syspath_prepend(tmp_path)
-    forget()
+def test_an_entry_point_that_leads_nowhere_is_one_line(line, fault, noise):
+    noise(f"[gearbench.effects]\n{line}\nhertz = undulation:Undulation\n")
     with pytest.raises(gb.InputError, match=fault):
         scene(hertz={}, noise={})
     assert scene(hertz={}).effect("hertz") == gb.Hertz()
@@ -197,13 +207,8 @@ def test_an_entry_point_that_leads_nowhere_is_one_line(line, fault, tmp_path, mo
         ("stiffness_modulation:modulation", "must be a Metric, or a sequence of them"),
     ],
 )
-def test_a_response_that_leads_nowhere_is_one_line(target, fault, tmp_path, monkeypatch, capsys):
-    folder = tmp_path / "noise-2.0.dist-info"
-    folder.mkdir()
-    (folder / "METADATA").write_text("Metadata-Version: 2.1\nName: noise\nVersion: 2.0\n")
-    (folder / "entry_points.txt").write_text(f"[gearbench.metrics]\nnoise = {target}\n")
-    monkeypatch.syspath_prepend(tmp_path)
-    forget()
+def test_a_response_that_leads_nowhere_is_one_line(target, fault, noise, capsys):
+    noise(f"[gearbench.metrics]\nnoise = {target}\n")
     with pytest.raises(gb.InputError, match=fault):
         gb.simulate(scene(tooth_bending={}, hertz={}), outputs=[MODULATION])
     file = ROOT / "examples" / "gear55_robust.toml"

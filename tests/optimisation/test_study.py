@@ -132,11 +132,7 @@ FAULTS = {
     "[algorithm]\nkind = 'ga'": ("algorithm.kind", "method, population, generations, seed"),
     "[robustness]\nsampler = 'halton'": ("robustness.sampler", "'sobol', 'random' or 'latin_hypercube'"),
     "[robustness]\nsamples = -1": ("robustness.samples", "greater than or equal to 0"),
-    "[base.load]\ntorque = '10'": ("base.load.torque", "valid number"),
-    "[base.load]\ntorque = 0.0": ("base.load.torque", "must not be 0"),
     "[base.load]\nforce = 10.0": ("base.load.force", "allowed: torque"),
-    "[base.effects.noise]\nx = 1": ("base.effects.noise", "tooth_bending"),
-    "[base.effects.hertz]\nlaw = 'palmgren'": ("base.effects.hertz.law", "weber_banaschek"),
     "[base.resolution]\npositions = 4": ("base.resolution.gauss_points", "conflicts with positions"),
     "[base.load]\nunit = 3\n[base.pear]\nx = 1": (
         "base.pear = unknown key",
