@@ -1,4 +1,4 @@
-"""Keys of input classes as Markdown: meaning and unit, allowed values, default."""
+"""Keys of input classes as Markdown lists: meaning and unit, allowed values, default."""
 
 from __future__ import annotations
 
@@ -12,6 +12,8 @@ from pydantic import TypeAdapter
 
 from gearbench.schema import keys, parts
 
+#: Limits that are as large only refuse slips, such as a wrong unit; pages leave them out.
+LARGE = 1000.0
 #: Tables that a page has shown, and where.
 Shown = dict[type, str]
 
@@ -22,7 +24,7 @@ def prose(owner: type) -> str:
 
 
 def key_tables(owner: type, shown: Shown | None = None, here: str = "above") -> str:
-    """Tables of the keys of ``owner``, and of the tables below it; one line where it has none.
+    """Lists of the keys of ``owner``, and of the tables below it; one line where it has none.
 
     A table that the page has already is named by where it is: ``shown`` holds these, and gains those shown ``here``.
     """
@@ -34,13 +36,15 @@ def key_tables(owner: type, shown: Shown | None = None, here: str = "above") -> 
     ]
     if not listed:
         return "\nThis table has no keys.\n"
-    text, below, first = "\n| key | meaning | values |\n|---|---|---|\n", {}, {}
+    text, below, first = "\n", {}, {}
     for (meaning, default, permitted), rows_alike in groupby(listed, key=lambda row: row[1:4]):
         alike = list(rows_alike)
         names = ", ".join(f"`{row[0]}`" for row in alike)
         shown_at = first.setdefault(meaning, names)
         words = _markdown(meaning) if shown_at == names else f"as {shown_at}"
-        text += f"| {names} | {words} | {'; '.join(filter(None, (permitted, default)))} |\n"
+        named = permitted.count("`") and all(word.strip("`") in meaning for word in permitted.split(", "))
+        values = "; ".join(filter(None, ("" if named else permitted, default)))
+        text += f"- {names}: {words}{values and f' ({values})'}\n"
         below |= {row[4]: None for row in alike if row[4] is not None}
     rows = {row[:2] for row in listed}
     for table in below:
@@ -66,6 +70,7 @@ def _allowed(part: Mapping[str, Any]) -> str:
     if "enum" in part or "const" in part:
         return ", ".join(f"`{toml_value(value)}`" for value in part.get("enum", (part.get("const"),)))
     low, high = part.get("minimum", part.get("exclusiveMinimum")), part.get("maximum")
+    low, high = (None if limit is None or abs(limit) >= LARGE else limit for limit in (low, high))
     kind = {"number": "", "integer": "whole, ", "boolean": "true or false", "string": "text", "array": "list"}
     text = kind.get(part.get("type", ""), "")
     if low is None:
@@ -86,4 +91,4 @@ def _default(value: object) -> str:
 
 def _markdown(text: str) -> str:
     """A docstring's text as Markdown."""
-    return text.replace("``", "`").replace("*", r"\*").replace("|", r"\|")
+    return text.replace("docs/theory.md", "[Theory](theory.md)").replace("``", "`").replace("*", r"\*")

@@ -31,15 +31,10 @@ _AT = np.array([1e-9, 0.5, 1 - 1e-9])
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Hertz(ComplianceEffect):
-    """Contact compliance, as a law of the line load q.
+    """Local compression of the flanks, as a law of the line load.
 
-    "yang_sun" is linear: g = 4(1−ν²)/(πE) · q (C2 of docs/theory.md).
-
-    "weber_banaschek" depends on the load: g = 4(1−ν²)/(πE) · q · [ln(2√(t₁t₂)/a_H) − ν/(2(1−ν))] with
-    a_H² = 8qρ(1−ν²)/(πE) (C3), the relative radius of curvature ρ, and the depths t_i of the tooth centre lines below
-    the flanks.
-
-    If the gears have different materials, each material contributes half.
+    "yang_sun" is linear (C2 of docs/theory.md). "weber_banaschek" (C3) grows less than the load, and depends on the
+    curvature of the flanks and on the depths of the tooth centre lines below them.
 
     Parameters
     ----------

@@ -52,11 +52,12 @@ def test_every_command_is_on_its_page():
 def test_keys_have_meaning_default_and_what_is_allowed():
     assert prose(TipRelief).startswith("Tip relief: e = amount · (R − (r_a − length))/length")
     table = key_tables(TipRelief)
-    assert "| `amount` | Material missing at the tip [µm]. | -1000 to 1000 |" in table
-    assert "| `amount` | Material missing at the relieved end [µm]. | -1000 to 1000; required |" in table
+    assert "\n- `amount`: Material missing at the tip [µm].\n" in table
+    assert "\n- `amount`: Material missing at the relieved end [µm]. (required)\n" in table
+    assert "\n- `start_roll_angle`: Roll angle √(R² − r_b²)/r_b of the start [°]. (0 to 180)\n" in table
     shapes = '`"linear"`, `"parabolic"`, `"circular"`'
-    assert f'| `shape` | Shape of the relief. | {shapes}; default `"linear"` |' in table
+    assert f'\n- `shape`: Shape of the relief. ({shapes}; default `"linear"`)\n' in table
 
 
 def test_tables_below_a_table_are_shown_once():
-    assert key_tables(ManufacturingErrors).count("| `drawn` |") == 1
+    assert key_tables(ManufacturingErrors).count("\n- `drawn`:") == 1
