@@ -73,34 +73,52 @@ def compress(first, ranks, factor, q, delta, lanes):
 
 
 @part(FUSED)
-def normal_equations(first, ranks, factor, product, load, lanes, equations):
-    """Fill gradient and Hessian of J(q, δ) for each block; the Hessian is stored as lower triangles, row by row.
-
-    product is (rank(rank+1)/2, n), load (lane,).
-    """
+def gradient(first, ranks, factor, load, lanes, equations):
+    """Fill ΣP − load, the gradient of J(q, δ), and the residual of each lane; load is (lane,)."""
     blocks, rank = first.size - 1, factor.shape[1]
-    p, w, total, slope = lanes.p, lanes.w, lanes.total, lanes.slope
-    q, grad, cross, hess = equations
-    size = rank * (rank + 1) // 2
+    p, total, residual = lanes.p, lanes.total, lanes.residual
+    q, grad = equations.q, equations.grad
     for j in range(LANES):
         total[j] = -load[j]
-        slope[j] = 0.0
     for i in range(first[blocks]):
         for j in range(LANES):
             total[j] += p[i, j]
+    for j in range(LANES):
+        residual[j] = abs(total[j])
+    for k in range(blocks):
+        for r in range(k * rank, (k + 1) * rank):
+            for j in range(LANES):
+                grad[r, j] = 0.0
+            if r < k * rank + ranks[k]:
+                add_combination(first[k], first[k + 1], factor, r - k * rank, p, grad, r)
+                for j in range(LANES):
+                    grad[r, j] = q[r, j] - grad[r, j]
+                    residual[j] = max(residual[j], abs(grad[r, j]))
+
+
+@part(FUSED)
+def hessian(first, ranks, factor, product, lanes, equations):
+    """Fill the second derivatives of J(q, δ) for each block; ``hess`` is stored as lower triangles, row by row.
+
+    product is (rank(rank+1)/2, n).
+    """
+    blocks, rank = first.size - 1, factor.shape[1]
+    w, slope = lanes.w, lanes.slope
+    cross, hess = equations.cross, equations.hess
+    size = rank * (rank + 1) // 2
+    for j in range(LANES):
+        slope[j] = 0.0
+    for i in range(first[blocks]):
+        for j in range(LANES):
             slope[j] += w[i, j]
     for k in range(blocks):
         for c in range(rank):
             r = k * rank + c
             for j in range(LANES):
-                grad[r, j] = 0.0
                 cross[r, j] = 0.0
             if c >= ranks[k]:
                 continue
-            add_combination(first[k], first[k + 1], factor, c, p, grad, r)
             add_combination(first[k], first[k + 1], factor, c, w, cross, r)
-            for j in range(LANES):
-                grad[r, j] = q[r, j] - grad[r, j]
             for d in range(c + 1):
                 t = c * (c + 1) // 2 + d
                 one = 1.0 if c == d else 0.0
@@ -161,14 +179,12 @@ def back_substitute(ranks, rank, hess, x):
 
 
 @part(FUSED)
-def newton_step(ranks, rank, lanes, equations, delta, tolerance):
-    """One full Newton step of the lanes that are not done; returns how many are done after it.
-
-    A lane whose residual has reached the tolerance takes this last step (which squares its residual) and is frozen.
-    """
-    total, slope, residual, done, step = lanes.total, lanes.slope, lanes.residual, lanes.done, lanes.step
+def newton_step(ranks, rank, lanes, equations, delta, which):
+    """One full Newton step of the lanes whose ``done`` is ``which``; ``lanes.slope`` becomes ∂F/∂δ."""
+    total, slope, done, step = lanes.total, lanes.slope, lanes.done, lanes.step
     q, y, x, hess = equations
     blocks = ranks.size
+    factorise(ranks, rank, hess, x, y)
     for j in range(LANES):
         step[j] = -total[j]
     for r in range(blocks * rank):
@@ -176,78 +192,45 @@ def newton_step(ranks, rank, lanes, equations, delta, tolerance):
             slope[j] -= x[r, j] * x[r, j]
             step[j] -= x[r, j] * y[r, j]
     for j in range(LANES):
-        step[j] = step[j] / slope[j] if done[j] == 0.0 else 0.0
+        step[j] = step[j] / slope[j] if done[j] == which else 0.0
     for r in range(blocks * rank):
         for j in range(LANES):
             x[r, j] = x[r, j] * step[j] - y[r, j]
     back_substitute(ranks, rank, hess, x)
     for r in range(blocks * rank):
         for j in range(LANES):
-            q[r, j] = q[r, j] + x[r, j] if done[j] == 0.0 else q[r, j]
-    count = 0.0
+            q[r, j] = q[r, j] + x[r, j] if done[j] == which else q[r, j]
     for j in range(LANES):
         delta[j] += step[j]
-        done[j] = 1.0 if residual[j] <= tolerance else done[j]
-        count += done[j]
-    return count
-
-
-@part(FUSED)
-def keep_last(n, tolerance, lanes):
-    """Keep compressions and slopes of the lanes that take their last step now."""
-    if not np.any((lanes.done == 0.0) & (lanes.residual <= tolerance)):
-        return
-    for i in range(n):
-        for j in range(LANES):
-            now = (lanes.done[j] == 0.0) & (lanes.residual[j] <= tolerance)
-            lanes.last[0, i, j] = lanes.s[i, j] if now else lanes.last[0, i, j]
-            lanes.last[1, i, j] = lanes.w[i, j] if now else lanes.last[1, i, j]
-
-
-@part(FUSED)
-def restore_last(n, lanes):
-    """Compressions and slopes where each lane took its last step; those of now where it did not."""
-    for i in range(n):
-        for j in range(LANES):
-            lanes.s[i, j] = lanes.last[0, i, j] if lanes.done[j] == 1.0 else lanes.s[i, j]
-            lanes.w[i, j] = lanes.last[1, i, j] if lanes.done[j] == 1.0 else lanes.w[i, j]
 
 
 @part(FUSED)
 def solve_lanes(t, system, laws, lanes, equations, delta, stiffness, tolerance, limit):
     """Newton's method on all lanes of position t; ``lanes.done`` tells which converged. Returns the steps taken.
 
-    The stiffness is that where each lane took its last step, by the ``steepen``ed slopes of its cells.
+    A lane waits where its residual has reached the tolerance. The last step, and the stiffness, take the ``steepen``ed
+    slopes of its cells, with which the residual falls to a few percent of itself.
     """
     first, ranks = system.firsts[t, : system.blocks[t] + 1], system.ranks[t, : system.blocks[t]]
-    factor, residual = system.factor[t], lanes.residual
-    blocks, rank = ranks.size, factor.shape[1]
-    steps = 0
-    for j in range(LANES):
-        lanes.done[j] = 0.0
-    for iteration in range(limit):
+    factor, product, done = system.factor[t], system.product[t], lanes.done
+    n, rank, steps = first[ranks.size], factor.shape[1], 0
+    for steps in range(1, limit + 1):
         compress(first, ranks, factor, equations.q, delta, lanes)
-        apply_laws(first[blocks], laws, lanes)
-        normal_equations(first, ranks, factor, system.product[t], lanes.load[t], lanes, equations)
+        apply_laws(n, laws, lanes)
+        gradient(first, ranks, factor, lanes.load[t], lanes, equations)
+        count = 0.0
         for j in range(LANES):
-            residual[j] = abs(lanes.total[j])
-        for r in range(blocks * rank):
-            for j in range(LANES):
-                residual[j] = max(residual[j], abs(equations.grad[r, j]))
-        factorise(ranks, rank, equations.hess, equations.cross, equations.grad)
-        steps = iteration + 1
-        keep_last(first[blocks], tolerance, lanes)
-        if newton_step(ranks, rank, lanes, equations, delta, tolerance) == LANES:
+            done[j] = 1.0 if lanes.residual[j] <= tolerance else 0.0
+            count += done[j]
+        if count == LANES or steps == limit:
             break
-    restore_last(first[blocks], lanes)
-    steepen(first[blocks], laws, lanes)
-    normal_equations(first, ranks, factor, system.product[t], lanes.load[t], lanes, equations)
-    factorise(ranks, rank, equations.hess, equations.cross, equations.grad)
+        hessian(first, ranks, factor, product, lanes, equations)
+        newton_step(ranks, rank, lanes, equations, delta, 0.0)
+    steepen(n, laws, lanes)
+    hessian(first, ranks, factor, product, lanes, equations)
+    newton_step(ranks, rank, lanes, equations, delta, 1.0)
     for j in range(LANES):
         stiffness[j] = lanes.slope[j]
-    for r in range(blocks * rank):
-        for j in range(LANES):
-            stiffness[j] -= equations.cross[r, j] * equations.cross[r, j]
     return steps
 
 

@@ -50,7 +50,7 @@ class Lanes(NamedTuple):
 
     ``sigma``: half of what the compression varies along each cell, and the inverse of twice that, (2, segment, lane);
     ``level`` (3, lane) scratch of the law; ``least`` the smallest gap, from which gaps and δ are counted; ``load``
-    (position, lane) is ΣP; ``last`` the compressions and slopes where a lane took its last step, (2, segment, lane).
+    (position, lane) is ΣP.
     """
 
     gap: NDArray
@@ -66,16 +66,14 @@ class Lanes(NamedTuple):
     done: NDArray
     step: NDArray
     load: NDArray
-    last: NDArray
 
     @classmethod
     def of(cls, segments: int, load: NDArray) -> Lanes:
         """Lanes for a number of segments under ``load`` (position, lane), in units of the load of the problem."""
         gap, s, p, w, sigma, inverse = np.empty((6, segments, LANES))
         least, total, slope, residual, done, step = np.empty((6, LANES))
-        level, last = np.empty((3, LANES)), np.empty((2, segments, LANES))
-        sigma = np.stack([sigma, inverse])
-        return cls(gap, sigma, s, p, w, level, least, total, slope, residual, done, step, load, last)
+        sigma, level = np.stack([sigma, inverse]), np.empty((3, LANES))
+        return cls(gap, sigma, s, p, w, level, least, total, slope, residual, done, step, load)
 
 
 @part(FUSED)

@@ -57,8 +57,8 @@ class Precision:
     truncation
         Share of the smooth compliance that is left out, see ``truncated_root``.
     newton
-        Residual at which a sample takes its last Newton step, which squares the residual. The stiffness is computed
-        before this step.
+        Residual at which a sample takes its last Newton step, which leaves a few percent of it. The stiffness is
+        computed before this step.
     coupled, stiffness
         For coupled problems: sum of the residual forces at which Newton's method ends, and precision of the conjugate
         gradients for the stiffness, whose error is the square of it.
@@ -71,7 +71,7 @@ class Precision:
 
 
 #: Agreement with single problems to 1e-9, and to 1e-5.
-ROUNDING = Precision(truncation=0.0, newton=1e-10, coupled=1e-11, stiffness=3e-6)
+ROUNDING = Precision(truncation=0.0, newton=1e-11, coupled=1e-11, stiffness=3e-6)
 SCATTER = Precision(truncation=1e-5, newton=1e-6, coupled=1e-7, stiffness=3e-4)
 
 
