@@ -1,25 +1,19 @@
-"""Designs of the paper's third tool: processes and workers of dask against one thread, solid teeth against plates."""
+"""Designs of the paper's third tool: processes against one thread, solid teeth against plates."""
 
 import math
 import random
 import time
+from concurrent.futures import Executor
 from pathlib import Path
-
-import pytest
 
 from gearbench import read_study
 from gearbench.contact.smooth import clear_compliance_cache
 from gearbench.effects.teeth import clear_tooth_cache
 from gearbench.optimisation.study import Design, OptimisationStudy
-from gearbench.optimisation.workers import Workers, evaluations, open_workers
+from gearbench.optimisation.workers import evaluations, worker_processes
 
 STUDY = Path(__file__).parents[1] / "examples" / "optimise_tool3.toml"
 DESIGNS = 400
-WORKERS = {
-    "two processes": lambda: open_workers(threads=2, after=0.0),
-    "one worker of dask": lambda: open_workers("local:1"),
-    "two workers of dask": lambda: open_workers("local:2"),
-}
 
 
 def designs(study: OptimisationStudy, seed: int) -> list[Design]:
@@ -31,28 +25,26 @@ def designs(study: OptimisationStudy, seed: int) -> list[Design]:
     ]
 
 
-def seconds(workers: Workers, study: OptimisationStudy, some: list[Design]) -> tuple[float, int]:
+def seconds(workers: Executor | None, study: OptimisationStudy, some: list[Design]) -> tuple[float, int]:
     """Wall time, and the number of feasible designs."""
     start = time.perf_counter()
     feasible = sum(found.feasible for _, found in evaluations(workers, study, some))
     return time.perf_counter() - start, feasible
 
 
-@pytest.mark.parametrize("name", WORKERS)
-def test_designs_a_second(benchmark, name):
+def test_designs_a_second(benchmark):
     study = read_study(STUDY)
     some, warm = designs(study, 1), designs(study, 2)
-    with open_workers(threads=1) as one:
-        seconds(one, study, warm[:200])
-        alone, feasible = seconds(one, study, some)
+    seconds(None, study, warm[:200])
+    alone, feasible = seconds(None, study, some)
     found = []
-    with WORKERS[name]() as workers:
+    with worker_processes(2) as workers:
         seconds(workers, study, warm)
         benchmark.pedantic(lambda: found.append(seconds(workers, study, some)), rounds=3)
     taken = min(t for t, _ in found)
     assert {count for _, count in found} == {feasible}
     benchmark.extra_info |= {"feasible_a_second": feasible / taken, "times_one_thread": alone / taken}
-    print(f"\n{name}: {feasible / taken:.0f} feasible designs a second, × {alone / taken:.2f} one thread")
+    print(f"\ntwo processes: {feasible / taken:.0f} feasible designs a second, × {alone / taken:.2f} one thread")
 
 
 def test_solid_teeth_on_their_bodies_against_plates(benchmark, tmp_path):
@@ -64,16 +56,14 @@ def test_solid_teeth_on_their_bodies_against_plates(benchmark, tmp_path):
     path.write_text(solid.replace("[base.load]", bores + "[base.load]"), encoding="utf-8")
     studies = read_study(STUDY), read_study(path)
     seconds_each, feasible = [math.inf, math.inf], set()
-    with open_workers(threads=1) as one:
-        for _ in range(3):
-            for i, study in enumerate(studies):
-                clear_tooth_cache()
-                clear_compliance_cache()
-                start = time.process_time()
-                feasible.add(seconds(one, study, designs(study, 1))[1])
-                seconds_each[i] = min(seconds_each[i], time.process_time() - start)
+    for _ in range(3):
+        for i, study in enumerate(studies):
+            clear_tooth_cache()
+            clear_compliance_cache()
+            start = time.process_time()
+            feasible.add(seconds(None, study, designs(study, 1))[1])
+            seconds_each[i] = min(seconds_each[i], time.process_time() - start)
     plate, body = seconds_each
     benchmark.extra_info |= {"target_times": 1.5, "times_the_plate": body / plate, "processor_s": body}
     print(f"\n{feasible} feasible designs: {body:.2f} s, × {body / plate:.2f} the plate's")
-    with open_workers(threads=1) as one:
-        benchmark.pedantic(lambda: seconds(one, studies[1], designs(studies[1], 2)), rounds=1)
+    benchmark.pedantic(lambda: seconds(None, studies[1], designs(studies[1], 2)), rounds=1)

@@ -6,7 +6,7 @@ import sys
 
 from gearbench.cli import main
 
-#: Packages that NumPy, numba and xarray import only because they are installed; only dask schedulers need the last two.
+#: Packages that NumPy, numba and xarray import only because they are installed.
 UNUSED = ("charset_normalizer", "cffi", "yaml", "dask")
 
 
@@ -18,7 +18,7 @@ def run() -> None:
     """
     # fewer garbage collections: they would search all imported modules for nothing
     gc.set_threshold(200_000)
-    for name in UNUSED[: 2 if "--scheduler" in " ".join(sys.argv) else 4]:
+    for name in UNUSED:
         sys.modules[name] = None  # type: ignore[assignment]
     try:
         main()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import errno
-import hashlib
 import os
 import re
 import tempfile
@@ -79,48 +78,6 @@ def file_parts(names: Sequence[str]) -> list[str]:
         taken.add(part.casefold())
         found.append(part)
     return found
-
-
-#: Last line of a sealed file: the digest of all bytes before it. HDF5 readers ignore it.
-_SEAL = re.compile(rb"\ngearbench sha256 ([0-9a-f]{64})\n", re.ASCII)
-_SEAL_LENGTH = len("\ngearbench sha256 \n") + 64
-
-
-def seal(data: bytes) -> bytes:
-    """Append the digest line to ``data``."""
-    return data + seal_line(data)
-
-
-def seal_line(data: bytes | memoryview) -> bytes:
-    """Line that ``seal`` appends to ``data``."""
-    return seal_of(hashlib.sha256(data).hexdigest())
-
-
-def seal_of(digest: str) -> bytes:
-    """Line that ``seal`` appends to data with the SHA-256 ``digest``."""
-    return f"\ngearbench sha256 {digest}\n".encode()
-
-
-def is_sealed(data: bytes) -> bool:
-    """Whether ``data`` end with a digest line, right or wrong."""
-    return _SEAL.fullmatch(data[-_SEAL_LENGTH:]) is not None
-
-
-def unseal(data: bytes) -> bytes:
-    """Check and remove the line that ``seal`` appended.
-
-    Raises
-    ------
-    InputError
-        If there is no digest, or it does not agree with the data; the error has no key and value.
-    """
-    found = _SEAL.fullmatch(data[-_SEAL_LENGTH:])
-    if found is None:
-        raise InputError("", "", "carries no digest: it is cut off, or gearbench did not write it")
-    whole = data[:-_SEAL_LENGTH]
-    if hashlib.sha256(whole).hexdigest().encode() != found[1]:
-        raise InputError("", "", "is damaged: its data are not those of its digest")
-    return whole
 
 
 def read_bytes(path: str | Path) -> bytes:

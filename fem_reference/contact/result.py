@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from fem_reference.cache import cache_folder, code_version
-from gearbench.files import seal, unseal, write_bytes
+from gearbench.files import write_text
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,7 +56,7 @@ def kept(key: list[Any], compute: Callable[[], PhaseResult]) -> PhaseResult:
     digest = hashlib.sha256(json.dumps([*key, _code()], sort_keys=True, default=repr).encode()).hexdigest()[:32]
     path = cache_folder() / f"contact-{digest}.json"
     try:
-        found = json.loads(unseal(path.read_bytes()))
+        found = json.loads(path.read_bytes())
         for name in ("share", "radius"):
             found[name] = {int(k): values for k, values in found[name].items()}
         return PhaseResult(**found)
@@ -64,7 +64,7 @@ def kept(key: list[Any], compute: Callable[[], PhaseResult]) -> PhaseResult:
         pass
     result = compute()
     path.parent.mkdir(parents=True, exist_ok=True)
-    write_bytes(path, seal(json.dumps(asdict(result)).encode()))
+    write_text(path, json.dumps(asdict(result)))
     return result
 
 

@@ -15,14 +15,14 @@ import typer
 from gearbench.cli import log
 from gearbench.cli.options import shows_progress
 from gearbench.doctor import is_first_run
-from gearbench.errors import GearbenchError, InputError, install_extra, plain, shortened
+from gearbench.errors import GearbenchError, InputError, install_extra, plain
 
 #: Exit codes: 0 done, 1 failed, 2 bad input; 130 and 143 after a signal, see ``gearbench.interruption``.
 FAILED, BAD_INPUT = 1, 2
 
 #: Module → extra that installs it.
 EXTRAS = {"skfem": "fem", "gmsh": "fem", "meshio": "fem", "platformdirs": "fem"}
-EXTRAS |= {"pymoo": "optimise", "distributed": "optimise", "dask": "optimise", "bokeh": "explore"}
+EXTRAS |= {"pymoo": "optimise", "bokeh": "explore"}
 
 #: Commands in the order of the help; a command is a function in the module of the same name.
 COMMANDS = (
@@ -35,12 +35,11 @@ COMMANDS = (
     "optimise",
     "select",
     "explore",
-    "polish",
     "verify",
 )
-COMMANDS += ("validate", "plan", "cost", "rexs", "check", "doctor")
+COMMANDS += ("validate", "plan", "cost", "rexs", "doctor")
 #: Commands that solve no contact problem.
-_QUICK = ("select", "rexs", "check", "doctor")
+_QUICK = ("select", "rexs", "doctor")
 
 
 def application(names: Sequence[str] = COMMANDS) -> typer.Typer:
@@ -105,7 +104,7 @@ def _options(
 
 
 def main() -> None:
-    """Run the command line; an error is one line on stderr, and an unexpected one also writes a report."""
+    """Run the command line; an error is one line on stderr, an unexpected one a traceback."""
     # import only the command that is called
     called = [name for name in sys.argv[1:2] if name in COMMANDS]
     try:
@@ -128,12 +127,7 @@ def main() -> None:
     except Exception as error:
         if (message := getattr(error, "format_message", None)) is not None:  # from typer, e.g. an unknown option
             _end(f"{message()} See gearbench {' '.join([*called, '--help'])}", BAD_INPUT)
-        from gearbench.cli.report import write_report
-
-        _end(
-            f"unexpected {type(error).__name__}: {shortened(error)}; please report it with {write_report(error)}",
-            FAILED,
-        )
+        raise
     finally:
         log.end()
 

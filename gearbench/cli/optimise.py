@@ -20,7 +20,6 @@ Folder = Annotated[
     Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the generations and the front.")
 ]
 Resume = Annotated[bool, typer.Option("--resume", help="Continue the search in DIR.")]
-Scheduler = Annotated[str | None, typer.Option(metavar="ADDRESS|local:N", help="Evaluate designs on dask.distributed.")]
 Threads = Annotated[int | None, typer.Option(min=1, help="Number of worker processes; by default all processors.")]
 #: Number of designs of the front in the summary.
 SHOWN = 12
@@ -30,7 +29,6 @@ def optimise(
     study: StudyFile,
     output: Folder,
     resume: Resume = False,
-    scheduler: Scheduler = None,
     threads: Threads = None,
     memory: Memory = None,
     quiet: Quiet = False,
@@ -47,7 +45,7 @@ def optimise(
     loaded = read_study(study)
     try:
         with progress_line(quiet=quiet, json=json) as tell:
-            options = {"resume": resume, "scheduler": scheduler, "threads": threads}
+            options = {"resume": resume, "threads": threads}
             dataset = run(loaded, directory=output, progress=lambda state: tell(_line(state)), **options)
     except KeyboardInterrupt:
         kept = len(list(output.glob("generation_*.nc")))

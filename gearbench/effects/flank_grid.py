@@ -17,7 +17,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.errors import InputError
-from gearbench.files import is_sealed, unseal
 from gearbench.geometry.gear import Gear
 from gearbench.netcdf_bytes import dataset_of, is_netcdf
 
@@ -167,7 +166,7 @@ def _numbers(key: str, where: str, cells: list[str], count: int, separator: str)
 
 def _from_netcdf(key: str, name: str, data: bytes) -> FlankGrid:
     try:
-        dataset = dataset_of(unseal(data) if is_sealed(data) else data)
+        dataset = dataset_of(data)
     except InputError as error:
         raise InputError(key, name, error.allowed) from None
     fitting = [v for along in ALONG for v in dataset.data_vars.values() if set(v.dims) == {along, FACE}]

@@ -1,8 +1,7 @@
-"""Column of the catalogue: one quantity of many designs. Names are shown as literal text, never as TeX or HTML."""
+"""Column of the catalogue: one quantity of many designs."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -10,20 +9,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.errors import plain
 from gearbench.results.quantities import KEYS
 from gearbench.results.responses import quantity
-
-#: Position inside a TeX delimiter: $$, a backslash and a bracket. BokehJS would render text between delimiters as TeX,
-#: with any HTML in it.
-_TEX = re.compile(r"(?<=\$)(?=\$)|(?<=\\)(?=[\[\]()])")
-_WORD_JOINER = "\u2060"
-
-
-def as_text(name: str) -> str:
-    """Make a name literal text for BokehJS: put a zero-width character into TeX delimiters."""
-    return _TEX.sub(_WORD_JOINER, plain(name))
-
 
 Kind = Literal["variable", "limit", "statistic"]
 
@@ -52,11 +39,6 @@ class Column:
     kind: Kind
     values: NDArray
     categories: tuple[str, ...] = ()
-
-    def __post_init__(self) -> None:
-        # labels and categories appear in titles and on axes, where Bokeh would render TeX
-        for name, value in (("label", as_text(self.label)), ("categories", tuple(map(as_text, self.categories)))):
-            object.__setattr__(self, name, value)
 
     @property
     def title(self) -> str:

@@ -10,7 +10,7 @@ from bokeh.models import ColorBar, ColumnDataSource, LinearColorMapper, Slider, 
 from gearbench.explore.gear_data import Tables
 from gearbench.explore.look import BEFORE, HEIGHT, INK, NOW, PALETTE, chart, fitted, fixed, script
 
-#: Tables of the stored gear that are shown together with the changed one.
+#: Tables of the baseline that are shown together with those of a changed gear.
 COMPARED = ("ste", "stiffness", "ste_orders", "stiffness_orders", "ste_density", "stiffness_density", "numbers")
 #: Figures that also show the gears kept for comparison, with the x and y columns of their curves.
 OVERLAID = {
@@ -31,12 +31,15 @@ class GearPanel:
     Parameters
     ----------
     now
-        Initial tables, of a gear as stored.
+        Initial tables.
+    baseline
+        Whether the gear of these tables stays beside those that follow.
     """
 
-    def __init__(self, now: Tables) -> None:
+    def __init__(self, now: Tables, *, baseline: bool) -> None:
         self.now = {name: ColumnDataSource(table, name=f"now {name}") for name, table in now.items()}
-        self.before = {name: ColumnDataSource(now[name], name=f"before {name}") for name in COMPARED}
+        first: Tables = now if baseline else {name: {key: [] for key in now[name]} for name in COMPARED}
+        self.before = {name: ColumnDataSource(first[name], name=f"before {name}") for name in COMPARED}
         empty = {"xs": [], "ys": [], "fluctuations": [], "colour": [], "label": []}
         self.kept = {name: ColumnDataSource(dict(empty), name=f"kept {name}") for name in OVERLAID if name in now}
         self.phase = Slider(start=0, end=1, value=0, step=0.01, title="mesh phase τ", width=250, name="phase")
@@ -62,7 +65,7 @@ class GearPanel:
     def compare(self, heads: Sequence[str], most: int, beside: Sequence[dict[str, Any]] = ()) -> dict[str, Any]:
         """Arguments of ``js/compare.js``, which fills the table of numbers and draws the curves of gears kept.
 
-        ``heads`` names the columns of the table: before and now, or now alone. At most ``most`` gears are kept;
+        ``heads`` names the columns of the table: baseline and now, or now alone. At most ``most`` gears are kept;
         ``beside`` holds those kept from the beginning.
         """
         return {

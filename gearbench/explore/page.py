@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -43,20 +42,18 @@ class Page:
         self.sources["pick"] = ColumnDataSource(pick_data(catalogue, first), name="pick")
         self.pick = self.sources["pick"]
         self.answer = ColumnDataSource(answer_data(), name="answer")
-        self.gear = GearPanel(tables)
+        self.gear = GearPanel(tables, baseline=False)
         self._first = first
         self.export = Button(label="Save scene file", name="export", width=SIDE - 60)
         self.export.js_on_event("button_click", script("download", "export", scene=self.gear.now["scene"]))
         self._above, self.refresh, self.follow = self._designs()
 
-    def listen(self, controls: Sequence[Any]) -> None:
-        """Let the browser show every new ``answer``; ``controls`` are the sliders that it sets."""
-        gear = self.gear
-        show = script("answer", answer=self.answer, sources=gear.now, before=gear.before, sliders=list(controls))
-        self.answer.js_on_change("data", show)
+    def listen(self) -> None:
+        """Let the browser show every new ``answer``."""
+        self.answer.js_on_change("data", script("answer", answer=self.answer, sources=self.gear.now))
 
-    def put(self, document: Document, controls: Sequence[Any] = ()) -> None:
-        """Add the page to a document; ``controls``, if any, are placed beside the picked gear and change it."""
+    def put(self, document: Document) -> None:
+        """Add the page to a document."""
         document.template = get_env().from_string("{% extends base %}" + text_of("page.html"))
         chosen = [column["title"] for column in choices(self.catalogue)]
         titles = [self.catalogue.column(name).title for name in (ACROSS, UP)]
@@ -64,13 +61,12 @@ class Page:
             name=self.catalogue.name(self._first), results=self._results(), figures=list(self.gear.figures),
             columns=chosen, across=titles[0], up=titles[1],
         )  # fmt: skip
-        beside = Stack(children=[*controls, self.gear.phase, self.export], width=SIDE, name="controls")
+        beside = Stack(children=[self.gear.phase, self.export], width=SIDE, name="controls")
         for name, root in {**self._above, "controls": beside, **self.gear.figures}.items():
             root.name = name
             document.add_root(root)
         document.title = "gearbench explore"
-        heads = ("stored", "now") if controls else ("picked",)
-        compare = script("light", "compare", "picks", **self.gear.compare(heads, MOST))
+        compare = script("light", "compare", "picks", **self.gear.compare(("picked",), MOST))
         shown = (self.refresh, self.follow, *self.gear.ready, script("labels"), self._choose, compare)
         document.js_on_event(DocumentReady, *shown)
 
@@ -139,16 +135,9 @@ class Page:
         return {**shown, "cloud": many, "parallel": coordinates}, refresh, follow
 
 
-def answer_data(
-    now: Tables | None = None,
-    before: Tables | None = None,
-    text: str = "",
-    *,
-    message: str = "",
-    controls: dict[str, Any] | None = None,
-) -> dict[str, Any]:
-    """Columns of an answer: tables to show and, after a pick, slider positions; None leaves what is shown unchanged."""
-    return {"now": [now], "before": [before], "summary": [text], "message": [message], "controls": [controls]}
+def answer_data(now: Tables | None = None, text: str = "", *, message: str = "") -> dict[str, Any]:
+    """Columns of an answer: tables to show, None to leave what is shown unchanged; heading; error message."""
+    return {"now": [now], "summary": [text], "message": [message]}
 
 
 def axes_of(catalogue: Catalogue, by_column: dict[int, Any]) -> list[dict[str, Any]]:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 from bokeh.document import Document
 from bokeh.embed import file_html
@@ -13,11 +11,9 @@ from numpy.typing import NDArray
 from gearbench.errors import GearbenchError, InputError
 from gearbench.explore.catalogue import Catalogue, fronts
 from gearbench.explore.gear_data import Tables, tables
-from gearbench.explore.guard import guarded_file
 from gearbench.explore.look import script
 from gearbench.explore.model import picture
 from gearbench.explore.page import Page, knee
-from gearbench.files import write_text
 
 #: Maximum number of designs whose pictures are stored in the file.
 PICTURES = 60
@@ -40,7 +36,7 @@ def html(catalogue: Catalogue, pictures: int = PICTURES) -> str:
     if str(first) not in shown:
         raise GearbenchError(f"{catalogue.name(first)} cannot be computed")
     page = Page(catalogue, first, shown[str(first)])
-    page.listen([])
+    page.listen()
     names = {design: catalogue.name(int(design)) for design in shown}
     page.pick.js_on_change("data", script("show", pick=page.pick, answer=page.answer, names=names, pictures=shown))
     document = Document()
@@ -50,19 +46,13 @@ def html(catalogue: Catalogue, pictures: int = PICTURES) -> str:
 
 def as_file(document: Document) -> str:
     """HTML text of a document that loads nothing from the network."""
-    text = file_html(
+    return file_html(
         document,
         INLINE,
         title=document.title,
         template=document.template,
         template_variables=document.template_variables,
     )
-    return guarded_file(text)
-
-
-def write(catalogue: Catalogue, path: Path) -> None:
-    """Write the page to ``path``."""
-    write_text(path, html(catalogue))
 
 
 def _spread(catalogue: Catalogue, first: int, count: int) -> NDArray:

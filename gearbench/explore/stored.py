@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.errors import InputError
-from gearbench.explore.columns import Column, as_text, known_column, variable_column
+from gearbench.explore.columns import Column, known_column, variable_column
 from gearbench.optimisation.designs import Designs
 from gearbench.optimisation.select import chosen_scene, open_designs
 from gearbench.optimisation.study import RESPONSES
@@ -51,9 +51,6 @@ class Stored:
     numbers: NDArray
     scene: Callable[[int], Scene]
     teeth: str
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "label", as_text(self.label))
 
 
 def open_results(paths: Sequence[str | Path]) -> tuple[Stored, ...]:

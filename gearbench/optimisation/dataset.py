@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from gearbench.optimisation.archive import Archive
 from gearbench.optimisation.problem import Evaluation, values_of
 from gearbench.optimisation.study import Design, OptimisationStudy
-from gearbench.results.netcdf import with_digest
 from gearbench.results.responses import described
 
 if TYPE_CHECKING:
@@ -127,4 +126,4 @@ def front_dataset(archive: Archive, population: Sequence[Design], wall_time: flo
         "reference_point": ("objective_name", archive.reference_point),
     }
     dataset = dataset.assign(described(history)).assign_coords(generation=np.arange(1, generations + 1))
-    return with_digest(dataset).assign_attrs(run_provenance(wall_time=wall_time))
+    return dataset.assign_attrs(run_provenance(wall_time=wall_time))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,7 +18,8 @@ from gearbench.optimisation.search import Search
 from gearbench.optimisation.store import Store
 from gearbench.optimisation.study import Design, OptimisationStudy
 from gearbench.optimisation.study_file import check_study
-from gearbench.optimisation.workers import Workers, evaluations, open_workers
+from gearbench.optimisation.workers import evaluations, worker_processes
+from gearbench.threads import default_threads
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -68,8 +70,8 @@ def optimise(
     *,
     directory: str | Path | None = None,
     resume: bool = False,
-    scheduler: str | None = None,
     threads: int | None = None,
+    executor: Executor | None = None,
     progress: Callable[[Progress], None] = lambda _: None,
 ) -> xr.Dataset:
     """Search the Pareto-optimal designs of a study.
@@ -82,10 +84,10 @@ def optimise(
         Folder that takes every finished generation, and the result at the end; by default nothing is stored.
     resume
         Continue the search in ``directory``; the result equals that of an uninterrupted run.
-    scheduler
-        "local:N" or the address of a dask scheduler; processes of this machine by default.
     threads
-        Number of workers, which evaluate one design at a time; by default the number of processors.
+        Number of worker processes, which evaluate one design at a time; by default the number of processors.
+    executor
+        Executor of ``concurrent.futures`` that evaluates the designs instead, e.g. one of ``dask.distributed``.
     progress
         Called after each evaluation and each generation.
 
@@ -99,13 +101,16 @@ def optimise(
     ------
     InputError
         If the study cannot be run, or the folder cannot be used.
+    GearbenchError
+        If a worker process ends.
     OSError
         If a generation cannot be stored; earlier ones are kept.
     """
     check_study(study)
     with ExitStack() as stack:
         store = None if directory is None else stack.enter_context(Store(directory, study, resume=resume))
-        run = _Run(study, store, stack.enter_context(open_workers(scheduler, threads)), progress)
+        workers = executor or stack.enter_context(worker_processes(threads or default_threads()))
+        run = _Run(study, store, workers, progress)
         run.search()
         dataset = run.dataset()
         if store is not None:
@@ -115,7 +120,11 @@ def optimise(
 
 class _Run:
     def __init__(
-        self, study: OptimisationStudy, store: Store | None, workers: Workers, progress: Callable[[Progress], None]
+        self,
+        study: OptimisationStudy,
+        store: Store | None,
+        workers: Executor | None,
+        progress: Callable[[Progress], None],
     ) -> None:
         self._study, self._store, self._workers, self._progress = study, store, workers, progress
         self._archive, self._search = Archive(study), Search(study)

@@ -18,7 +18,7 @@ from gearbench.files import is_part, make_folder, write_text
 from gearbench.optimisation.dataset import designs_dataset, read_designs
 from gearbench.optimisation.problem import Evaluation
 from gearbench.optimisation.study import Design, OptimisationStudy
-from gearbench.results.netcdf import open_result, save, with_digest
+from gearbench.results.netcdf import open_result, save
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -103,7 +103,7 @@ class Store:
         if not path.exists():
             return None
         try:
-            dataset = open_result(path, proven=True)
+            dataset = open_result(path)
             rows = read_designs(dataset, self._study)
         except (InputError, LookupError, ValueError):
             return None
@@ -123,7 +123,7 @@ class Store:
         from gearbench.results.provenance import versions
 
         dataset = designs_dataset(self._study, designs, results, [generation] * len(designs))
-        dataset = with_digest(dataset.drop_vars("first_generation"))
+        dataset = dataset.drop_vars("first_generation")
         save(dataset.assign_attrs(generation=generation, versions=versions()), self.path(generation))
 
     def write_front(self, dataset: xr.Dataset) -> None:

@@ -19,8 +19,9 @@ from gearbench.optimisation.designs import Designs
 from gearbench.optimisation.front import non_dominated
 from gearbench.optimisation.problem import Evaluation, macro_geometry
 from gearbench.optimisation.study import Design, OptimisationStudy
-from gearbench.optimisation.workers import evaluations, open_workers
+from gearbench.optimisation.workers import evaluations, worker_processes
 from gearbench.results.responses import described
+from gearbench.threads import default_threads
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -73,7 +74,7 @@ def verify(
     found = [designs.design(int(number)) for number in chosen]
     models = _prepare(designs, chosen, study, found, progress)
     progress(f"{len(chosen)} designs with the compliance of the finite elements")
-    with open_workers(threads=threads) as workers:
+    with worker_processes(threads or default_threads()) as workers:
         known = dict(evaluations(workers, study, list(dict.fromkeys(found))))
     results = [known[design] for design in found]
     if not any(result.feasible for result in results):

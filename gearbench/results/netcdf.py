@@ -1,17 +1,13 @@
-"""Datasets on disk: netCDF with a digest at the end of the file, written whole or not at all."""
+"""Datasets on disk: netCDF, written whole or not at all."""
 
 from __future__ import annotations
 
-import hashlib
 import logging
-from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-import numpy as np
-
-from gearbench.errors import InputError
-from gearbench.files import is_sealed, read_bytes, seal_line, unseal, write_bytes
+from gearbench.errors import naming
+from gearbench.files import read_bytes, write_bytes
 from gearbench.netcdf_bytes import dataset_of
 from gearbench.results.quantities import GROUPS, QUANTITIES
 
@@ -20,12 +16,9 @@ if TYPE_CHECKING:
 
 _LOG = logging.getLogger(__name__)
 
-#: Attribute that holds the digest of the values.
-DIGEST = "data_sha256"
-
 
 def save(dataset: xr.Dataset, path: str | Path) -> Path:
-    """Write ``dataset`` to ``path`` as netCDF with the digest of its bytes, whole or not at all.
+    """Write ``dataset`` to ``path`` as netCDF, whole or not at all.
 
     Raises
     ------
@@ -34,54 +27,22 @@ def save(dataset: xr.Dataset, path: str | Path) -> Path:
     OSError
         If the disk is full or fails; an existing file stays untouched.
     """
-    file = _netcdf(dataset)
-    line = seal_line(file.getbuffer())
-    file.seek(0, 2)
-    file.write(line)
-    return write_bytes(path, file.getbuffer())
+    # made in memory, because HDF5 crashes the process at exit if the disk was full
+    return write_bytes(path, dataset.to_netcdf(engine="h5netcdf"))
 
 
-def _netcdf(dataset: xr.Dataset) -> BytesIO:
-    """Make the file in memory, because HDF5 crashes the process at exit if the disk was full."""
-    from xarray.backends.h5netcdf_ import H5NetCDFStore
-
-    buffer: Any = BytesIO()
-    # like ``Dataset.to_netcdf``, but without a lock: the search for one would import dask.distributed
-    store = H5NetCDFStore.open(buffer, mode="w", lock=False)
-    try:
-        dataset.dump_to_store(store)
-    finally:
-        store.close()
-    return buffer
-
-
-def open_result(path: str | Path, *, proven: bool = False) -> xr.Dataset:
+def open_result(path: str | Path) -> xr.Dataset:
     """Read a Dataset into memory; ``save`` or another program may have written it.
-
-    Digests must agree with the data: the digest of the bytes at the end of a file from ``save``, and the digest of the
-    values from ``with_digest``. A file with neither is read with a warning in the log.
-
-    Parameters
-    ----------
-    path
-        The file.
-    proven
-        Whether to refuse a file without any digest.
 
     Raises
     ------
     InputError
-        If the file is missing, is not netCDF, or has been damaged or changed since it was written.
+        If the file is missing, or is not netCDF.
     """
     data = read_bytes(path)
-    try:
-        sealed = is_sealed(data)
-        dataset = dataset_of(unseal(data) if sealed else data)
-        _check_digest(dataset, sealed=sealed, proven=proven, path=path)
-        # without this, text joined to the Dataset later would be cut to the old length when saved
-        return _of_now(dataset.drop_encoding())
-    except InputError as error:
-        raise InputError("", str(path), error.allowed) from None
+    with naming(path):
+        # without drop_encoding, text joined to the Dataset later would be cut to the old length when saved
+        return _of_now(dataset_of(data).drop_encoding())
 
 
 def _of_now(dataset: xr.Dataset) -> xr.Dataset:
@@ -98,36 +59,3 @@ def _of_now(dataset: xr.Dataset) -> xr.Dataset:
         both = xr.concat([dataset[one] for one in own], "gear").assign_attrs(GROUPS["on the flank"][name].attrs)
         dataset = dataset.drop_vars(own).assign({name: both})
     return dataset.assign_coords(gear=("gear", gears, QUANTITIES["gear"].attrs))
-
-
-def with_digest(dataset: xr.Dataset) -> xr.Dataset:
-    """Add the digest of the values, which survives when another program saves the Dataset again.
-
-    Equal results have equal digests, wherever and whenever they are computed. Code that changes the values must renew
-    or remove the digest.
-    """
-    return dataset.assign_attrs({DIGEST: _digest(dataset)})
-
-
-def _digest(dataset: xr.Dataset) -> str:
-    """SHA-256 of names, shapes and values."""
-    digest = hashlib.sha256()
-    for name in sorted(map(str, dataset.variables)):
-        values = dataset[name].values
-        digest.update(f"{name} {values.shape} ".encode())
-        if values.dtype.kind in "OUS":
-            digest.update("\0".join(map(str, values.ravel())).encode())
-        else:
-            digest.update(np.ascontiguousarray(values).tobytes())
-    return digest.hexdigest()
-
-
-def _check_digest(dataset: xr.Dataset, *, sealed: bool, proven: bool, path: str | Path) -> None:
-    if DIGEST in dataset.attrs:
-        if dataset.attrs[DIGEST] != _digest(dataset):
-            raise InputError("", "", f"is damaged or changed: its data are not those of its digest ({DIGEST})")
-    elif not sealed:
-        missing = "carries no digest: whether its data are those that were computed is not known"
-        if proven:
-            raise InputError("", "", missing)
-        _LOG.warning("gearbench: %s %s", path, missing)

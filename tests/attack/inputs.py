@@ -16,7 +16,6 @@ import tomli_w
 from numpy.random import Generator
 
 from gearbench.effects.registry import EFFECTS, effect_class
-from gearbench.files import seal
 from tests.attack import hostile, netcdf
 from tests.support.paths import DATA, ROOT
 from tests.support.texts import HELICAL
@@ -175,38 +174,6 @@ def topography(rng: Generator, folder: Path) -> Attack:
     return Attack(arguments=("simulate", "scene.toml", "-o", "out.nc"), targets=("out.nc",))
 
 
-@cache
-def fronts() -> tuple[bytes, ...]:
-    """Results of all kinds that are read again: a front and a simulation."""
-    from gearbench.optimisation.run import optimise
-    from gearbench.optimisation.study_file import parse_study
-    from gearbench.scene_file import parse_scene
-    from gearbench.simulation import simulate
-
-    given = hostile.copy(study_tables())
-    given["algorithm"] = {"population": 8, "generations": 3, "seed": 1}
-    front = optimise(parse_study(given), threads=1)
-    return netcdf.written(front), netcdf.written(simulate(parse_scene(scene_tables()[0])))
-
-
-def stored(data: bytes, *, sealed: bool) -> bytes:
-    """A result: hostile, with the right digest, or damaged after it was written."""
-    return seal(data) if sealed else seal(data)[:-1]
-
-
-def result(rng: Generator, folder: Path) -> Attack:
-    """A damaged result, read again."""
-    kind, sealed = rng.random(), rng.random() < 0.6
-    if kind < 0.7:
-        (folder / "front.nc").write_bytes(stored(netcdf.damaged(rng, fronts()[0]), sealed=sealed))
-        arguments = ("select", "front.nc", "--csv", "out.csv") if kind < 0.5 else ("select", "front.nc", "--json")
-        return Attack(arguments=arguments, targets=("out.csv",) if kind < 0.5 else ())
-    (folder / "result.nc").write_bytes(stored(netcdf.damaged(rng, fronts()[1]), sealed=sealed))
-    (folder / "model.rexs").write_bytes(models()[1])
-    arguments = ("rexs", "model.rexs", "--stage", "1", "--write", "result.nc", "out.rexs")
-    return Attack(arguments=arguments, targets=("out.rexs",))
-
-
 KINDS: dict[str, Callable[[Generator, Path], Attack]] = {
-    "scene": scene, "study": study, "rexs": rexs, "topography": topography, "result": result,
+    "scene": scene, "study": study, "rexs": rexs, "topography": topography,
 }  # fmt: skip

@@ -5,7 +5,7 @@ import pytest
 from tests.attack.campaign import failures
 from tests.support.campaign import many
 
-KINDS = ("scene", "study", "rexs", "topography", "result")
+KINDS = ("scene", "study", "rexs", "topography")
 
 
 @pytest.mark.parametrize("kind", KINDS)

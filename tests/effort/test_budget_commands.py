@@ -1,4 +1,4 @@
-"""Memory of hunting cycles, responses, comparisons and polished fronts: known before it is spent, as it is measured."""
+"""Memory of hunting cycles, responses and comparisons: known before it is spent, as it is measured."""
 
 from __future__ import annotations
 
@@ -25,9 +25,7 @@ from gearbench.effort.clock import apart, most_megabytes
 from gearbench.errors import InputError
 from gearbench.hunting.cycles import hunting_memory
 from gearbench.hunting.run import hunting_cycle
-from gearbench.optimisation import refinement
 from gearbench.optimisation import verify as verifying
-from gearbench.optimisation.refinement import polish
 from gearbench.optimisation.select import open_designs
 from gearbench.scene import Resolution, Scene
 from gearbench.scene_file import read_scene
@@ -214,17 +212,3 @@ def test_a_verification_beyond_the_memory_is_refused_before_any_of_it(monkeypatc
     monkeypatch.setattr(verifying.ToothBending, "flank", lambda *_: pytest.fail("something was computed"))
     with pytest.raises(MemoryBudgetError, match=r"effects.tooth_bending.accuracy = 0.001: needs about .* fit"):
         verifying.verify(front, accuracy=0.001)
-
-
-def test_polished_designs_side_by_side_share_the_budget(monkeypatch, front):
-    seen, whole = [], memory_limit()
-    monkeypatch.setattr(refinement, "continuous", lambda study: study)
-
-    def looks(study: object, design: object, **_: object) -> None:
-        seen.append(memory_limit())
-        raise MemoryBudgetError("resolution", "large", "would not fit")
-
-    monkeypatch.setattr(refinement, "refine_design", looks)
-    with pytest.raises(MemoryBudgetError):
-        polish(front, threads=4)
-    assert {round(limit) for limit in seen} == {round(whole / 4)}

@@ -10,15 +10,14 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from gearbench.errors import InputError
 from gearbench.explore.catalogue import ACROSS, UP, catalogue, fronts
-from gearbench.explore.controls import moved, positions, values
 from gearbench.explore.model import density, flank_map, picture
 from gearbench.explore.stored import open_results
+from gearbench.keys import value_at
 from gearbench.library.garambois2017 import case, gear
 from gearbench.optimisation.front import non_dominated
 from gearbench.results.netcdf import save
 from gearbench.robustness.run import robust
-from gearbench.scene import Load
-from gearbench.scene_file import parse_scene, read_scene
+from gearbench.scene_file import read_scene
 from gearbench.simulation import simulate
 from gearbench.solution import solve_scene
 from tests.support.explore_designs import front, stored
@@ -84,43 +83,7 @@ def test_scenes_are_those_of_the_designs():
     dataset, designs = front(30), catalogue([stored(30)])
     scene = designs.scene(7)
     assert scene.pair.helix_angle == dataset["pair.helix_angle"].values[7]
-    assert values(scene)["crowning"] == dataset["effects.crowning.amount"].values[7]
-
-
-# -- what is changed --------------------------------------------------------------------------------------------------
-
-
-def test_settings_that_were_not_moved_leave_the_scene_as_it_is(robust_scene):
-    for scene in (robust_scene, case(2), *(catalogue([stored(12)]).scene(i) for i in range(11))):
-        assert moved(scene, {name: place["value"] for name, place in positions(scene).items()}) is scene
-
-
-def test_settings_change_what_they_name_and_nothing_else(robust_scene):
-    places = {"crowning": 4.0, "relief_amount": 3.0, "relief_length": 0.2, "torque": 7.0, "iso_class": 8}
-    changed = moved(robust_scene, places)
-    assert values(changed) == places
-    tables, before = changed.to_mapping(), robust_scene.to_mapping()
-    assert tables["pair"] == before["pair"]
-    assert tables["effects"]["tooth_bending"] == before["effects"]["tooth_bending"]
-    assert changed.effect("manufacturing_errors").edition == "1995"
-    bare = moved(changed, places | {"crowning": 0.0, "relief_length": 0.0})
-    assert bare.effect("crowning") is None
-    assert bare.effect("tip_relief") is None
-    assert parse_scene(changed.to_mapping()) == changed
-
-
-def test_sliders_of_coast_flanks_stay_below_zero(robust_scene):
-    coast = replace(robust_scene, load=Load(torque=-robust_scene.load.torque))
-    slider = positions(coast)["torque"]
-    assert slider["start"] < slider["value"] < slider["end"] < 0
-    changed = moved(coast, values(coast) | {"torque": -7.0})
-    assert changed.load.coast
-    assert_allclose(picture(changed).transmission_error.mean, simulate(changed)["transmission_error_mean"], rtol=1e-12)
-
-
-def test_a_relief_longer_than_the_tooth_is_refused(robust_scene):
-    with pytest.raises(ValueError, match="length"):
-        moved(robust_scene, values(robust_scene) | {"relief_amount": 1.0, "relief_length": 50.0})
+    assert value_at(scene, "effects.crowning.amount") == dataset["effects.crowning.amount"].values[7]
 
 
 # -- what is computed -------------------------------------------------------------------------------------------------
@@ -135,14 +98,6 @@ def test_a_picture_agrees_with_simulate_and_robust(robust_scene):
     samples = robust(robust_scene, samples=256)
     assert_allclose(shown.scatter.mesh_stiffness, samples["mesh_stiffness_rms"], rtol=1e-12)
     assert_allclose(shown.scatter.transmission_error, samples["transmission_error_rms"], rtol=1e-12)
-
-
-def test_errors_of_a_wider_class_scatter_more(robust_scene):
-    std = []
-    for iso_class in (4, 6, 8):
-        scene = moved(robust_scene, values(robust_scene) | {"iso_class": iso_class})
-        std.append(picture(scene).scatter.transmission_error.std())
-    assert std == sorted(std)
 
 
 @pytest.mark.parametrize("helix", [0.0, 20.0])
@@ -167,23 +122,19 @@ def test_density_is_one_in_total_and_a_peak_where_nothing_scatters():
 
 
 @pytest.mark.slow
-def test_curves_come_first_where_the_scatter_takes_long(monkeypatch):
+def test_curves_come_before_the_scatter_and_both_are_remembered():
     pytest.importorskip("bokeh")
     from bokeh.document import Document
 
-    from gearbench.explore import live
+    from gearbench.explore.live import Session
 
-    session = live.Session(designs := catalogue([stored(12)]), Document())
-    places = {name: place["value"] for name, place in positions(designs.scene(3)).items()} | {"crowning": 4.5}
-    monkeypatch.setattr(session, "slow", False)
-    (whole,) = session.answers(3, places)
-    monkeypatch.setattr(session, "slow", True)
-    first, second = session.answers(3, places)
+    session = Session(catalogue([stored(12)]), Document())
+    first, second = session.answers(3)
+    (whole,) = session.answers(3)
     assert "ste_density" not in first["now"][0]
     assert set(second["now"][0]) == {"ste_density", "stiffness_density", "numbers"}
     assert "…" in first["now"][0]["numbers"]["value"]
     assert "…" not in second["now"][0]["numbers"]["value"]
-    assert second["summary"] == whole["summary"]
     for name, table in (first["now"][0] | second["now"][0]).items():
         for key, column in table.items():
             assert_array_equal(column, whole["now"][0][name][key])
@@ -196,8 +147,8 @@ def test_questions_that_are_none_are_answered_by_a_message():
     from gearbench.explore.live import Session
 
     session = Session(catalogue([stored(12)]), Document())
-    for design, places in ((99, None), ("x", None), (3, {}), (3, {"crowning": "?"})):
-        (answer,) = session.answers(design, places)
+    for design in (99, "x", None):
+        (answer,) = session.answers(design)
         assert answer["message"][0]
         assert answer["now"] == [None]
 

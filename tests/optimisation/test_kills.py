@@ -22,7 +22,6 @@ import xarray as xr
 
 from gearbench import optimise, read_study
 from gearbench.optimisation.study import Algorithm, OptimisationStudy, Robustness
-from gearbench.optimisation.workers import AFTER
 from gearbench.results.netcdf import open_result
 from tests.support.campaign import many
 from tests.support.paths import ROOT
@@ -35,17 +34,12 @@ STUDY = replace(
 
 RACING = replace(STUDY, robustness=Robustness(samples=256, racing=True))
 
-#: End of the line that says what a search waits for, on a machine that is busy.
-WAITING = "; waiting up to 10 min\n"
-
 NURSERY = """
-import functools, os, sys
+import os, sys
 from gearbench import read_study, optimise
 from gearbench.cli import main
-from gearbench.optimisation import run, workers
 
 study = read_study(sys.argv[1])
-run.open_workers = functools.partial(workers.open_workers, after=float(sys.argv[2]))
 optimise(study, threads=1)
 
 print("ready", flush=True)
@@ -88,11 +82,11 @@ class Nursery:
 
 
 @contextmanager
-def nursery(study: OptimisationStudy, folder: Path, after: float = AFTER) -> Iterator[Nursery]:
+def nursery(study: OptimisationStudy, folder: Path) -> Iterator[Nursery]:
     (folder / "study.toml").write_text(study.to_toml(), encoding="utf-8")
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    command = [sys.executable, "-c", NURSERY, str(folder / "study.toml"), str(after)]
+    command = [sys.executable, "-c", NURSERY, str(folder / "study.toml")]
     # a shell starts what runs in the background with Ctrl-C ignored, and that is handed down
     heard = lambda: signal.signal(signal.SIGINT, signal.SIG_DFL)  # noqa: E731
     with subprocess.Popen(command, env=environment, preexec_fn=heard, **pipes) as process:
@@ -116,37 +110,23 @@ def end_at(nest: Nursery, folder: Path, moment: float, how: signal.Signals, *mor
         assert code == -signal.SIGKILL, lines
     else:
         assert code in (128 + how, -how), lines
-        lines = "".join(line for line in lines.splitlines(keepends=True) if not line.endswith(WAITING))
         assert lines.count("\n") == (code > 0), lines
         assert lines.startswith("gearbench: interrupted" * (code > 0))
     return True
 
 
-def flip_a_bit(folder: Path, rng: random.Random) -> None:
-    """Damage one of the generations, where there is one."""
-    files = sorted(folder.glob("generation_*.nc"))
-    if files:
-        path = rng.choice(files)
-        data = bytearray(path.read_bytes())
-        data[rng.randrange(len(data))] ^= 1 << rng.randrange(8)
-        path.write_bytes(data)
-        os.utime(path, (0, rng.uniform(0, 4e9)))
-
-
 def assert_as_if_nothing_had_happened(folder: Path, expected: xr.Dataset) -> None:
     front = open_result(folder / "front.nc")
-    assert front.attrs["data_sha256"] == expected.attrs["data_sha256"]
+    assert front.equals(expected)
     np.testing.assert_array_equal(front["objective"].values, expected["objective"].values)
     generations = [f"generation_{g:04d}.nc" for g in range(1, expected.sizes["generation"] + 1)]
     assert sorted(os.listdir(folder)) == [".lock", "front.nc", *generations, "study.toml"]
 
 
-def kill_and_resume(
-    count: int, study: OptimisationStudy, tmp_path: Path, seed: int, *more: str, after: float = AFTER
-) -> None:
-    """Kill and interrupt searches, twice in a row at times; bits flip; each is resumed to its end."""
+def kill_and_resume(count: int, study: OptimisationStudy, tmp_path: Path, seed: int, *more: str) -> None:
+    """Kill and interrupt searches, twice in a row at times; each is resumed to its end."""
     rng, expected = random.Random(seed), optimise(study, threads=1)
-    with nursery(study, tmp_path, after) as nest:
+    with nursery(study, tmp_path) as nest:
         began = time.monotonic()
         nest.start(tmp_path / "whole", *more)
         assert nest.end() == 0, (tmp_path / "whole.err").read_text(encoding="utf-8")
@@ -159,8 +139,6 @@ def kill_and_resume(
             ended = end_at(nest, folder, rng.uniform(0.0, duration), how, *more)
             if ended and i % 5 == 0:
                 end_at(nest, folder, rng.uniform(0.0, duration / 2), how, *more)
-            if ended and i % 2:
-                flip_a_bit(folder, rng)
             in_time += ended
             nest.start(folder, *more)
             assert nest.end() == 0, Path(f"{folder}.err").read_text(encoding="utf-8")
@@ -175,18 +153,6 @@ def test_many_kills_and_as_many_identical_results(tmp_path):
 
 
 @pytest.mark.slow
-def test_kills_of_searches_that_start_their_own_workers(tmp_path):
-    kill_and_resume(many(3), STUDY, tmp_path, 4, "--scheduler", "local:2")
-
-
-@pytest.mark.slow
 def test_kills_of_races(tmp_path):
     """A race that goes on computes the samples of its front again, which are not stored."""
     kill_and_resume(many(8), RACING, tmp_path, 5, "--threads", "2")
-
-
-@pytest.mark.slow
-def test_kills_of_races_on_worker_processes(tmp_path):
-    """From the first design on."""
-    longer = replace(RACING, algorithm=Algorithm(population=16, generations=30, seed=2))
-    kill_and_resume(many(3), longer, tmp_path, 8, "--threads", "2", after=0.0)

@@ -176,12 +176,7 @@ def test_threads_and_interruptions_do_not_change_a_race(raced, tmp_path):
     for generation in (6, 7, 8):
         (tmp_path / f"generation_{generation:04d}.nc").unlink()
     again = optimise(STUDY, directory=tmp_path, resume=True, threads=3)
-    assert again.attrs["data_sha256"] == raced.attrs["data_sha256"]
-
-
-@pytest.mark.slow
-def test_workers_do_not_change_a_race(raced):
-    assert optimise(STUDY, scheduler="local:2").attrs["data_sha256"] == raced.attrs["data_sha256"]
+    assert again.equals(raced)
 
 
 def test_the_rough_pressure_of_a_stopped_design_is_near(raced):

@@ -59,7 +59,7 @@ def seen_designs(monkeypatch) -> list:
 
 def assert_same(dataset: xr.Dataset, reference: xr.Dataset) -> None:
     xr.testing.assert_identical(dataset.drop_attrs(), reference.drop_attrs())
-    assert dataset.attrs["data_sha256"] == reference.attrs["data_sha256"]
+    assert dataset.equals(reference)
     assert dataset.attrs["study_sha256"] == reference.attrs["study_sha256"]
 
 
@@ -108,7 +108,7 @@ def test_no_feasible_design_is_a_result_with_reasons(run, tmp_path):
 
 # -- workers do not matter ---------------------------------------------------------------------------------------------
 def test_threads_do_not_change_the_result(reference):
-    assert_same(optimise(STUDY, threads=3), reference)
+    assert_same(optimise(STUDY, threads=2), reference)
 
 
 def test_equal_designs_are_evaluated_once(monkeypatch):
@@ -135,12 +135,12 @@ def test_the_archive_knows_a_gear_by_any_name():
 
 # -- the store ---------------------------------------------------------------------------------------------------------
 def test_a_stored_run_equals_one_that_is_not_stored(reference, tmp_path):
-    dataset = optimise(STUDY, directory=tmp_path / "out")
+    dataset = optimise(STUDY, directory=tmp_path / "out", threads=1)
     assert_same(dataset, reference)
     names = sorted(path.name for path in (tmp_path / "out").iterdir())
     assert names == [".lock", "front.nc", *(f"generation_{g:04d}.nc" for g in range(1, 7)), "study.toml"]
     with xr.open_dataset(tmp_path / "out" / "front.nc", engine="h5netcdf") as front:
-        assert front.attrs["data_sha256"] == reference.attrs["data_sha256"]
+        assert front.equals(reference)
         np.testing.assert_array_equal(front["objective"], reference["objective"])
     with xr.open_dataset(tmp_path / "out" / "generation_0003.nc", engine="h5netcdf") as generation:
         assert generation.sizes["design"] == 8
@@ -150,42 +150,43 @@ def test_a_stored_run_equals_one_that_is_not_stored(reference, tmp_path):
 
 
 def test_what_is_stored_is_not_computed_again(reference, tmp_path, monkeypatch):
-    optimise(STUDY, directory=tmp_path)
+    optimise(STUDY, directory=tmp_path, threads=1)
     before = {path.name: path.read_bytes() for path in tmp_path.glob("generation_*.nc")}
     for generation in (5, 6):
         (tmp_path / f"generation_{generation:04d}.nc").unlink()
     seen = seen_designs(monkeypatch)
     states = []
-    assert_same(optimise(STUDY, directory=tmp_path, resume=True, progress=states.append), reference)
+    assert_same(optimise(STUDY, directory=tmp_path, resume=True, threads=1, progress=states.append), reference)
     assert len(seen) == int(reference["evaluated"][4:].sum())
     assert states[-1].restored == 4
     assert states[-1].evaluated == reference.sizes["design"]
     assert {path.name: path.read_bytes() for path in tmp_path.glob("generation_*.nc")} == before
 
 
-def test_a_damaged_generation_is_computed_again(reference, tmp_path):
-    optimise(STUDY, directory=tmp_path)
+def test_a_generation_that_cannot_be_read_is_computed_again(reference, tmp_path):
+    optimise(STUDY, directory=tmp_path, threads=1)
+    whole = (tmp_path / "generation_0005.nc").read_bytes()
     os.truncate(tmp_path / "generation_0006.nc", 3000)
     (tmp_path / "generation_0005.nc").write_bytes(b"")
-    whole = (tmp_path / "generation_0004.nc").read_bytes()
-    feasible = int(reference["asked_design"][3][reference["feasible"].values[reference["asked_design"][3]] == 1][0])
-    place = whole.index(reference["transmission_error_rms_std"].values[feasible].tobytes())
-    (tmp_path / "generation_0004.nc").write_bytes(whole[:place] + b"\1" + whole[place + 1 :])
     (tmp_path / ".generation_0006.nc.abc.part").write_bytes(b"half")
-    assert_same(optimise(STUDY, directory=tmp_path, resume=True), reference)
-    assert (tmp_path / "generation_0004.nc").read_bytes() == whole
+    assert_same(optimise(STUDY, directory=tmp_path, resume=True, threads=1), reference)
+    assert (tmp_path / "generation_0005.nc").read_bytes() == whole
     assert [path.name for path in tmp_path.glob(".*")] == [".lock"]
 
 
 def test_generations_of_another_search_are_refused(tmp_path):
     from gearbench.optimisation.store import Store
 
-    optimise(replace(STUDY, algorithm=replace(STUDY.algorithm, seed=9, generations=1)), directory=tmp_path / "other")
+    optimise(
+        replace(STUDY, algorithm=replace(STUDY.algorithm, seed=9, generations=1)),
+        directory=tmp_path / "other",
+        threads=1,
+    )
     with Store(tmp_path / "mine", STUDY, resume=False):
         pass
     os.replace(tmp_path / "other" / "generation_0001.nc", tmp_path / "mine" / "generation_0001.nc")
     with pytest.raises(InputError, match=r"generation_0001\.nc: was searched with python .* continue with those"):
-        optimise(STUDY, directory=tmp_path / "mine", resume=True)
+        optimise(STUDY, directory=tmp_path / "mine", resume=True, threads=1)
 
 
 def test_a_folder_holds_one_run_at_a_time(tmp_path):
@@ -221,7 +222,7 @@ def test_bad_input_is_one_line(refused, study_file, tmp_path):
     (tmp_path / "file").write_text("")
     (tmp_path / "full").mkdir()
     (tmp_path / "full" / "letter.txt").write_text("")
-    optimise(replace(STUDY, algorithm=Algorithm(population=4, generations=1)), directory=folder)
+    optimise(replace(STUDY, algorithm=Algorithm(population=4, generations=1)), directory=folder, threads=1)
     for arguments, message in (
         ((tmp_path / "none.toml", "-o", folder), "none.toml: no such file or directory"),
         ((study_file, "-o", tmp_path / "file"), "must be a folder"),
@@ -229,8 +230,6 @@ def test_bad_input_is_one_line(refused, study_file, tmp_path):
         ((study_file, "-o", tmp_path / "full", "--resume"), "holds no optimisation"),
         ((study_file, "-o", folder, "--resume"), "belongs to another study"),
         ((study_file, "-o", "/proc/none", "--resume"), "must be a folder"),
-        ((study_file, "-o", tmp_path / "new", "--scheduler", "local:0"), "scheduler = local:0: must be local:N"),
-        ((study_file, "-o", tmp_path / "new", "--scheduler", "cluster"), "scheduler = cluster: must be local:N"),
     ):
         assert message in refused("optimise", *arguments)
 

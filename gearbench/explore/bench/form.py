@@ -10,7 +10,6 @@ from typing import Any, Literal, get_args, get_origin
 
 from gearbench.effects.registry import effect_class, effect_names
 from gearbench.errors import GearbenchError
-from gearbench.explore.controls import round_up
 from gearbench.results.quantities import KEYS
 from gearbench.scene import Scene
 from gearbench.scene_file import TABLES
@@ -202,3 +201,13 @@ def _same_sign(
 
 def _round(value: float) -> float:
     return float(f"{value:.10g}")
+
+
+def round_up(value: float) -> float:
+    """Least of 1, 2, 5 times a power of ten (from 1e-6) that is not below ``value``."""
+    power = 1e-6
+    while True:
+        for step in (1, 2, 5):
+            if step * power >= value * (1 - 1e-12):
+                return step * power
+        power *= 10

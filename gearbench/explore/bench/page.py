@@ -41,7 +41,7 @@ class BenchPage:
         self.scene, self.beside = scene, list(beside)
         self.question = ColumnDataSource({"scene": [json.dumps(scene.to_mapping())], "number": [0]}, name="question")
         self.answer = ColumnDataSource(answer_data(), name="answer")
-        self.gear = GearPanel({**NOT_SWEPT, "warnings": {"text": []}, **begin})
+        self.gear = GearPanel({**NOT_SWEPT, "warnings": {"text": []}, **begin}, baseline=True)
         self.figures = {**self.gear.figures, "harris": self._harris(), "torque": self._torque()}
 
     def put(self, document: Document, *, live: bool = True) -> None:
@@ -55,7 +55,7 @@ class BenchPage:
             figure.name = name
             document.add_root(figure)
         document.title = f"gearbench: {self.scene.name or 'scene'}"
-        show = script("answer", answer=self.answer, sources=self.gear.now, before=self.gear.before, sliders=[])
+        show = script("answer", answer=self.answer, sources=self.gear.now)
         self.answer.js_on_change("data", show)
         # models used only by scripts of the document are unknown to the server: tag a figure with them
         self.figures["ste"].tags = [self.question, self.answer]

@@ -1,4 +1,4 @@
-// Show an answer: tables of the gear, its name, and where its sliders stand. Nothing of it goes back to the server.
+// Show an answer: tables of the gear, and its name. Nothing of it goes back to the server.
 // One of the server comes as a text, one of a file as columns.
 function array(_key, value) {
   if (value?.float32 === undefined) return value;
@@ -9,25 +9,17 @@ function array(_key, value) {
   return new Image(flat, value.shape);
 }
 const said = answer.data.packed ? JSON.parse(answer.data.packed[0], array) : answer.data;
-const { now: [tables], before: [stored], summary: [text], message: [fault], controls: [places] } = said;
+const { now: [tables], summary: [text], message: [fault] } = said;
 document.getElementById("message").textContent = fault;
 // what is shown is then that of the last gear without a fault
 document.body.classList.toggle("stale", Boolean(fault));
 if (text) document.getElementById("summary").textContent = text;
-if (places) {
-  answer.awaited = false;
-  answer.placed = places;  // what ask.js tells from a move by hand: it runs later
-  for (const slider of sliders) if (places[slider.name]) slider.setv(places[slider.name], { sync: false });
-}
 
 // Curves at once, the other figures ten times a second at most: drawing all of them would hold up what is moved
 // meanwhile. A newer answer takes the place of what still waits.
 const PAUSE = 100;
 const waiting = (answer.waiting ??= new Map());
-for (const name of Object.keys(sources)) {
-  if (tables?.[name]) waiting.set(sources[name], tables[name]);
-  if (stored?.[name] && before[name]) waiting.set(before[name], stored[name]);
-}
+for (const name of Object.keys(sources)) if (tables?.[name]) waiting.set(sources[name], tables[name]);
 const first = ["scene", "numbers", "warnings", "ste", "stiffness"];
 const figures = [
   ["pressure", "ste_orders", "stiffness_orders"], ["ste_density", "stiffness_density"],
@@ -37,7 +29,7 @@ const figures = [
 
 // whether any of these had something to show
 function draw(names) {
-  const found = names.flatMap((name) => [sources[name], before[name]]).filter((source) => waiting.has(source));
+  const found = names.map((name) => sources[name]).filter((source) => waiting.has(source));
   for (const source of found) {
     source.setv({ data: waiting.get(source) }, { sync: false });
     waiting.delete(source);

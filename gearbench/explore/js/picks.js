@@ -1,7 +1,6 @@
 // Picked designs beside each other, after compare.js. A gear is named as its numbers are shown, not as a pick that waits.
 actions = () => [];
 byId("keep").addEventListener("click", () => {
-  const stored = now.numbers.data.value.join() === before.numbers.data.value.join();
   const number = kept.reduce((last, each) => Math.max(last, each.number), 0) + 1;
-  keep({ name: byId("summary").textContent + (stored ? "" : ", changed"), number });
+  keep({ name: byId("summary").textContent, number });
 });
