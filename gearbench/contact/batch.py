@@ -71,7 +71,7 @@ class Precision:
 
 
 #: Agreement with single problems to 1e-9, and to 1e-5.
-ROUNDING = Precision(truncation=0.0, newton=1e-11, coupled=1e-11, stiffness=3e-6)
+ROUNDING = Precision(truncation=0.0, newton=3e-12, coupled=1e-11, stiffness=3e-6)
 SCATTER = Precision(truncation=1e-5, newton=1e-6, coupled=1e-7, stiffness=3e-4)
 
 
