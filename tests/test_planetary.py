@@ -163,6 +163,17 @@ def test_suppression_follows_the_tooth_numbers(planets, ring, sun):
         assert radial[:, 0].min() > 1e-3 * mean
 
 
+@pytest.mark.parametrize(("sun", "planet", "first"), [(37, 31, 4), (38, 32, 2)])
+def test_harmonics_cancel_at_gauss_phases_too(sun, planet, first):
+    effects = {"tooth_bending": {}, "hertz": {}, "off_line_contact": {}}
+    own = {"teeth": planet, "tip_relief": {"amount": 10.0, "length": 0.8}}
+    given = tables((sun, planet, sun + 2 * planet), planets=4, torque=500.0, effects=effects, planet=own)
+    found = simulate(parse_scene(given | {"resolution": {"gauss_points": 3}}), outputs=["transmission_error"])
+    error = found["train_transmission_error_amplitude"].values
+    assert error.argmax() == first - 1
+    assert error[: first - 1].max() < 1e-10 * error.max()
+
+
 def test_forces_on_the_sun_turn_with_the_meshes_and_move_a_sun_that_floats():
     names = ["sun_force_amplitude_1", "sun_force_rms", "sun_motion_rms", "ring_force_amplitude_1"]
     held, floating = (

@@ -22,7 +22,7 @@ EFFECTS = {"tooth_bending": {"model": "solid", "order": [4, 4, 4]}, "gear_body":
 
 def made(effects=EFFECTS, sun=(36, 30.0), planet=(30, 46.0), ring=(96, 210.0), support=None, **keys):
     """A set on bodies: teeth and diameter of the bore, or of the outside, of each member; springs of the ring."""
-    given = tables((sun[0], planet[0], ring[0]), effects=effects, **{"planets": 3, "torque": 300.0} | keys)
+    given = tables((sun[0], planet[0], ring[0]), effects=effects, **{"torque": 300.0} | keys)
     for name, own in (("sun", sun), ("planet", planet)):
         given["planetary"][name]["bore_diameter"] = own[1]
     given["planetary"]["ring"] |= {"outer_diameter": ring[1]} | ({"support": support} if support else {})

@@ -45,8 +45,8 @@ class Link:
     sides
         Numbers of the two sides.
     groups
-        Positions at which the same teeth are loaded, with the compliance C between these teeth (pair, function, pair,
-        function) [mm·mm²/N].
+        Positions at which the same teeth are loaded, with the compliance C between the functions of all tooth pairs at
+        both sides (pair × function, pair × function) [mm·mm²/N].
     """
 
     sides: tuple[int, int]
@@ -88,11 +88,12 @@ class Bodies:
         for link in self.links:
             one, other = link.sides
             for at, C in link.groups:
-                moved[one][at] += np.einsum("kfmg,pmg->pkf", C, generalised[other][at], optimize=True)
-                moved[other][at] += np.einsum("kfmg,pkf->pmg", C, generalised[one][at], optimize=True)
+                moved[one][at] += generalised[other][at] @ C.T
+                moved[other][at] += generalised[one][at] @ C
         found: dict[int, NDArray] = {}
         for side, u in zip(self.sides, moved, strict=True):
-            found[side.mesh] = found.get(side.mesh, 0.0) + (side.nodes @ u[..., None])[..., 0]
+            by_pair = u.reshape(*side.nodes.shape[:2], -1, 1)
+            found[side.mesh] = found.get(side.mesh, 0.0) + (side.nodes @ by_pair)[..., 0]
         return [found.get(m) for m in range(len(loads))]
 
     def compliance(self, loads: Sequence[NDArray]) -> NDArray:
@@ -103,11 +104,11 @@ class Bodies:
             one, other = link.sides
             m, n = self.sides[one].mesh, self.sides[other].mesh
             for at, C in link.groups:
-                c = np.einsum("pkf,kfmg,pmg->p", generalised[one][at], C, generalised[other][at], optimize=True)
+                c = np.sum((generalised[one][at] @ C) * generalised[other][at], axis=1)
                 found[at, m, n] += c
                 found[at, n, m] += 0.0 if m == n else c
         return found
 
     def _generalised_loads(self, loads: Sequence[NDArray]) -> list[NDArray]:
-        """Σ φ_i P_i of each tooth pair, for every side, (position, pair, function)."""
-        return [(loads[side.mesh][..., None, :] @ side.cells)[..., 0, :] for side in self.sides]
+        """Σ φ_i P_i of all tooth pairs, for every side, (position, pair × function)."""
+        return [(loads[side.mesh][..., None, :] @ side.cells).reshape(len(side.cells), -1) for side in self.sides]

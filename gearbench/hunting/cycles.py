@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import partial
+from functools import lru_cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -85,6 +85,7 @@ def check_cycles(gears: Sequence[Gear], key: str = "pair.wheel.teeth") -> int:
     return count
 
 
+@lru_cache(maxsize=64)
 def unlike(scene: Scene) -> tuple[GapEffect, ...]:
     """Effects of the loaded flank whose gap changes from mesh cycle to mesh cycle."""
     lines, one = scene_lines(scene, np.zeros(1)), np.zeros(1, dtype=int)

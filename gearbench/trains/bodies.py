@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from itertools import combinations
 
@@ -54,7 +55,8 @@ def yielding_bodies(
             teeth = d + lines.index[:, None] - others.index
             # a driven gear counts its teeth the other way round
             teeth = teeth if i == 0 else -teeth
-            groups.append((np.flatnonzero(apart == d), blocks[half + (teeth + half) % z - half].swapaxes(1, 2)))
+            between = blocks[half + (teeth + half) % z - half].swapaxes(1, 2)
+            groups.append((np.flatnonzero(apart == d), between.reshape(math.prod(between.shape[:2]), -1)))
         return Link(sides=(one, other), groups=tuple(groups))
 
     shared = [own for own in seats.values() if len(own) > 1]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -288,8 +289,21 @@ def _phases(scenes: Mapping[str, Scene], shift: Mapping[str, float]) -> Phases:
         own = transitions(changed(_plain(scene), resolution=Resolution()), exact=exact)
         changes += [each._replace(phase=(each.phase - shift[name]) % 1.0 % 1.0) for each in own]
     longest = LONGEST if first.pair.meshing.overlap_ratio else 1.0
-    phase, weight = gauss_phases(panel_ends(changes, longest, CLOSER if exact else CLOSE), size)
+    ends = panel_ends(changes, longest, CLOSER if exact else CLOSE)
+    # panels that repeat as the meshes do: harmonics that cancel do so in the quadrature too
+    parts = _repeats([(_plain(scene), shift[name]) for name, scene in scenes.items()])
+    ends = [end + part / parts for part in range(parts) for end in ends if end < 1 / parts]
+    phase, weight = gauss_phases(ends, size)
     return Phases(phase=phase, weight=weight, size=size)
+
+
+def _repeats(meshes: list[tuple[Scene, float]]) -> int:
+    """Largest n for which ``meshes``, scenes with their phases, are the same again after 1/n of the mesh cycle."""
+
+    def after(part: float) -> Counter:
+        return Counter((scene, round(1e6 * (phase + part)) % 10**6) for scene, phase in meshes)
+
+    return next(n for n in range(len(meshes), 0, -1) if after(1 / n) == after(0.0))
 
 
 def _mesh(scene: Scene, phase: NDArray, alike: bool) -> tuple[ContactLines, MeshAt]:

@@ -41,6 +41,7 @@ def test_each_mesh_cycle_is_the_set_simulated_with_the_teeth_that_it_has(helix):
         keys |= {
             "helix_angle": helix,
             "centre_distance": 36.0 / math.cos(math.radians(helix)),
+            "planets": 3,
             "positions": [0, 100, 180],
         }
     whole = hunting_cycle(made(PITCH, **keys))
