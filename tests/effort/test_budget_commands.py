@@ -58,7 +58,7 @@ def grows(work: Callable[[int], object], few: int, many: int) -> float:
 
 
 # -- predictions -------------------------------------------------------------------------------------------------------
-@pytest.mark.parametrize(("orders", "waves"), [(1.0, 1), (3.0, 1), (3.0, 20), (60.0, 1)])
+@pytest.mark.parametrize(("orders", "waves"), [(1.0, 1), (3.0, 20), (60.0, 1)])
 @pytest.mark.parametrize("resolution", [{"segments": 4, "positions": 12}, {"segments": 4, "gauss_points": 4}])
 def test_memory_of_mesh_cycles(orders, waves, resolution):
     scene = spur_scene(effects=WAVY, **resolution)
@@ -81,7 +81,7 @@ def on_shafts(**more: object) -> Scene:
 @pytest.mark.parametrize("scene", [spur_scene({}, **COARSE), on_shafts()], ids=["wheels", "shafts"])
 @pytest.mark.parametrize("harmonics", [2, 20])
 def test_memory_of_a_response(scene, harmonics):
-    each = grows(lambda n: response(scene, speed=SPEEDS(n), harmonics=harmonics), 1000, 3000)
+    each = grows(lambda n: response(scene, speed=SPEEDS(n), harmonics=harmonics), 300, 900)
     assert bearings(scene) == len(Model(scene=scene).mechanics.bearing_names)
     assert each < speed_memory(harmonics, 1, bearings(scene)) < 2 * each
 
@@ -103,7 +103,7 @@ def test_memory_of_a_response_with_loss_of_contact():
 def test_memory_of_scattered_samples(harmonics):
     scene = on_shafts(effects={**HERTZ, "manufacturing_errors": {"preset": "garambois2017"}})
     speed = SPEEDS(BLOCK)
-    each = grows(lambda n: robust_response(scene, speed=speed, samples=n, harmonics=harmonics, threads=1), 2000, 5000)
+    each = grows(lambda n: robust_response(scene, speed=speed, samples=n, harmonics=harmonics, threads=1), 400, 1000)
     assert each < sample_memory(harmonics, BLOCK, 3) < 2 * each
 
 

@@ -17,6 +17,7 @@ from gearbench.effects.profile_relief import Relief
 from gearbench.effects.tip_relief import TipRelief
 from gearbench.scene import Load, Resolution, Scene
 from tests.stability.catalogue import CASES, HELICAL, SPUR, scene
+from tests.support.contact_invariants import assert_solved, mirrored
 
 
 def off_line(scene: Scene, *more: object) -> Scene:
@@ -24,15 +25,8 @@ def off_line(scene: Scene, *more: object) -> Scene:
 
 
 def solved(scene: Scene, most: int = 40) -> None:
-    """Finite, P ≥ 0, residuals to 1e-10, k > 0."""
     tau, _ = mesh_phases(scene)
-    s = solve(assemble(scene, scene_lines(scene, tau[:: max(1, tau.size // most)])))
-    for values in (s.force, s.approach, s.stiffness):
-        assert np.all(np.isfinite(values))
-    assert s.force.min() >= 0
-    assert s.equilibrium.max() <= 1e-10
-    assert s.complementarity.max() <= 1e-10
-    assert s.stiffness.min() > 0
+    assert_solved(solve(assemble(scene, scene_lines(scene, tau[:: max(1, tau.size // most)]))), residual=1e-10)
 
 
 @pytest.mark.parametrize("name", [name for name, case in CASES.items() if not case.slow])
@@ -71,10 +65,10 @@ def test_gears_exchanged_touch_alike(pair, shape):
     own = here.force / lines.touch.levers[0]
     moment = (own * lines.touch.levers[1]).sum(axis=(1, 2)) / scenes[0].F_bn
     assert np.abs(moment - 1).max() > 1e-4
-    mirrored = (pair.meshing.transverse_contact_ratio - pair.meshing.overlap_ratio - tau) % 1.0
+    turned = mirrored(pair, tau)
     for i in range(len(tau)):
         other = replace(scenes[1], load=Load(torque=225.0 * float(moment[i])))
-        swapped = scene_lines(other, mirrored[i : i + 1])
+        swapped = scene_lines(other, turned[i : i + 1])
         there = solve(assemble(other, swapped))
         # the work of both torques; rotations count at the phase of the gear that turns, and lines are cut into cells
         assert there.approach[0] * moment[i] == pytest.approx(here.approach[i], rel=3e-4)
