@@ -10,8 +10,9 @@ from gearbench.effects.registry import EFFECTS, effect_class
 
 HEAD = """# Effects
 
-An effect is simulated if its table is in the scene. Compliances add up, and so do gaps. Signs and axes:
-[Conventions](conventions.md). Effects of your own: [Adding an effect or a metric](tutorial_effect.md).
+An effect is simulated if its table is in the scene. Compliances (tooth_bending, gear_body, hertz) add up, and so do the
+gaps of all other effects. Signs and axes: [Conventions](conventions.md). Effects of your own:
+[Adding an effect or a metric](tutorial_effect.md).
 
 ![Every shape of a flank, over face width and roll angle](figures/micro_geometry.png)
 """
@@ -24,8 +25,8 @@ def page() -> str:
 
 
 def section(effect: type[Effect], shown: Shown) -> str:
-    """Section of one effect: what it adds, its equations and keys, source, use and needs."""
-    facts = {"Adds": effect.summary.partition(":")[0], "Use": effect.use, "Source": effect.source}
+    """Section of one effect: its equations and keys, use, source and needs."""
+    facts = {"Use": effect.use, "Source": effect.source}
     facts |= {"Requires": _reasons(effect.requires), "Conflicts with": _reasons(effect.conflicts)}
     listed = "".join(f"- {key}: {value}\n" for key, value in facts.items() if value)
     table = _table(f"effects.{effect.name}", effect.example)

@@ -42,7 +42,7 @@ The table `[system]` describes the shafts, bearings and inertias around a pair, 
 affect the contact in `gearbench simulate`. Example: [From a gearbox to its whine](tutorial_response.md).
 
 {prose(System)}
-{key_tables(System, {Material: "those of [a pair](pair.md)"})}"""
+{key_tables(System, {Material: "[the pair](pair.md)"})}"""
 
 
 def pair() -> str:

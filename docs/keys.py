@@ -36,26 +36,30 @@ def key_tables(owner: type, shown: Shown | None = None, here: str = "above") -> 
     ]
     if not listed:
         return "\nThis table has no keys.\n"
-    text, below, first = "\n", {}, {}
+    text = "\n"
+    below: dict[type | None, list[str]] = {}
+    first: dict[str, str] = {}
     for (meaning, default, permitted), rows_alike in groupby(listed, key=lambda row: row[1:4]):
         alike = list(rows_alike)
         names = ", ".join(f"`{row[0]}`" for row in alike)
         shown_at = first.setdefault(meaning, names)
-        words = _markdown(meaning) if shown_at == names else f"as {shown_at}"
+        words = _markdown(meaning) if shown_at == names else f"see {shown_at}"
         named = permitted.count("`") and all(word.strip("`") in meaning for word in permitted.split(", "))
         values = "; ".join(filter(None, ("" if named else permitted, default)))
         text += f"- {names}: {words}{values and f' ({values})'}\n"
-        below |= {row[4]: None for row in alike if row[4] is not None}
+        for row in alike:
+            below.setdefault(row[4], []).append(f"`{row[0]}`")
     rows = {row[:2] for row in listed}
-    for table in below:
-        text += f"\n{prose(table)} "
+    below.pop(None, None)
+    for table, holders in below.items():
+        text += f"\n**{', '.join(holders)}.** {prose(table)}"
         if table in shown:
-            text += f"Keys: as {shown[table]}.\n"
+            text += f" Keys: see {shown[table]}.\n"
         elif rows >= {(key.name, key.meaning) for key in keys(table).values()}:
-            text += f"Keys: {', '.join(f'`{name}`' for name in keys(table))}, as above.\n"
+            text += f" Keys: {', '.join(f'`{name}`' for name in keys(table))}, as above.\n"
         else:
             shown[table] = here
-            text += f"Keys:\n{key_tables(table, shown, here)}"
+            text += f"\n{key_tables(table, shown, here)}"
     return text
 
 
