@@ -37,7 +37,7 @@ def key_tables(owner: type, shown: Shown | None = None, here: str = "above") -> 
     if not listed:
         return "\nThis table has no keys.\n"
     text = "\n"
-    below: dict[type | None, list[str]] = {}
+    below: dict[type, list[str]] = {}
     first: dict[str, str] = {}
     for (meaning, default, permitted), rows_alike in groupby(listed, key=lambda row: row[1:4]):
         alike = list(rows_alike)
@@ -48,9 +48,9 @@ def key_tables(owner: type, shown: Shown | None = None, here: str = "above") -> 
         values = "; ".join(filter(None, ("" if named else permitted, default)))
         text += f"- {names}: {words}{values and f' ({values})'}\n"
         for row in alike:
-            below.setdefault(row[4], []).append(f"`{row[0]}`")
+            if row[4] is not None:
+                below.setdefault(row[4], []).append(f"`{row[0]}`")
     rows = {row[:2] for row in listed}
-    below.pop(None, None)
     for table, holders in below.items():
         text += f"\n**{', '.join(holders)}.** {prose(table)}"
         if table in shown:

@@ -38,7 +38,7 @@ DEFAULT_GAUSS_POINTS = 8
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Operation:
-    """Speed and lubrication, for outputs that depend on them; the contact does not.
+    """Speed and lubrication, for friction, efficiency and temperatures; the contact does not depend on them.
 
     Parameters
     ----------

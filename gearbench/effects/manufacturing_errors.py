@@ -146,7 +146,7 @@ class ManufacturingErrors(GapEffect):
     inclination, deviation
         f_Σδ, f_Σβ of the axes.
     run_out, wobble
-        F_r of each gear at a random phase: a wave of order 1 (F7). Run-out is even over the face, wobble tilts.
+        F_r of each gear at a random phase: a wave of order 1 (F7). Run-out is the same all over the face, wobble tilts.
     varied
         Numbers of other gap effects that vary, one table each.
     centre_distance
