@@ -81,7 +81,7 @@ def on_shafts(**more: object) -> Scene:
 @pytest.mark.parametrize("scene", [spur_scene({}, **COARSE), on_shafts()], ids=["wheels", "shafts"])
 @pytest.mark.parametrize("harmonics", [2, 20])
 def test_memory_of_a_response(scene, harmonics):
-    each = grows(lambda n: response(scene, speed=SPEEDS(n), harmonics=harmonics), 300, 900)
+    each = grows(lambda n: response(scene, speed=SPEEDS(n), harmonics=harmonics), 1000, 3000)
     assert bearings(scene) == len(Model(scene=scene).mechanics.bearing_names)
     assert each < speed_memory(harmonics, 1, bearings(scene)) < 2 * each
 
@@ -99,11 +99,11 @@ def test_memory_of_a_response_with_loss_of_contact():
     assert each < nonlinear_memory(max(STEPS, PER_ORDER * 3), 3, 0, 1) < 2 * each
 
 
-@pytest.mark.parametrize("harmonics", [2, 12])
-def test_memory_of_scattered_samples(harmonics):
+@pytest.mark.parametrize(("harmonics", "few", "many"), [(2, 2000, 5000), (12, 400, 1000)])
+def test_memory_of_scattered_samples(harmonics, few, many):
     scene = on_shafts(effects={**HERTZ, "manufacturing_errors": {"preset": "garambois2017"}})
     speed = SPEEDS(BLOCK)
-    each = grows(lambda n: robust_response(scene, speed=speed, samples=n, harmonics=harmonics, threads=1), 400, 1000)
+    each = grows(lambda n: robust_response(scene, speed=speed, samples=n, harmonics=harmonics, threads=1), few, many)
     assert each < sample_memory(harmonics, BLOCK, 3) < 2 * each
 
 
