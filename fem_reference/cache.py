@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from fem_reference.refinement import default_order, refined_compliance
+from fem_reference.refinement import Level, default_order, refined_compliance, solved
 from fem_reference.section import Body
 from gearbench.compliance.flank import FlankCompliance
 from gearbench.compliance.lugs import Anchors
@@ -75,6 +75,17 @@ def cached_compliance(
     found = load(path, body.gear)
     if found is None:
         found = refined_compliance(body, material, accuracy, order)
+        store(path, found)
+    return found
+
+
+def cached_between(body: Body, material: Material, level: int, *, across: bool) -> FlankCompliance:
+    """Compliance between all teeth of a gear at one level, from the cache if available; see ``refinement.solved``."""
+    path, order = cache_folder() / f"between-{digest(body, material, level, across)}.npz", default_order(body.gear)
+    found = load(path, body.gear)
+    if found is None:
+        whole = abs(body.gear.teeth) // 2
+        found = solved(Level(body=body, number=level, waves=order[1]), material, order, whole, across=across)
         store(path, found)
     return found
 

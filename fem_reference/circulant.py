@@ -73,9 +73,16 @@ def _tensor(parts: Sequence[sp.csr_array], free: NDArray, integrals: NDArray, th
 
 
 def flank_blocks(
-    section: Section, axis: FaceFunctions, there: NDArray, material: Material, order: tuple[int, int], n: int
+    section: Section,
+    axis: FaceFunctions,
+    there: NDArray,
+    material: Material,
+    order: tuple[int, int],
+    n: int,
+    *,
+    across: bool = False,
 ) -> tuple[NDArray, Anchors | None]:
-    """C_d, d = −n … n, (2n+1, p·q, p·q) [mm/N] of the surface under polynomial loads on the right flank, and lugs.
+    """C_d, d = −n … n, (2n+1, p·q, p·q) [mm/N] of right flanks under polynomial loads on the right flank, and lugs.
 
     Parameters
     ----------
@@ -85,18 +92,27 @@ def flank_blocks(
         Functions along the axis, and whether each free degree of freedom of the section has them.
     order
         Numbers p, q of polynomials of the loads along height and face width.
+    across
+        Loads on the left flank instead, which is the right one of the gear turned over.
     """
     body, loads = section.body, order[0] * order[1]
-    z = abs(body.gear.teeth)
+    z, further = abs(body.gear.teeth), []
+    if across:
+        over = axis.load(order[1]) * (-1.0) ** np.arange(order[1])
+        further.append(sp.kron(section.flank_load(order[0], left=True)[section.free], over))
+    acting = slice(loads, 2 * loads) if across else slice(loads)
     if body.support != (0.0, 0.0):
-        S, face = condensed_sector(section, axis, there, material, order)
-        return (-S[None] if body.bore_radius is None else circulant_compliance(S, face, z, n)), None
+        S, face = condensed_sector(section, axis, there, material, order, further)
+        if body.bore_radius is None:
+            return -S[None], None
+        return blocks_of_waves(wave_compliance(S, face, z)[:, :loads, acting], z, n), None
     outside = Outside(section=section, axis=axis)
-    S, face = condensed_sector(section, axis, there, material, order, outside.functionals(body.lugs))
+    further.append(outside.functionals(body.lugs))
+    S, face = condensed_sector(section, axis, there, material, order, further)
     grip = material.E / abs(section.held_radius) if body.lugs else math.inf
     waves = wave_compliance(S, face, z, rigid=outside.rigid(S.shape[0] - 2 * face, grip))
     anchors = None if body.lugs is None else outside.anchors(waves, loads, grip)
-    return blocks_of_waves(waves[:, :loads, :loads], z, n), anchors
+    return blocks_of_waves(waves[:, :loads, acting], z, n), anchors
 
 
 def condensed_sector(
@@ -105,15 +121,15 @@ def condensed_sector(
     there: NDArray,
     material: Material,
     order: tuple[int, int],
-    functionals: sp.csr_array | None = None,
+    further: Sequence[sp.csr_array] = (),
 ) -> tuple[NDArray, int]:
     """The sector condensed to left face, right face and polynomial loads, and the number of unknowns of a face.
 
-    ``functionals``: columns of further loads, for all functions along the axis at each degree of freedom.
+    ``further``: columns of more loads, for all functions along the axis at each degree of freedom.
     """
     stiffness = tensor_stiffness(section, axis, there, material)
     loads = [sp.kron(section.flank_load(order[0])[section.free], axis.load(order[1]))]
-    loads += [] if functionals is None else [functionals]
+    loads += further
     load = sp.csr_matrix(sp.csr_array(sp.hstack(loads))[there.ravel()])
     if section.body.bore_radius is None:
         return schur_complement(stiffness, load, np.zeros(0, dtype=np.int64)), 0

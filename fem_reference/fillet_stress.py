@@ -167,7 +167,7 @@ def fillet_stress(
     rows = sp.csr_array(sp.kron(F0, values.T) + sp.kron(F1, slopes.T))
     # from (component of a point, station) to (point, station, component)
     turn = np.arange(F0.shape[1] * len(eta)).reshape(-1, 3, len(eta)).transpose(0, 2, 1).ravel()
-    S, face = condensed_sector(level.section, level.axis, level.there, material, order, rows[:, turn])
+    S, face = condensed_sector(level.section, level.axis, level.there, material, order, [rows[:, turn]])
     n, loads = min((body.gear.teeth - 1) // 2, NEIGHBOURS), order[0] * order[1]
     if body.bore_radius is None:
         blocks = -S[None, loads:, :loads]

@@ -210,10 +210,16 @@ def _difference(one: FlankCompliance, other: FlankCompliance) -> float:
     return float(np.linalg.norm(a - b) / np.linalg.norm(a))
 
 
-def solved(level: Level, material: Material, order: tuple[int, int]) -> FlankCompliance:
-    """Compliance of the flanks by a level, without the compression of the half-space in C_0."""
+def solved(
+    level: Level, material: Material, order: tuple[int, int], reach: int = NEIGHBOURS, *, across: bool = False
+) -> FlankCompliance:
+    """Compliance of the flanks by a level, without the compression of the half-space in C_0.
+
+    It couples ``reach`` teeth on either side. ``across``: of right flanks under loads on left flanks.
+    """
     gear = level.body.gear
-    n = 0 if level.body.bore_radius is None else min((abs(gear.teeth) - 1) // 2, NEIGHBOURS)
-    blocks, anchors = flank_blocks(level.section, level.axis, level.there, material, order, n)
-    blocks[n] -= half_space_compression(gear, material.E, material.nu, order, points=24)
+    n = 0 if level.body.bore_radius is None else min(abs(gear.teeth) // 2, reach)
+    blocks, anchors = flank_blocks(level.section, level.axis, level.there, material, order, n, across=across)
+    if not across:
+        blocks[n] -= half_space_compression(gear, material.E, material.nu, order, points=24)
     return FlankCompliance(gear=gear, order=order, blocks=blocks, anchors=anchors)

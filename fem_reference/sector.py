@@ -338,26 +338,32 @@ class Section:
         out[:edge, :edge] = np.kron(of_edge, np.diag([radial, along, along]))
         return out
 
-    def flank_load(self, count: int) -> NDArray:
-        """∫ f_i(R) n·N dR on the right flank for the ``count`` polynomials of the height, (3·node, count)."""
+    def flank_load(self, count: int, *, left: bool = False) -> NDArray:
+        """∫ f_i(R) n·N dR on the right flank for the ``count`` polynomials of the height, (3·node, count).
+
+        ``left``: on the left flank of the tooth, with the normal that turning the tooth over gives.
+        """
         gear, n = self.body.gear, self.grain.degree
         points, weights = gauss(n + count // 2 + 4)
         value, _ = lagrange(n, points)
         out = np.zeros((3 * len(self.positions), count))
-        for e in range(len(self.grain.flank) - 1):
-            R, _, _, height, _, _ = self.maps[e](np.ones_like(points), points)
+        rows, columns, turned = len(self.grain.flank) - 1, len(self.grain.across) - 1, -1.0 if left else 1.0
+        for row in range(rows):
+            # the left column is the first of the others
+            e = rows + row * (columns - 1) if left else row
+            R, _, _, height, _, _ = self.maps[e](np.full_like(points, 0.0 if left else 1.0), points)
             f = flank_functions(count, R, gear.form_radius, gear.tip_radius) * (height * weights)[:, None]
             cos = np.minimum(gear.base_radius / R, 1.0)
             normal = np.stack(
                 [
                     -np.sqrt(1 - cos**2) * math.cos(gear.beta_b),
-                    -cos * math.cos(gear.beta_b),
-                    np.full_like(R, math.sin(gear.beta_b)),
+                    -turned * cos * math.cos(gear.beta_b),
+                    np.full_like(R, turned * math.sin(gear.beta_b)),
                 ],
                 axis=-1,
             )
             force = np.einsum("pj,pc,pk->jck", value, normal, f)
-            nodes = self.nodes[e].reshape(n + 1, n + 1)[:, -1]
+            nodes = self.nodes[e].reshape(n + 1, n + 1)[:, 0 if left else -1]
             np.add.at(out, (3 * nodes[:, None] + np.arange(3)), force)
         return out
 

@@ -9,7 +9,16 @@ from numpy.typing import NDArray
 from pydantic.dataclasses import dataclass
 
 from gearbench.effects.base import Dense, Effects, Flanks, LowRank, ToothCompliance, refuse_foreign_keys
-from gearbench.effects.teeth import of_both, own_web, require_bores, ring_between, ring_flank, tooth_among
+from gearbench.effects.teeth import (
+    meshed_between,
+    meshed_body,
+    of_both,
+    own_web,
+    require_bores,
+    ring_between,
+    ring_flank,
+    tooth_among,
+)
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.pair import Pair
@@ -83,16 +92,22 @@ class GearBody(ToothCompliance):
         return Flanks(both=(pinion, wheel), coupled=self.coupled)
 
     def between(self, pair: Pair, index: int, effects: Effects, *, coast: bool, across: bool) -> NDArray:
-        """C_d of a ring [mm/N], d = −z/2 … z/2: motion of a flank under loads on that of the tooth d behind (R7).
+        """C_d of a body [mm/N], d = −z/2 … z/2: motion of a flank under loads on that of the tooth d behind (R7).
 
         As seen when the gear drives. ``across``: of the right flanks under loads on the left ones, as these are seen
         when it is driven.
         """
+        if (tooth := tooth_among(effects)) is not None and tooth.meshed:
+            body, flank = meshed_body(pair, index, on_body=True, coast=coast), tooth.flank(pair, index, effects, coast)
+            return meshed_between(body, pair.materials[index], flank.attrs["level"], across)
         return ring_between(pair, index, _joint_order(effects), coast, across)
 
     def shapes(self, lines: ContactLines, index: int, effects: Effects) -> NDArray:
         """Polynomials of ``between`` on the lines of a mesh, (position, pair, segment, function) [1/mm]."""
-        flank = ring_flank(lines.pair, index, _joint_order(effects), 0, lines.coast)
+        if (tooth := tooth_among(effects)) is not None and tooth.meshed:
+            flank = tooth.flank(lines.pair, index, effects, lines.coast)
+        else:
+            flank = ring_flank(lines.pair, index, _joint_order(effects), 0, lines.coast)
         return flank.shapes(lines.radii[index] - flank.gear.root_radius, lines.gear_y(index))
 
     def tooth_factor(self, pair: Pair, index: int, height: NDArray, y: NDArray, effects: Effects) -> NDArray:

@@ -46,6 +46,13 @@ class Tooth(ToothCompliance):
     def solid_order(self) -> tuple[int, int, int] | None:
         """Order of the solid teeth on a ring; None for the default."""
 
+    @abstractmethod
+    def flank(self, pair: Pair, index: int, effects: Effects, coast: bool = False) -> FlankCompliance:
+        """Compliance of the flank of pinion (``index`` 0) or wheel (1), as a solid or by finite elements.
+
+        ``coast`` selects the coast flank, which differs if a web is off the middle.
+        """
+
 
 def tooth_among(effects: Effects) -> Tooth | None:
     """The effect of the teeth among the effects of a scene; None without one."""
@@ -175,6 +182,14 @@ def meshed_flank(body: Body, material: Material, accuracy: float) -> FlankCompli
     from fem_reference.cache import cached_compliance
 
     return cached_compliance(body, material, accuracy)
+
+
+@lru_cache(maxsize=64)
+def meshed_between(body: Body, material: Material, level: int, across: bool) -> NDArray:
+    """``ring_between`` by finite elements of a ``level``, cached on disk as well."""
+    from fem_reference.cache import cached_between
+
+    return cached_between(body, material, level, across=across).blocks
 
 
 @lru_cache(maxsize=256)

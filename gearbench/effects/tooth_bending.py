@@ -137,10 +137,7 @@ class ToothBending(Tooth):
         return factor * normal_component(gear, height + gear.root_radius)[..., None]
 
     def flank(self, pair: Pair, index: int, effects: Effects, coast: bool = False) -> FlankCompliance:
-        """Compliance of the flank of pinion (k = 0) or wheel (k = 1), as a solid or by finite elements.
-
-        ``coast`` selects the coast flank, which differs if a web is off the middle.
-        """
+        """Compliance of the flank of a gear, see ``Tooth``."""
         if self.model == "solid":
             return solid_flank(pair, index, self.solid_order, _rooted(effects))
         found = meshed_flank(self.body(pair, index, effects, coast), pair.materials[index], self.accuracy)

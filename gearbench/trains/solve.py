@@ -198,10 +198,19 @@ def mesh_scenes(scene: Scene) -> dict[str, Scene]:
 
 
 @single_threaded_blas()
-def solve_train(scene: Scene, *, alike: bool = False) -> SolvedTrain:
-    """Solve the contact of all meshes of a ``coupled`` scene, at phases resolved for all of them.
+def solve_train(
+    scene: Scene, *, alike: bool = False, meshes: Mapping[str, Scene] | None = None, phases: Phases | None = None
+) -> SolvedTrain:
+    """Solve the contact of all meshes of a ``coupled`` scene, by default at phases resolved for all of them.
 
-    ``alike``: ignore differences between the teeth of a gear.
+    Parameters
+    ----------
+    alike
+        Whether to ignore differences between the teeth of a gear.
+    meshes
+        Scene of each mesh by name, if it differs from ``scene.meshes``.
+    phases
+        Phases of the first mesh.
 
     Raises
     ------
@@ -211,9 +220,10 @@ def solve_train(scene: Scene, *, alike: bool = False) -> SolvedTrain:
     linkage = check_train(scene)
     assert scene.train is not None
     coast = scene.load.coast
-    train, scenes = scene.geometry, dict(scene.meshes) if alike else mesh_scenes(scene)
+    train, scenes = scene.geometry, dict(meshes or (scene.meshes if alike else mesh_scenes(scene)))
     shift = train.phases(coast=coast)
-    phases = _phases({name: teeth_alike(own) for name, own in scenes.items()} if alike else scenes, shift)
+    if phases is None:
+        phases = _phases({name: teeth_alike(own) for name, own in scenes.items()} if alike else scenes, shift)
     even = np.array([own.F_bt for own in scenes.values()])
     f = linkage.force(scene.load.torque)
     statics = Statics(rows=linkage.rows, stiffness=linkage.stiffness, force=f, offset=scene.train.offset(linkage))

@@ -104,6 +104,10 @@ class SolvedTeeth(Tooth):
         """Factors of both teeth concatenated, or the dense matrix of all pairs if the gears have bodies."""
         return Flanks(both=self.both, coupled=GearBody.name in beside).on(lines)
 
+    def flank(self, pair: Pair, index: int, effects: Effects, coast: bool = False) -> FlankCompliance:
+        """The given flank of a gear."""
+        return self.both[index]
+
     def tooth_factor(self, pair: Pair, index: int, height: NDArray, y: NDArray, beside: Effects) -> NDArray:
         """Factor Ψ of one tooth; see ``ToothCompliance``."""
         return self.both[index].factor(height, y)

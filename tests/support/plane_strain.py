@@ -24,7 +24,7 @@ def centre_line_compliance(body: Body, material: Material, radius: float, half_w
     both = np.stack([_strip(section, radius, half_width), _at_centre_line(section, radius)], axis=1)[section.free]
     axis = FaceFunctions(breaks=(0.0, 1.0), counts=(2,))
     functionals = sp.csr_array(np.kron(both, [[1.0], [0.0]]))
-    S, face = condensed_sector(section, axis, there.reshape(-1, 2)[section.free], material, (1, 1), functionals)
+    S, face = condensed_sector(section, axis, there.reshape(-1, 2)[section.free], material, (1, 1), [functionals])
     return float(circulant_compliance(S, face, body.gear.teeth, 0)[0, 1, 2])
 
 
