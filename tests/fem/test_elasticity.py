@@ -41,17 +41,15 @@ def all_boundary(space: Space) -> np.ndarray:
     return np.unique(np.concatenate([space.boundary_nodes(name) for name in space.mesh.boundaries]))
 
 
-def l2_and_energy(space: Space, u: np.ndarray, exact, gradient) -> tuple[float, float]:
-    """Errors of the displacement (L²) and of its gradient, by quadrature finer than the assembly's."""
+def error_of_gradient(space: Space, u: np.ndarray, gradient) -> float:
+    """Error of the gradient of the displacement (L²), by quadrature finer than the assembly's."""
     X, w = get_quadrature(space.element.refdom, ELEMENTS[space.kind].quadrature + 2)
-    N, _ = space.reference_gradients(X)
     grad, det = space.gradients(X)
     shapes, _ = space.geometry_shapes(X)
     x = np.einsum("eai,aq->ieq", space.geometry, shapes)
     nodal = u.reshape(-1, space.dim)[space.nodes_of]
-    value = np.einsum("aei,aq->ieq", nodal, N) - exact(x)
     slope = np.einsum("aei,eqaj->ijeq", nodal, grad) - gradient(x)
-    return tuple(float(np.sqrt(np.sum(field**2 * det * w))) for field in (value, slope))
+    return float(np.sqrt(np.sum(slope**2 * det * w)))
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -99,7 +97,7 @@ def test_observed_order_of_convergence(kind):
     errors, sizes = [], (3, 6) if kind in ("hex27", "hex20", "tet10") else (6, 12)
     for n in sizes:
         space, u = solve_cylinder(kind, n)
-        errors.append(l2_and_energy(space, u, lame_displacement, lame_gradient)[1])
+        errors.append(error_of_gradient(space, u, lame_gradient))
     order = np.log(errors[0] / errors[1]) / np.log(sizes[1] / sizes[0])
     assert abs(order - ELEMENTS[kind].order) < 0.2
 
@@ -113,13 +111,6 @@ def quarter(x: np.ndarray) -> np.ndarray:
 # plane strain, inner pressure p₀ = 1, outer radius free: u_r = A r + B / r
 _A = 1 / (2 * (STEEL.lam + STEEL.mu) * (2**2 - 1))
 _B = 2**2 / (2 * STEEL.mu * (2**2 - 1))
-
-
-def lame_displacement(x: np.ndarray) -> np.ndarray:
-    r2 = x[0] ** 2 + x[1] ** 2
-    out = np.zeros_like(x)
-    out[:2] = x[:2] * (_A + _B / r2)
-    return out
 
 
 def lame_gradient(x: np.ndarray) -> np.ndarray:
@@ -148,14 +139,6 @@ def solve_cylinder(kind: str, n: int) -> tuple[Space, np.ndarray]:
     u = np.zeros(fixed.size)
     u[keep] = solve(sp.csr_matrix(upper[keep][:, keep]), force[keep]).x[:, 0]
     return space, u
-
-
-@pytest.mark.parametrize("kind", ["hex20", "hex27", "quad9"])
-def test_lame_cylinder_closed_form(kind):
-    space, u = solve_cylinder(kind, 6)
-    exact = lame_displacement(space.node_positions.T).T.ravel()
-    # six quadratic cells over the wall: O(h³) of the displacement, (1/6)³ / 20
-    assert_allclose(u, exact, atol=3e-4 * np.abs(exact).max())
 
 
 @pytest.mark.parametrize("kind", ["hex20", "hex27", "tet10"])

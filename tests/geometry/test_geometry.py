@@ -267,14 +267,6 @@ def test_interference_with_the_fillet_shortens_the_path():
     assert case(1).pair.meshing.has_interference == (False, False)
 
 
-def test_swapping_the_gears_mirrors_the_path():
-    pair = case(2).pair
-    other = pair.swapped()
-    assert other.meshing.path_start == pytest.approx(pair.meshing.tangent_length - pair.meshing.path_end, rel=1e-12)
-    assert other.meshing.transverse_contact_ratio == pytest.approx(pair.meshing.transverse_contact_ratio, rel=1e-12)
-    assert other.swapped() == pair
-
-
 # -- contact lines ----------------------------------------------------------------------------------------------------
 
 PAIRS = {"spur": case(1).pair, "helical": case(2).pair, **{r.gear: r.scene().pair for r in table_2()[1:8]}}
@@ -329,20 +321,6 @@ def test_a_panel_that_a_line_crosses_in_no_time_has_its_share():
     (first,) = np.flatnonzero(lines.index == 0)
     assert_allclose(lines.length[0, first], meshing.face_width / math.cos(meshing.beta_b) / 12)
     assert np.all((lines.u[0, first] > kinks[0]) & (lines.u[0, first] < kinks[1]))
-
-
-@given(scale=st.floats(0.1, 10))
-@settings(max_examples=20, deadline=None)
-def test_lengths_scale(scale):
-    pair = case(2).pair
-    large = replace(
-        pair, normal_module=pair.normal_module * scale, face_width=pair.face_width * scale,
-        centre_distance=pair.centre_distance * scale,
-    )  # fmt: skip
-    a, b = (contact_lines(p, [0.2, 0.7], 5) for p in (pair, large))
-    assert_allclose(b.u, scale * a.u, rtol=1e-11)
-    assert_allclose(b.length, scale * a.length, rtol=1e-10)
-    assert large.profile_shifts == pytest.approx(pair.profile_shifts, abs=1e-11)
 
 
 def test_tooth_that_undercut_cuts_off_is_refused():

@@ -1,4 +1,4 @@
-"""Limits with a known answer: contact problems, thin plates, awkward sample counts."""
+"""Limits with a known answer: contact problems, awkward sample counts."""
 
 from __future__ import annotations
 
@@ -9,8 +9,6 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from gearbench.compliance.bases import gauss
-from gearbench.compliance.plate import PlateTooth
 from gearbench.contact.batch import ROUNDING
 from gearbench.contact.solver import solve
 from gearbench.effects.manufacturing_errors import ErrorKind, ManufacturingErrors
@@ -93,42 +91,6 @@ def test_a_batch_of_samples_answers_like_single_solves_and_counts_its_rescues(na
         approach, stiffness = single(problem.batch, draws[j])
         assert_allclose(batch.approach[:, j], approach, rtol=1e-9)
         assert_allclose(batch.stiffness[:, j], stiffness, rtol=1e-7)
-
-
-# -- the thin plate ---------------------------------------------------------------------------------------------------
-def strip(thinness: float, basis) -> tuple[float, float]:
-    """Mean tip deflection under a uniform tip load F = 1 with ν = 0, and Timoshenko's FH³/3EI + FH/κGA."""
-    H, b, E = 2.0, 5.0, 1000.0
-    h = thinness * H
-    plate = PlateTooth(height=H, width=b, thickness=lambda x: h * np.ones_like(x), E=E, nu=0.0, basis=basis)
-    y, w = gauss(24, 0.0, b)
-    mean = (w / b) @ plate.factor(np.full(24, H), y)
-    exact = H**3 / (3 * E * b * h**3 / 12) + H / (5 / 6 * E / 2 * h * b)
-    return float(mean @ mean), exact
-
-
-@pytest.mark.parametrize("thinness", [1.0, 1e-1, 1e-2, 1e-3, 1e-4])
-@pytest.mark.parametrize("basis", [(3, 1), (4, 3), (8, 4), (20, 20)])
-def test_cubic_plates_do_not_lock(basis, thinness):
-    """ν = 0 and a uniform load bend the plate to a cylinder, which three height functions hold: exact at any thinness.
-
-    The condition number grows like 1/thinness², and as many digits are lost.
-    """
-    got, exact = strip(thinness, basis)
-    assert_allclose(got, exact, rtol=1e-12 + 1e-14 / thinness**2)
-
-
-def test_the_papers_basis_is_too_stiff_by_a_quarter_in_the_thin_limit():
-    """w and θ of second degree: c x² instead of x²(3H − x) gives ¾ of Kirchhoff's deflection, no less: no locking."""
-    for thinness in (1e-2, 1e-3, 1e-4):
-        got, exact = strip(thinness, "paper")
-        assert_allclose(got / exact, 0.75, rtol=10 * thinness**2 + 1e-13 / thinness**2)
-
-
-def test_one_function_locks():
-    """w = x and θ = x cannot both bend and stay free of shear: the deflection is the shear's, far below Kirchhoff's."""
-    got, exact = strip(1e-3, (1, 1))
-    assert got < 1e-4 * exact
 
 
 # -- awkward counts ---------------------------------------------------------------------------------------------------
