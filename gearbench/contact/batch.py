@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from gearbench.budget import batch_memory, require
 from gearbench.contact.law import kernel_coefficients, steepening
-from gearbench.contact.patches import ON_CELLS, ROUNDS, compression, on_patches
+from gearbench.contact.patches import ON_CELLS, compression, solve_roughly_on_patches
 from gearbench.contact.problem import ContactProblem, reduce_rank
 from gearbench.contact.reference import Reference, linearised, normal_matrix
 from gearbench.contact.solver import MAX_STEPS, ConvergenceError, Guess, law_response, solve_roughly
@@ -231,11 +231,11 @@ class GapModes:
         return cls(modes=(begin + 4 * middle + end) / 6, tilts=(end - begin) / 2)
 
 
-def prepare(problem: ContactProblem, gaps: GapModes, precision: Precision = ROUNDING) -> Batch:
+def prepare(problem: ContactProblem, gaps: GapModes, precision: Precision = ROUNDING, *, at_mean: bool = True) -> Batch:
     """Prepare ``problem`` for samples of ``gaps``.
 
-    If segments are cells, the problem at the mean errors is also solved on its contact patches. The difference is the
-    discretisation error of the cells, which is removed from all samples (B3 of docs/algorithms.md).
+    If segments are cells and ``at_mean``, the problem at the mean errors is also solved on its contact patches. The
+    difference is the discretisation error of the cells, which is removed from all samples (B3 of docs/algorithms.md).
 
     Raises
     ------
@@ -244,7 +244,7 @@ def prepare(problem: ContactProblem, gaps: GapModes, precision: Precision = ROUN
     ConvergenceError
         If the problem at the mean errors is not solved.
     """
-    problem, tilt, exact = _with_means(problem)
+    problem, tilt, exact = _with_means(problem, at_mean=at_mean)
     problem = reduce_rank(problem, precision.truncation)
     present, count, blocks, firsts = _order(problem)
     _require_memory(problem, int(count.max()), gaps.modes.shape[2] + gaps.tilts.shape[2])
@@ -277,22 +277,21 @@ def prepare(problem: ContactProblem, gaps: GapModes, precision: Precision = ROUN
     return replace(batch, missed=np.stack([exact[0] - approach, exact[1] / stiffness]))
 
 
-def _with_means(problem: ContactProblem) -> tuple[ContactProblem, NDArray, tuple[NDArray, NDArray] | None]:
+def _with_means(
+    problem: ContactProblem, *, at_mean: bool
+) -> tuple[ContactProblem, NDArray, tuple[NDArray, NDArray] | None]:
     """Problem with the mean gap of each cell, tilt of each cell, and approach and stiffness on the contact patches.
 
     The tilt is half the increase of gap minus deflection along the cell. Approach and stiffness are None if segments
-    are points.
+    are points, or not ``at_mean``.
     """
     along = problem.along
     if along is None:
         return problem, np.zeros(problem.gap.shape), None
     guess = Guess.nothing(problem)
-    exact = solve_roughly(problem, guess, ON_CELLS)
+    solve_roughly(problem, guess, ON_CELLS)
     s = compression(problem, along.lines, guess)
-    for _ in range(ROUNDS):
-        exact = solve_roughly(on_patches(problem, guess)[0], guess)
-    if not np.isfinite(exact).all():
-        raise ConvergenceError("contact not solved at the mean errors")
+    exact = solve_roughly_on_patches(problem, guess) if at_mean else None
     tilt = np.where(problem.active, ((s[..., 0] - s[..., 2]) / 2).reshape(problem.gap.shape), 0.0)
     mean = along.gaps @ np.array([1, 4, 1]) / 6 / (problem.length_scale * along.share[:, None, None])
     gap, sigma = mean.reshape(problem.gap.shape), np.abs(tilt)

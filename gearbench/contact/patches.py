@@ -19,7 +19,7 @@ from gearbench.contact.gaps import total_gap
 from gearbench.contact.interpolation import interpolation_matrix
 from gearbench.contact.problem import ContactProblem, ContactSolution, under
 from gearbench.contact.scaling import scale_problem
-from gearbench.contact.solver import Guess, law_forces, solve, solve_roughly
+from gearbench.contact.solver import ConvergenceError, Guess, law_forces, solve, solve_roughly
 from gearbench.effects.base import LineLaw
 from gearbench.geometry.action import NEGLIGIBLE_WIDTH, ContactLines
 from gearbench.geometry.quadrature import gauss
@@ -51,6 +51,24 @@ def solve_patches(problem: ContactProblem, guess: Guess | None = None) -> Contac
     solution = solve(on_patches(problem, guess)[0], guess)
     own = _forces(problem, guess, solution)
     return replace(solution, coarse_approach=coarse[0], coarse_stiffness=coarse[1], force=own)
+
+
+def solve_roughly_on_patches(problem: ContactProblem, guess: Guess) -> tuple[NDArray, NDArray]:
+    """Approach δ_n [mm] and ∂F_bn/∂δ_n [N/mm] on the contact patches, as ``solve_roughly``.
+
+    ``guess`` holds the solution of ``problem`` on cells; afterwards it holds the solution on the patches.
+
+    Raises
+    ------
+    ConvergenceError
+        If they are not finite.
+    """
+    for _ in range(ROUNDS - 1):
+        solve_roughly(on_patches(problem, guess)[0], guess)
+    found = solve_roughly(on_patches(problem, guess)[0], guess)
+    if not np.isfinite(found).all():
+        raise ConvergenceError("contact not solved on its patches")
+    return found
 
 
 def _nodes(problem: ContactProblem, s: NDArray) -> tuple[NDArray, NDArray]:

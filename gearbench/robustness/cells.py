@@ -1,86 +1,82 @@
-"""Error of a mean over samples by the cells of contact lines: a few samples are solved once more on their patches.
+"""Error of the cells of contact lines, averaged over a few samples that are solved on their patches of contact too.
 
-Where flanks may part, all samples share the same cells along the contact lines, each corrected by what the cells miss
-at the mean errors (B3 of docs/algorithms.md). What this leaves, the responses of the first samples show, against those
-on the patches of contact of each, where a single scene is solved.
+Where flanks may part, all samples share the same cells along the contact lines. The mean of what the cells miss is
+removed from all samples (B3 of docs/algorithms.md). What this leaves of a mean of responses, the same few samples show.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.contact.assemble import with_gaps
-from gearbench.contact.patches import solve_patches
-from gearbench.contact.problem import part_of
-from gearbench.effects.base import Effects, GapEffect
-from gearbench.effects.manufacturing_errors import ManufacturingErrors
+from gearbench.contact.assemble import with_field
+from gearbench.contact.batch import Batch, chunks, solve_one_chunk
+from gearbench.contact.patches import ON_CELLS, solve_roughly_on_patches
+from gearbench.contact.problem import ContactProblem, part_of
+from gearbench.contact.solver import Guess, solve_roughly
 from gearbench.geometry.action import ContactLines
-from gearbench.results.cycle import MeshCycle
+from gearbench.results.cycle import MeshCycle, Phases
 from gearbench.results.points import Columns
 from gearbench.results.responses import response
-from gearbench.robustness.montecarlo import Responses, RobustProblem
+from gearbench.scene import Scene
 
-#: Samples that are solved once more.
-CHECKED = 4
+#: Number of samples that are solved on their patches.
+CHECKED = 8
 #: Share of the mean from which an error of it beyond its standard error is warned of.
 WORTH_SAYING = 0.01
 
 
-@dataclass(frozen=True, eq=False)
-class _DrawnErrors(GapEffect):
-    """The errors of the sample that each position is of; ``amounts`` (position, mode) are those of their expansion."""
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Checked:
+    """Approach [mm] and stiffness [N/mm] of the same samples on cells and on their patches, (2, sample, position)."""
 
-    errors: ManufacturingErrors
-    by_name: Effects
-    amounts: NDArray
+    on_cells: NDArray
+    on_patches: NDArray
 
-    name = ManufacturingErrors.name
+    @property
+    def missed(self) -> NDArray:
+        """Mean addend of the approach [mm] and mean factor of the stiffness, (2, position)."""
+        more, factor = self.on_patches[0] - self.on_cells[0], self.on_patches[1] / self.on_cells[1]
+        return np.stack([more.mean(axis=0), factor.mean(axis=0)])
 
-    def gap(self, lines: ContactLines) -> NDArray:
-        """Initial gap e, (position, pair, segment) [mm]."""
-        modes = self.errors.expansion(lines, self.by_name).modes
-        return self.errors.gap(lines) + (modes @ self.amounts[:, None, :, None])[..., 0]
+    def errors(self, scene: Scene, phases: Phases, names: Sequence[str]) -> Mapping[str, float]:
+        """Estimated error of the mean of each response ``names`` by the cells after the correction, in its unit.
+
+        √(d̄² + s²/n), where the n samples deviate by d̄ on the mean, and scatter by s about it.
+        """
+        more, factor = self.missed
+        corrected = self.on_cells[0] + more, self.on_cells[1] * factor
+        answers = MeshCycle.of(scene, phases, *corrected), MeshCycle.of(scene, phases, *self.on_patches)
+        found = {}
+        for name in names:
+            d = np.subtract(*(response(name).reduce(each) for each in answers))
+            found[name] = math.sqrt(d.mean() ** 2 + d.var(ddof=1) / len(d))
+        return found
 
 
-def cell_errors(
-    problem: RobustProblem, errors: NDArray, responses: Responses, names: Sequence[str]
-) -> Mapping[str, float]:
-    """Estimated error of the mean of each response ``names`` by the cells, in its unit; nothing where there are none.
+def check_cells(
+    batch: Batch, problem: ContactProblem, modes: Callable[[ContactLines], NDArray], amounts: NDArray
+) -> Checked:
+    """Solve samples with ``amounts`` (sample, mode) on cells and on their patches.
 
-    √(d̄² + s²/n), where the first n ``responses``, to ``errors`` (sample, error) [µm], deviate by d̄ on the mean, and
-    scatter by s about it, from those on their patches.
+    ``batch`` was prepared for ``problem``, whose segments are cells, for samples of ``modes`` (position, pair,
+    segment, mode) [mm].
     """
-    count = min(CHECKED, len(responses))
-    if problem.at_mean.along is None or count < 2:
-        return {}
-    if problem.errors.centre_distance is None:
-        answers = _on_patches(problem, errors[:count])
-    else:
-        distance = errors[:count, problem.names.index("centre_distance")].tolist()
-        each = zip(distance, errors[:count, None], strict=True)
-        answers = np.concatenate([_on_patches(problem.at_distance(at), one) for at, one in each], axis=1)
-    cycles, found = MeshCycle.of(problem.scene, problem.phases, *answers), {}
-    for name in names:
-        d = responses[name][:count] - response(name).reduce(cycles)
-        found[name] = math.sqrt(d.mean() ** 2 + d.var(ddof=1) / count)
-    return found
-
-
-def _on_patches(problem: RobustProblem, errors: NDArray) -> NDArray:
-    """Approach [mm] and stiffness [N/mm] of samples with these ``errors`` (sample, error), (2, sample, position)."""
-    positions, by_name = len(problem.phases.phase), {effect.name: effect for effect in problem.scene.flank_effects}
-    tiled = part_of(problem.at_mean, np.tile(np.arange(positions), len(errors)))
-    assert tiled.along is not None
-    amounts = np.repeat(problem.expansion.amounts(errors), positions, axis=0)
-    drawn = _DrawnErrors(problem.errors, by_name, amounts)
-    effects = tuple(drawn if effect.name == drawn.name else effect for effect in tiled.along.effects)
-    solution = solve_patches(with_gaps(tiled, effects, tiled.along.lines))
-    return np.stack([solution.approach, solution.stiffness]).reshape(2, len(errors), -1)
+    along, count, positions = problem.along, len(amounts), len(problem.gap)
+    assert along is not None
+    at_nodes = modes(along.smooth_lines) / np.expand_dims(along.smooth_lines.lever, -1)
+    field = np.einsum("pkim,sm->spki", at_nodes, amounts).reshape(-1, *at_nodes.shape[1:-1])
+    tiled = with_field(part_of(problem, np.tile(np.arange(positions), count)), field)
+    guess = Guess.nothing(tiled)
+    solve_roughly(tiled, guess, ON_CELLS)
+    on_patches = np.stack(solve_roughly_on_patches(tiled, guess)).reshape(2, count, positions)
+    cells = solve_one_chunk(batch, next(chunks(amounts)))
+    on_cells = np.stack([cells.approach.T, cells.stiffness.T])[:, :count]
+    return Checked(on_cells=on_cells, on_patches=on_patches)
 
 
 def cell_warning(variables: Columns) -> str | None:

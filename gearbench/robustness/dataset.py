@@ -88,8 +88,6 @@ def robust_columns(
     shares: bool = True,
 ) -> tuple[Columns, Columns]:
     """Coordinates and variables of ``robust_dataset``, except the errors drawn."""
-    from gearbench.robustness.cells import cell_errors
-
     count = len(responses)
     errors = errors[:count]
     variables: Columns = {name: (("sample",), values) for name, values in responses.values.items()}
@@ -100,8 +98,9 @@ def robust_columns(
     studied = tuple(dict.fromkeys((*STUDIED, *more))) if count > 1 else ()
     values = {name: responses[name] for name in studied}
     variables |= statistic_columns(values, sampler)
-    for name, left in cell_errors(problem, errors, responses, studied).items():
-        variables[f"{name}_mean_cell_error"] = (), np.array(left)
+    if problem.checked is not None:
+        left = problem.checked.errors(problem.scene, problem.phases, studied)
+        variables |= {f"{name}_mean_cell_error": ((), np.array(error)) for name, error in left.items()}
     variables |= share_columns(values, errors) if shares else {}
     return {"error_name": (("error_name",), np.array(problem.names, dtype=str))}, variables
 

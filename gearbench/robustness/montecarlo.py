@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property, lru_cache, partial
 from types import MappingProxyType
 
 import numpy as np
@@ -35,6 +35,7 @@ from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.results.cycle import MeshCycle, Phases
 from gearbench.results.responses import response
+from gearbench.robustness.cells import CHECKED, Checked, check_cells
 from gearbench.robustness.sampling import Sampler, unit_samples
 from gearbench.scene import Scene
 from gearbench.schema import changed
@@ -58,25 +59,26 @@ class RobustProblem:
     ----------
     scene, errors
         The scene and its random errors.
-    at_mean
-        The contact problem at the mean errors.
     batch
-        The same prepared for samples, with the gap of each error.
+        The contact problem at the mean errors prepared for samples, with the gap of each error.
     expansion
         Modes of the errors' gaps, and how much of each a sample has.
     phases
         Mesh phases and their weights.
     lines
         Contact lines at these phases.
+    checked
+        A few samples on cells and on their patches; their mean difference corrects all samples. None if segments are
+        points.
     """
 
     scene: Scene
     errors: ManufacturingErrors
     lines: ContactLines
-    at_mean: ContactProblem
     batch: Batch
     expansion: Expansion
     phases: Phases
+    checked: Checked | None = None
 
     @property
     def mean(self) -> NDArray:
@@ -134,28 +136,50 @@ def prepare_problem(
     scene: Scene, lines: ContactLines, weight: NDArray, problem: ContactProblem, precision: Precision = SCATTER
 ) -> RobustProblem:
     """Prepare a scene on given contact lines and for a given contact problem, see ``prepare_phases``."""
-    batch, expansion = prepare_batch(scene, lines, problem, precision)
+    batch, expansion = prepare_batch(scene, lines, problem, precision, at_mean=False)
     phases = Phases(phase=lines.mesh_phase, weight=weight, size=scene.resolution.panel_size)
-    errors = require_errors(scene)
-    return RobustProblem(
-        scene=scene, errors=errors, lines=lines, at_mean=problem, batch=batch, expansion=expansion, phases=phases
+    found = RobustProblem(
+        scene=scene, errors=require_errors(scene), lines=lines, batch=batch, expansion=expansion, phases=phases
     )
+    if problem.along is None:
+        return found
+    amounts = expansion.amounts(found.errors.draw(_points(len(found.names)), scene.pair))
+    checked = check_cells(batch, problem, _modes(scene), amounts)
+    return replace(found, batch=replace(batch, missed=checked.missed), checked=checked)
+
+
+@lru_cache(maxsize=16)
+def _points(dimension: int) -> NDArray:
+    """Points of the unit cube (sample, dimension) of the samples that correct the others."""
+    return unit_samples("sobol", CHECKED, dimension, 0)
+
+
+def _modes(scene: Scene) -> Callable[[ContactLines], NDArray]:
+    """Function that gives the gaps of the errors' modes at the nodes of lines, (position, pair, segment, mode) [mm]."""
+    errors, effects = require_errors(scene), {effect.name: effect for effect in scene.flank_effects}
+    return lambda lines: errors.expansion(lines, effects).modes
 
 
 def prepare_batch(
-    scene: Scene, lines: ContactLines, problem: ContactProblem, precision: Precision = SCATTER
+    scene: Scene,
+    lines: ContactLines,
+    problem: ContactProblem,
+    precision: Precision = SCATTER,
+    *,
+    at_mean: bool = True,
 ) -> tuple[Batch, Expansion]:
-    """Contact problem at the mean errors, on lines at any phases, and the expansion of the gaps of samples."""
+    """Contact problem at the mean errors, on lines at any phases, and the expansion of the gaps of samples.
+
+    ``at_mean`` as for ``prepare``.
+    """
     errors = require_errors(scene)
     positions, pairs, segments = lines.shape
     number = len(errors.variables(scene.pair))
     size = f"{positions} positions × {segments} segments"
     need = positions * gaps_memory(pairs * segments, number)
     require(need, "resolution", f"{size} × {number} errors", "fewer segments or positions would fit")
-    effects = {effect.name: effect for effect in scene.flank_effects}
-    expansion = errors.expansion(lines, effects)
-    gaps = GapModes.on(lines, lambda each: errors.expansion(each, effects).modes)
-    return prepare(problem, gaps, precision), expansion
+    expansion = errors.expansion(lines, {effect.name: effect for effect in scene.flank_effects})
+    return prepare(problem, GapModes.on(lines, _modes(scene)), precision, at_mean=at_mean), expansion
 
 
 def require_errors(scene: Scene) -> ManufacturingErrors:

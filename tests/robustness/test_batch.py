@@ -74,7 +74,7 @@ def test_without_errors_samples_are_the_mesh_cycle_of_a_single_scene(name):
 
 @pytest.mark.parametrize("name", ["36", "7"])
 def test_what_cells_leave_of_a_mean_is_in_the_result(name):
-    """15 segments against 60, of the same samples: an estimate from four samples is good to a factor of 2.5."""
+    """15 segments against 60, of the same samples: an estimate from eight samples is good to a factor of 2.5."""
     scene = gear(name).scene(errors=True)
     finer = replace(scene, resolution=replace(scene.resolution, segments=60))
     found, expected = (robust(each, samples=LANES, threads=1, shares=False) for each in (scene, finer))
