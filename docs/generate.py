@@ -127,7 +127,8 @@ A scene is a TOML file of these tables. Only `[pair]`, a load and one effect tha
 `[gears.NAME]` and `[[meshes]]` describe a train of any number of gears, for `simulate`, `sweep` and, with `[system]`,
 `response`. Every mesh is simulated under its torque, and Datasets have the dimensions `mesh` and `gear`. Parallel paths
 with one mesh frequency are solved together and give `load_sharing` of each mesh, `mesh_load_factor`, and the
-`train_transmission_error` over the phase of the first mesh; `hunting` computes all their mesh cycles.
+`train_transmission_error` over the phase of the first mesh; `hunting` computes all their mesh cycles. Tooth 0 of a
+gear, and the phase of its waves, are those at the beginning of its first mesh.
 
 ```toml
 [gears.motor]
