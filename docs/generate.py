@@ -75,7 +75,7 @@ face_width = 26.0                 # wider than its mate, 1 mm on either side
 protuberance = 0.12
 grinding_stock = 0.10
 tip_chamfer = 0.3
-[pair.pinion.thickness]           # deviations from x = 0.03, which follows from the centre distance
+[pair.pinion.thickness]           # deviations from x = 0.03
 upper = -60.0                     # A_sne, µm
 lower = -90.0
 [pair.wheel]

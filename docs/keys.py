@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import MISSING, is_dataclass
-from itertools import groupby
 from typing import Any
 
 import tomli_w
 from pydantic import TypeAdapter
 
-from gearbench.schema import keys, parts
+from gearbench.schema import Key, keys, parts
 
 #: Limits that are as large only refuse slips, such as a wrong unit; pages leave them out.
 LARGE = 1000.0
@@ -30,27 +29,27 @@ def key_tables(owner: type, shown: Shown | None = None, here: str = "above") -> 
     """
     shown = {} if shown is None else shown
     allowed = limits(owner) if keys(owner) else {}
-    listed = [
-        (key.name, key.meaning, _default(key.default), "a table" if key.table else allowed[key.name], key.table)
-        for key in keys(owner).values()
-    ]
-    if not listed:
+    alike: dict[str, list[Key]] = {}
+    for key in keys(owner).values():
+        alike.setdefault(key.meaning, []).append(key)
+    if not alike:
         return "\nThis table has no keys.\n"
     text = "\n"
     below: dict[type, list[str]] = {}
-    first: dict[str, str] = {}
-    for (meaning, default, permitted), rows_alike in groupby(listed, key=lambda row: row[1:4]):
-        alike = list(rows_alike)
-        names = ", ".join(f"`{row[0]}`" for row in alike)
-        shown_at = first.setdefault(meaning, names)
-        words = _markdown(meaning) if shown_at == names else f"see {shown_at}"
-        named = permitted.count("`") and all(word.strip("`") in meaning for word in permitted.split(", "))
-        values = "; ".join(filter(None, ("" if named else permitted, default)))
-        text += f"- {names}: {words}{values and f' ({values})'}\n"
-        for row in alike:
-            if row[4] is not None:
-                below.setdefault(row[4], []).append(f"`{row[0]}`")
-    rows = {row[:2] for row in listed}
+    for meaning, together in alike.items():
+        values: dict[str, list[str]] = {}
+        for key in together:
+            permitted = "a table" if key.table else allowed[key.name]
+            named = "`" in permitted and all(word.strip("`") in meaning for word in permitted.split(", "))
+            value = ", ".join(filter(None, ("" if named else permitted, _default(key.default))))
+            values.setdefault(value, []).append(f"`{key.name}`")
+            if key.table:
+                below.setdefault(key.table, []).append(f"`{key.name}`")
+        shared = [f"{', '.join(names)}: {value}" for value, names in values.items() if value]
+        noted = next(iter(values)) if len(values) == 1 else "; ".join(shared)
+        names = ", ".join(f"`{key.name}`" for key in together)
+        text += f"- {names}: {_markdown(meaning)}{noted and f' ({noted})'}\n"
+    rows = {(key.name, key.meaning) for key in keys(owner).values()}
     for table, holders in below.items():
         text += f"\n**{', '.join(holders)}.** {prose(table)}"
         if table in shown:

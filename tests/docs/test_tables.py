@@ -56,7 +56,7 @@ def test_keys_have_meaning_default_and_what_is_allowed():
     assert "\n- `amount`: Material missing at the relieved end [µm]. (required)\n" in table
     assert "\n- `start_roll_angle`: Roll angle √(R² − r_b²)/r_b of the start [°]. (0 to 180)\n" in table
     shapes = '`"linear"`, `"parabolic"`, `"circular"`'
-    assert f'\n- `shape`: Shape of the relief. ({shapes}; default `"linear"`)\n' in table
+    assert f'\n- `shape`: Shape of the relief. ({shapes}, default `"linear"`)\n' in table
 
 
 def test_tables_below_a_table_are_shown_once():
