@@ -124,11 +124,13 @@ def test_heavy_packages_are_imported_where_they_are_used():
         assert not top & heavy, path
 
 
-def test_importing_the_package_imports_next_to_nothing():
+def test_importing_the_package_imports_next_to_nothing_and_commands_import_what_they_use():
     heavy = ["numpy", "scipy", "numba", "pydantic", "xarray", "matplotlib", "gmsh", "skfem", "sympy", "rich", "typer"]
-    code = f"import sys, gearbench; print([m for m in {heavy} if m in sys.modules])"
+    of_some = ["bokeh", "tornado", "pandas", "pymoo", "dask", "distributed", "h5py"]
+    code = f"import sys, gearbench; print([m for m in {heavy} if m in sys.modules])\n"
+    code += f"import gearbench.cli.app; print([m for m in {of_some} if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "[]"
+    assert done.stdout == "[]\n[]\n"
 
 
 def test_public_functions_are_documented():

@@ -63,12 +63,6 @@ def test_1995_is_constant_on_an_interval_closed_above():
     assert at(2, 20, math.nextafter(10, 30))[6] > at(2, 20, 10)[6]
 
 
-def test_helix_form_equals_slope_only_in_1995():
-    old, new = (flank_tolerances(**SMALL, edition=edition) for edition in EDITIONS)
-    assert old.helix_form == old.helix_slope
-    assert new.helix_form > new.helix_slope
-
-
 def test_totals_of_2013_are_taken_from_unrounded_terms():
     """f_Hα = 5.7→5.5, f_fα = 6.4→6.5: total √(f_Hα² + f_fα²) of the unrounded ones, then rounded itself."""
     raw, rounded = (flank_tolerances(**SMALL, rounded=r) for r in (False, True))

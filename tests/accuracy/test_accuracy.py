@@ -1,9 +1,6 @@
 """Requested accuracy: the chosen settings meet it, the result names them, and conflicts are reported in one line."""
 
-import subprocess
-import sys
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -12,7 +9,6 @@ from pydantic import ValidationError
 from gearbench.accuracy.choose import choose
 from gearbench.accuracy.measure import COVERED, FLOOR, HARMONIC_FLOOR, HARMONICS, covered, relative_errors, scales
 from gearbench.accuracy.settings import POSITIONS, SETTINGS, SOLID_ORDER, with_resolution
-from gearbench.contact.phases import gauss_phases
 from gearbench.contact.transitions import mesh_phases
 from gearbench.effects.crowning import Crowning
 from gearbench.effects.helix_slope import HelixSlope
@@ -251,16 +247,6 @@ def test_a_scene_with_accuracy_survives_its_text():
     assert parse_scene(scene.to_mapping()) == scene
 
 
-def test_nothing_of_the_choice_is_imported_unless_asked_for():
-    code = (
-        "import sys; from gearbench.library.garambois2017 import case; from gearbench.simulation import simulate\n"
-        "simulate(case(1))\n"
-        "print([m for m in sys.modules if m.startswith('gearbench.accuracy')])"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "[]"
-
-
 @pytest.mark.parametrize("setting", [each for each in SETTINGS.values() if each.applies(case(2))], ids=lambda k: k.name)
 def test_settings_change_only_themselves(setting):
     scene = case(2)
@@ -272,28 +258,3 @@ def test_settings_change_only_themselves(setting):
     assert setting.applies(scene)
     coarsest = setting.with_level(scene, setting.levels(scene)[0])
     assert (coarsest.resolution.positions is not None) == (setting is POSITIONS)
-
-
-@pytest.mark.parametrize("points", [1, 2, 3])
-def test_gauss_panels_are_of_order_twice_their_points(points):
-    """Mean STE and stiffness of a spur pair without relief, with panels split into 4 and 8."""
-    scene = with_resolution(gear("SC").scene(), segments=2)
-    transitions = np.sort(np.array(scene.pair.meshing.transition_phases) % 1.0)
-    exact = _means(scene, transitions, 24)
-    errors = []
-    for count in (4, 8):
-        edges = np.append(transitions, transitions[0] + 1)
-        cuts = np.concatenate([np.linspace(a, b, count + 1)[:-1] for a, b in pairwise(edges)])
-        errors.append(np.abs(_means(scene, cuts, points) / exact - 1))
-    # the last doubling is asymptotic to a few percent of the order; where terms cancel it may be higher
-    assert np.all(np.log2(errors[0] / errors[1]) >= 2 * points - 0.2)
-
-
-def _means(scene: Scene, edges: np.ndarray, points: int) -> np.ndarray:
-    from gearbench.contact.assemble import assemble
-    from gearbench.contact.coarse_solution import scene_lines
-    from gearbench.contact.solver import solve
-
-    phase, weight = gauss_phases(edges, points)
-    solution = solve(assemble(scene, scene_lines(scene, phase)))
-    return np.array([solution.approach @ weight, solution.stiffness @ weight])

@@ -15,8 +15,7 @@ from gearbench.contact.assemble import assemble
 from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.problem import ContactProblem, ContactSolution
 from gearbench.contact.solver import solve
-from gearbench.contact.transitions import mesh_phases
-from gearbench.effects.base import ComplianceEffect, Dense, Effect, Effects, GapEffect, LineLaw, LowRank
+from gearbench.effects.base import ComplianceEffect, Dense, Effect, Effects, LineLaw, LowRank
 from gearbench.effects.crowning import Crowning
 from gearbench.effects.helix_slope import HelixSlope
 from gearbench.effects.hertz import Hertz
@@ -124,17 +123,6 @@ def test_constant_stiffness_is_proportional_to_the_length_in_contact(pair):
     assert_allclose(found.approach, s.F_bn * C / length, rtol=1e-13)
 
 
-@pytest.mark.parametrize("pair", [SPUR, HELICAL], ids=["spur", "helical"])
-def test_mean_length_in_contact(pair):
-    """On average ε_α lines of length b / cos β_b are loaded; they vary piecewise linearly, so two points do."""
-    s = replace(scene(WINKLER, pair=pair), resolution=Resolution(gauss_points=2))
-    phase, weight = mesh_phases(s)
-    k = solve(assemble(s, scene_lines(s, phase))).stiffness @ weight
-    sin_b = math.sin(math.radians(pair.helix_angle)) * math.cos(math.radians(20))
-    expected = pair.meshing.transverse_contact_ratio * pair.face_width / math.sqrt(1 - sin_b**2) / C
-    assert_allclose(k, expected, rtol=1e-12)
-
-
 # -- compliances in other forms than the structured one ---------------------------------------------------------------
 @dataclass(frozen=True)
 class DenseOf(ComplianceEffect):
@@ -230,18 +218,6 @@ def test_a_pair_of_laws_is_their_sum():
 def test_compliance_that_does_not_determine_the_loads_is_refused():
     with pytest.raises(InputError, match="add hertz"):
         solution(scene(Coupled()), SINGLE)
-
-
-def test_gaps_add():
-    @dataclass(frozen=True)
-    class Step(GapEffect):
-        name: ClassVar[str] = "step"
-
-        def gap(self, lines: ContactLines) -> NDArray:
-            return np.full(lines.shape, 5e-3)
-
-    near, far = solution(scene(WINKLER), SINGLE), solution(scene(WINKLER, Step()), SINGLE)
-    assert_allclose(far.approach, near.approach + 5e-3, rtol=1e-13)
 
 
 # -- mesh stiffness is the derivative ---------------------------------------------------------------------------------

@@ -27,18 +27,10 @@ FORCES = np.concatenate([[0.0], 10.0 ** np.linspace(-12, 2, 60)])
 @pytest.mark.parametrize("sigma", [0.0, 0.4, 30.0])
 @pytest.mark.parametrize("h", [0.0, 0.03, 2.0])
 @pytest.mark.parametrize("stiff", [0.4, 3.0])
-def test_the_law_and_its_inverse_are_those_of_the_readable_twins(h, sigma, stiff):
+def test_the_compression_is_that_of_its_readable_twin(h, sigma, stiff):
     a = np.full(FORCES.shape, stiff + 8 * h)
     found = [_kernels.compression(p, stiff + 8 * h, h, sigma) for p in FORCES]
-    s = compression(FORCES, a, np.full(FORCES.shape, h), sigma)
-    assert_allclose(found, s, rtol=1e-14, atol=1e-300)
-    back = segment_laws(s, a, np.full(FORCES.shape, h), np.full(FORCES.shape, sigma))
-    # the force is as well determined as the digits of s − soft allow
-    assert_allclose(back[0], FORCES, rtol=1e-12, atol=1e-14 * sigma)
-    expected = inverse(s, a, np.full(FORCES.shape, h), sigma)
-    for own, twin in zip(back[:2], expected[:2], strict=True):
-        assert_allclose(own, twin, rtol=1e-12, atol=1e-14 * (1 + sigma))
-    assert_allclose(back[2], [each.sum() for each in expected], rtol=1e-12)
+    assert_allclose(found, compression(FORCES, a, np.full(FORCES.shape, h), sigma), rtol=1e-14, atol=1e-300)
 
 
 def segment_laws(s, a, h, sigma):

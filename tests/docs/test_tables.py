@@ -26,6 +26,7 @@ def test_the_page_is_up_to_date(name):
 @pytest.mark.parametrize("name", EFFECTS)
 def test_every_effect_says_what_when_and_whence(name):
     effect = effect_class(name)
+    assert effect.name == name
     assert effect.summary.startswith(("compliance: ", "gap: "))
     assert effect.use.endswith(".")
     assert effect.source

@@ -105,15 +105,3 @@ def test_faults_are_one_line(name, table, says):
         scene(table, name)
     assert str(fault.value).startswith(f"effects.{name}.{says}")
     assert "\n" not in str(fault.value)
-
-
-def test_tables_of_gears_are_written_and_read_back():
-    import tomllib
-
-    for name, table in (
-        ("crowning", {"pinion": {"amount": 8.0}, "wheel": {"amount": 4.0, "highest": 9.0}}),
-        ("end_relief", {"wheel": {"at_0": {"amount": 4.0, "length": 3.0, "shape": "circular"}}}),
-    ):
-        made = scene(table, name)
-        assert parse_scene(tomllib.loads(made.to_toml())) == made
-        assert f"[effects.{name}.wheel" in made.to_toml()

@@ -94,8 +94,3 @@ def test_faults(table, says):
     tables["effects"]["pitch_errors"] = table
     with pytest.raises(ValueError, match=says):
         parse_scene(tables)
-
-
-def test_deviations_survive_the_scene_file():
-    made = scene(HELICAL, PitchErrors(wheel=tuple(float(n) for n in range(40)), wheel_tooth=4))
-    assert parse_scene(made.to_mapping()) == made

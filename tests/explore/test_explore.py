@@ -1,7 +1,5 @@
 """The explorer without a browser: what is stored, what is changed, what is computed for a picked gear."""
 
-import subprocess
-import sys
 from dataclasses import replace
 
 import numpy as np
@@ -154,12 +152,6 @@ def test_questions_that_are_none_are_answered_by_a_message():
 
 
 # -- the command ------------------------------------------------------------------------------------------------------
-
-
-def test_no_other_command_loads_the_page(tmp_path):
-    code = "import sys, gearbench.cli.app; print([m for m in ('bokeh', 'tornado', 'pandas') if m in sys.modules])"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "[]"
 
 
 @pytest.mark.parametrize("arguments", [["none.nc"], ["front.nc", "--export", "no/folder/x.html"], ["bad.nc"]])

@@ -267,9 +267,3 @@ def test_ctrl_c_keeps_the_generations_and_says_how_to_continue(reference, tmp_pa
     assert [path.name for path in folder.glob(".*")] == [".lock"]
     with xr.open_dataset(folder / "generation_0001.nc", engine="h5netcdf") as first:
         np.testing.assert_array_equal(first["code"], reference["code"][:8])
-
-
-def test_other_commands_import_neither_pymoo_nor_dask():
-    code = "import sys, gearbench.cli; print([m for m in ('pymoo', 'dask', 'distributed', 'h5py') if m in sys.modules])"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "[]"

@@ -194,18 +194,6 @@ def test_scene_with_shafts_survives_its_file():
     assert parse_scene(scene.to_mapping()) == scene
 
 
-def test_scene_without_system_imports_none_of_it():
-    import subprocess
-    import sys
-
-    code = (
-        "import sys, gearbench; gearbench.simulate(gearbench.read_scene('examples/sc.toml'));"
-        "print([m for m in sys.modules if m.startswith(('gearbench.system', 'gearbench.dynamics'))])"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "[]"
-
-
 def test_mean_force_balances_on_bearings():
     scene = spur_scene(shafts(), helix=15.0)
     solved = solve_scene(scene)
