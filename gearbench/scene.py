@@ -88,8 +88,8 @@ class Resolution:
         Segments of constant line load on each contact line.
     accuracy
         Relative accuracy, instead of the other keys: ``simulate`` and ``robust`` choose settings whose estimated error
-        is this small. It covers means, RMS, peak-to-peak values and harmonics 1 to 5 of both curves, over error samples
-        means and RMS values.
+        is this small. It covers means, RMS, peak-to-peak values and harmonics 1 to 5 of both curves (means and RMS
+        values over error samples).
     """
 
     positions: Annotated[int, Field(ge=1, le=100_000)] | None = None

@@ -20,7 +20,7 @@ Accuracy = Annotated[
     str | None,
     typer.Option(
         metavar="A",
-        help="Relative error of the reference's compliance, e.g. 1% or 0.01; by default a fifth of the differences.",
+        help="Relative error of the reference's compliance, e.g. 1%; by default a fifth of the models' differences.",
         show_default=False,
     ),
 ]

@@ -321,7 +321,7 @@ def _on_panels(
 
 @lru_cache(maxsize=256)
 def _shares(segments: int, widths: tuple[float, ...], *, last: bool = False) -> tuple[int, ...]:
-    """Numbers of segments on panels, in proportion to the roots of their ``widths``; at least ``MIN_SEGMENTS`` if possible.
+    """Numbers of segments on panels, in proportion to the roots of ``widths``; at least ``MIN_SEGMENTS`` if possible.
 
     A remainder goes to the first of equal panels, or to the ``last``.
     """
