@@ -262,7 +262,7 @@ def _balanced(
     coast = next(iter(scenes.values())).load.coast
     shift = train.phases(coast=coast)
     for name, scene in scenes.items():
-        key = _plain(scene), shift[name]
+        key = unnamed(scene), shift[name]
         if key not in known:
             known[key] = _mesh(key[0], phases.phase + shift[name], alike)
         at[name] = known[key]
@@ -270,7 +270,7 @@ def _balanced(
     return at, balance([mesh for _, mesh in at.values()], statics, bodies)
 
 
-def _plain(scene: Scene) -> Scene:
+def unnamed(scene: Scene) -> Scene:
     """The scene without its names: meshes of planets with equal results compare equal."""
     return changed(scene, name="", gear_names=GEARS)
 
@@ -296,12 +296,12 @@ def _phases(scenes: Mapping[str, Scene], shift: Mapping[str, float]) -> Phases:
     exact = size > GAUSS_POINTS
     changes = []
     for name, scene in scenes.items():
-        own = transitions(changed(_plain(scene), resolution=Resolution()), exact=exact)
+        own = transitions(changed(unnamed(scene), resolution=Resolution()), exact=exact)
         changes += [each._replace(phase=(each.phase - shift[name]) % 1.0 % 1.0) for each in own]
     longest = LONGEST if first.pair.meshing.overlap_ratio else 1.0
     ends = panel_ends(changes, longest, CLOSER if exact else CLOSE)
     # panels that repeat as the meshes do: harmonics that cancel do so in the quadrature too
-    parts = _repeats([(_plain(scene), shift[name]) for name, scene in scenes.items()])
+    parts = _repeats([(unnamed(scene), shift[name]) for name, scene in scenes.items()])
     ends = [end + part / parts for part in range(parts) for end in ends if end < 1 / parts]
     phase, weight = gauss_phases(ends, size)
     return Phases(phase=phase, weight=weight, size=size)

@@ -14,7 +14,6 @@ from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.transitions import mesh_phases
 from gearbench.effort.clock import timed, times, unseen
 from gearbench.errors import GearbenchError, InputError
-from gearbench.geometry.names import GEARS
 from gearbench.results.provenance import provenance, run_provenance
 from gearbench.results.responses import described
 from gearbench.scene import Scene
@@ -23,10 +22,13 @@ from gearbench.validation.dataset import CYCLE, stack
 from gearbench.validation.judge import judge, require_reference
 from gearbench.validation.mac import LOADS, flank_grid
 from gearbench.validation.reference import meshed_flanks, reference_scene, smooth_effects
-from gearbench.validation.ste_error import CURVES, HARMONICS, OUTPUTS
+from gearbench.validation.sets import distinct, members, meshes_of, set_cycle
+from gearbench.validation.ste_error import CURVES, HARMONICS, OUTPUTS, shared_load
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from gearbench.compliance.flank import FlankCompliance
 
 T = TypeVar("T")
 
@@ -47,7 +49,8 @@ def compare(scene: Scene, accuracy: float | None = None) -> xr.Dataset:
     Returns
     -------
     Dataset with the dimensions ``model`` (fast, reference), ``position``, ``pair``, ``harmonic``, ``gear``,
-    ``load_height``, ``load_face``; both scenes as TOML in the attributes.
+    ``load_height``, ``load_face``; both scenes as TOML in the attributes. For a planetary set or parallel paths, curves
+    are those of the set, on the base circle of the first gear, and ``mesh`` replaces ``pair``.
 
     Raises
     ------
@@ -60,22 +63,23 @@ def compare(scene: Scene, accuracy: float | None = None) -> xr.Dataset:
 
     start = time.perf_counter()
     reference_scene(scene)  # raises before anything is computed
-    fast_run, first_call = timed(lambda: simulate(scene, outputs=OUTPUTS))
+    fast_run, first_call = timed(lambda: set_cycle(scene) if scene.coupled else simulate(scene, outputs=OUTPUTS))
     judged = judge(scene, fast_run, accuracy)
     reference = judged.reference
     variables: dict[str, tuple] = {
         name: (("model", *fast_run[name].dims), np.array([fast_run[name].values, judged.cycle[name].values]))
-        for name in (*CURVES, "load_share")
+        for name in (*CURVES, shared_load(fast_run))
     }
-    grids = [flank_grid(scene.pair, index, LOADS) for index in (0, 1)]
+    meshes = meshes_of(scene)
+    grids = [flank_grid(meshes[mesh].pair, index, LOADS) for _, mesh, index in members(meshes)]
     coords: dict[str, tuple] = {
         "model": ("model", list(MODELS)),
-        "gear": ("gear", list(GEARS)),
+        "gear": ("gear", [name for name, _, _ in members(meshes)]),
         "harmonic": ("harmonic", np.arange(1, HARMONICS + 1)),
-        **{name: (fast_run[name].dims, fast_run[name].values) for name in CYCLE},
+        **{name: (fast_run[name].dims, fast_run[name].values) for name in (*CYCLE, "mesh") if name in fast_run.coords},
     }
     variables |= judged.found | _reference(reference)
-    variables |= _times(scene, reference, variables["reference_seconds"][1].sum()) | {
+    variables |= _times(scene, reference) | {
         "load_radius": (("gear", "load_height"), np.array([grid.radius for grid in grids])),
         "load_position": (("load_face",), grids[0].y),
         "first_call_seconds": ((), first_call.seconds),
@@ -86,8 +90,8 @@ def compare(scene: Scene, accuracy: float | None = None) -> xr.Dataset:
 
 
 def _reference(reference: Scene) -> dict[str, tuple]:
-    """Variables on the finite elements of both gears."""
-    flanks = meshed_flanks(reference)
+    """Variables on the finite elements of the gears."""
+    flanks = _flanks(reference)
     of_gear: dict[str, list[Any]] = {
         "reference_error": [flank.error for flank in flanks],
         "reference_unknowns": [flank.attrs["unknowns"] for flank in flanks],
@@ -98,9 +102,16 @@ def _reference(reference: Scene) -> dict[str, tuple]:
     return {name: (("gear",), np.array(values)) for name, values in of_gear.items()}
 
 
-def _times(scene: Scene, reference: Scene, reference_compliance: float) -> dict[str, tuple]:
-    """Wall times of both models; ``reference_compliance`` was measured when the finite elements were solved [s]."""
-    compliance = [compliance_seconds(scene), reference_compliance]
+def _flanks(reference: Scene) -> list[FlankCompliance]:
+    """Flanks of the ``members`` on finite elements."""
+    meshes = meshes_of(reference)
+    return [meshed_flanks(meshes[mesh])[index] for _, mesh, index in members(meshes)]
+
+
+def _times(scene: Scene, reference: Scene) -> dict[str, tuple]:
+    """Wall times of both models; those of the finite elements were measured when they were solved."""
+    solved = {id(flank.attrs): flank.attrs["seconds"] for flank in _flanks(reference)}  # both flanks of a planet once
+    compliance = [sum(map(compliance_seconds, distinct(meshes_of(scene)).values())), sum(solved.values())]
     simulation = [times(lambda s=s: simulate(s), REPEATS).seconds for s in (scene, reference)]
     return {
         "compliance_seconds": (("model",), np.array(compliance)),
@@ -122,7 +133,7 @@ def smooth_compliance(scene: Scene) -> None:
 
 
 def _reference_attrs(reference: Scene) -> dict[str, str]:
-    attrs = meshed_flanks(reference)[0].attrs
+    attrs = _flanks(reference)[0].attrs
     return {
         "reference_scene": reference.to_toml(),
         "reference_solver": str(attrs["solver"]),
@@ -152,7 +163,7 @@ def validate(
     Raises
     ------
     InputError
-        As ``compare``, before anything is computed.
+        As ``compare``, before anything is computed; also for a set beside other scenes.
     GearbenchError
         If the reference of a scene cannot be computed; names the scene, and says what to do.
     """
@@ -160,6 +171,10 @@ def validate(
     named = list(zip(labels(scenes), scenes, strict=True))
     for name, scene in named:
         check(scene, name)
+        if scene.coupled and len(named) > 1:
+            raise InputError(
+                "scenes", f"{len(named)} scenes", "a planetary set is compared alone: give one scene", name
+            )
     sizes = [_of(name, partial(require_reference, scene, accuracy)) for name, scene in named]
     found = []
     for (name, scene), size in zip(named, sizes, strict=True):

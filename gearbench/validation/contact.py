@@ -61,7 +61,7 @@ def check(scene: Scene, source: str = "") -> None:
         If the scene lacks bores, gear body or contact law, or already uses finite elements.
     """
     try:
-        require_bores(scene.pair)
+        require_bores(scene.one_load.pair)
         for name in ("gear_body", "hertz"):
             if scene.effect(name) is None:
                 raise InputError("effects", f"no {name}", "contact finite elements have it: add it")

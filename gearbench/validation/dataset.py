@@ -29,23 +29,27 @@ def stack(found: Sequence[xr.Dataset], names: Sequence[str]) -> xr.Dataset:
     """Stack comparisons into one Dataset; positions and pairs that a scene does not have are NaN."""
     import xarray as xr
 
-    sizes = {dim: max(each.sizes[dim] for each in found) for dim in ("position", "pair")}
+    sizes = {dim: max(each.sizes[dim] for each in found) for dim in ("position", "pair") if dim in found[0].dims}
     padded = []
     for each in found:
         missing = {dim: (0, size - each.sizes[dim]) for dim, size in sizes.items()}
         text = {variable: ((), each.attrs[key]) for key, variable in TEXTS.items()}
-        floats = each.assign(pair_index=each["pair_index"].astype(float)).reset_coords(CYCLE)
+        floats = each.assign_coords({name: each[name].astype(float) for name in CYCLE if name in each.coords})
+        floats = floats.reset_coords([name for name in CYCLE if name in each.coords])
         padded.append(floats.pad(missing, constant_values=np.nan, keep_attrs=True).assign(text).drop_attrs(deep=False))
     joined = xr.concat(padded, "scene", combine_attrs="override", data_vars="all", coords="minimal")
-    return joined.assign_coords(scene=("scene", list(names))).set_coords(CYCLE)
+    known = [name for name in CYCLE if name in joined]
+    return joined.assign_coords(scene=("scene", list(names))).set_coords(known)
 
 
 def of_scene(dataset: xr.Dataset, i: int) -> xr.Dataset:
     """Comparison of scene number ``i``, as ``compare`` returned it."""
     one = dataset.isel(scene=i)
-    one = one.isel(position=np.isfinite(one["mesh_phase"].values), pair=np.isfinite(one["pair_index"].values))
+    one = one.isel(position=np.isfinite(one["mesh_phase"].values))
+    if "pair_index" in one.coords:
+        one = one.isel(pair=np.isfinite(one["pair_index"].values))
+        one = one.assign_coords(pair_index=one["pair_index"].astype(int))
     text = {key: str(one[variable].item()) for key, variable in TEXTS.items()}
-    one = one.assign_coords(pair_index=one["pair_index"].astype(int))
     return one.drop_vars(list(TEXTS.values())).assign_attrs({**dataset.attrs, **text})
 
 

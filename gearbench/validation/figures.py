@@ -56,8 +56,20 @@ def draw_cycle(dataset: xr.Dataset, name: str, axis: Axes) -> None:
     axis.set_ylabel(f"{dataset[name].attrs['symbol']} [{dataset[name].attrs['units']}]")
 
 
+def shared_caption(dataset: xr.Dataset) -> str:
+    """Caption of ``load_share_figure``."""
+    if "load_sharing" in dataset:
+        return "Force of each mesh over that where all paths share alike: lines finite elements, dashes fast model."
+    return "Share of the load that one tooth pair carries while it passes through the mesh."
+
+
 def load_share_figure(dataset: xr.Dataset) -> Figure:
-    """Figure of the load share of a tooth pair over its passage, and of the difference between the models."""
+    """Figure of the load share of a tooth pair over its passage, and of the difference between the models.
+
+    For a set: of the load share of each mesh over two mesh periods.
+    """
+    if "load_sharing" in dataset:
+        return _sharing_figure(dataset)
     figure, axes = new_figure(2, 1, (7.5, 5.2), sharex=True, height_ratios=(2, 1))
     upper, lower = axes[:, 0]
     position, share = share_of_a_pair(dataset)
@@ -70,6 +82,24 @@ def load_share_figure(dataset: xr.Dataset) -> Figure:
     largest, rms = (100 * float(dataset[f"load_share_error_{part}"]) for part in ("max", "rms"))
     upper.set_title(f"load sharing differs by at most {largest:.1f} % of the load, {rms:.1f} % RMS")
     legend_below(figure, upper, 2)
+    return figure
+
+
+def _sharing_figure(dataset: xr.Dataset) -> Figure:
+    figure, ((axis,),) = new_figure(1, 1, (7.5, 4.2))
+    for number, name in enumerate(dataset["mesh"].values.tolist()):
+        for model, style in STYLES.items():
+            line = {
+                "color": f"C{number}",
+                "ls": style["ls"],
+                "lw": 1.4,
+                "label": name if model == "reference" else None,
+            }
+            plot_two_periods(axis, side(dataset, model).sel(mesh=name), "load_sharing", **line)
+    axis.set(xlim=(0, 2), xlabel="mesh phase τ [mesh periods]", ylabel="load share L [–]")
+    largest, factor = 100 * float(dataset["load_share_error_max"]), float(dataset["mesh_load_factor_error"])
+    axis.set_title(f"load sharing differs by at most {largest:.2g} % of an even share, K_γ by {percent(factor)}")
+    legend_below(figure, axis, 4)
     return figure
 
 
@@ -108,7 +138,8 @@ def harmonics_figure(dataset: xr.Dataset) -> Figure:
 
 def mac_figure(dataset: xr.Dataset) -> Figure:
     """Figure of maps over both flanks: MAC and size ratio of the deflection shapes."""
-    figure, axes = new_figure(2, 2, (9.5, 6.2))
+    count = dataset.sizes["gear"]
+    figure, axes = new_figure(2, count, (4.75 * count, 6.2))
     worst, mean = dataset["mac_worst"].values, dataset["mac_mean"].values
     low = min(0.9, float(np.floor(10 * worst.min()) / 10))
     spread = max(0.1, float(np.abs(dataset["norm_ratio"].values - 1).max()))
@@ -123,7 +154,7 @@ def mac_figure(dataset: xr.Dataset) -> Figure:
             drawn = axis.pcolormesh(y, radius, dataset[name].values[k], cmap=colours, vmin=bottom, vmax=top)
             axis.set(xlabel="position of the load along the face width y [mm]", ylabel="radius of the load R [mm]")
             axis.set_title(title, fontsize=10)
-            if k == 1:
+            if k == count - 1:
                 label = "MAC [–]" if name == "mac" else "deflection over\nthat of the reference [–]"
                 figure.colorbar(drawn, ax=axes[row].tolist(), label=label)
     return figure

@@ -7,6 +7,7 @@ its change if the finest level of the finite elements replaces the value extrapo
 from __future__ import annotations
 
 import time
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -19,8 +20,10 @@ from gearbench.contact.transitions import mesh_phases
 from gearbench.results.cycle import Phases
 from gearbench.scene import Scene
 from gearbench.solution import dataset, solve_lines
+from gearbench.trains.solve import unnamed
 from gearbench.validation.mac import compare_shapes, line_mac
-from gearbench.validation.reference import finest_level, finite_elements, reference_scene, solved_reference
+from gearbench.validation.reference import finest_level, missing_levels, reference_scene, solved_reference
+from gearbench.validation.sets import distinct, members, meshes_of, set_cycle
 from gearbench.validation.ste_error import CURVES, OUTPUTS, cycle_errors, error_bars
 
 if TYPE_CHECKING:
@@ -97,24 +100,37 @@ def require_reference(scene: Scene, accuracy: float | None) -> int:
         If its finite elements or its contact problem need more memory than the budget allows; says what is possible.
     """
     reference = reference_scene(scene, accuracy or ACCURACIES[0])
-    size, positions = unknowns(reference), len(mesh_phases(scene)[0])
+    size = unknowns(reference)
     for each in (scene, reference):
-        require_contact_memory(each, positions)
+        for own in meshes_of(each).values():
+            require_contact_memory(own, len(mesh_phases(own)[0]))
     return size
 
 
 def unknowns(reference: Scene) -> int:
-    """Number of unknowns still to solve for a reference, over all levels of both gears; 0 if they are cached."""
-    levels = finite_elements(reference).missing_levels(reference.pair, reference.effects_by_name)
-    return sum(level.unknowns for level in levels)
+    """Number of unknowns still to solve for a reference, over all levels of all gears; 0 if they are cached."""
+    return sum(level.unknowns for each in distinct(meshes_of(reference)).values() for level in missing_levels(each))
 
 
 def _judgement(scene: Scene, fast: xr.Dataset, reference: Scene) -> Judgement:
-    exact, bare = solved_reference(reference), finest_level(reference)
-    cycle, again = (cycle_beside(fast, each, reference) for each in (exact, bare))
-    found = cycle_errors(fast, cycle) | shapes(scene, exact)
-    bars = error_bars(found, cycle_errors(fast, again) | shapes(scene, bare))
+    meshes = meshes_of(scene)
+    exact, bare = (_with_teeth(meshes_of(reference), kind) for kind in (solved_reference, finest_level))
+    if scene.coupled:
+        cycle, again = (set_cycle(scene, each, Phases.of_dataset(fast)) for each in (exact, bare))
+    else:
+        cycle, again = (cycle_beside(fast, own, reference) for each in (exact, bare) for own in each.values())
+    found = cycle_errors(fast, cycle) | shapes(meshes, exact)
+    bars = error_bars(found, cycle_errors(fast, again) | shapes(meshes, bare))
     return Judgement(reference=reference, cycle=cycle, found=found | bars, settled=settled(found | bars))
+
+
+def _with_teeth(meshes: Mapping[str, Scene], kind: Callable[[Scene], Scene]) -> dict[str, Scene]:
+    """Meshes of a reference with the teeth that ``kind`` puts inside, the same ones in equal meshes."""
+    known: dict[Scene, Scene] = {}
+    for own in map(unnamed, meshes.values()):
+        if own not in known:
+            known[own] = kind(own)
+    return {name: known[unnamed(own)] for name, own in meshes.items()}
 
 
 def cycle_beside(fast: xr.Dataset, solved: Scene, reference: Scene) -> xr.Dataset:
@@ -134,12 +150,13 @@ def settled(found: dict[str, tuple]) -> bool:
     return bool(np.all(TIMES * bars <= np.maximum(np.abs(errors), NEGLIGIBLE)))
 
 
-def shapes(scene: Scene, reference: Scene) -> dict[str, tuple]:
-    """Variables of a comparison on the deflection shapes of both gears."""
-    found = [compare_shapes(scene, reference, index) for index in (0, 1)]
+def shapes(meshes: Mapping[str, Scene], reference: Mapping[str, Scene]) -> dict[str, tuple]:
+    """Variables of a comparison on the deflection shapes of the gears, from the meshes of both models."""
+    both = [(meshes[mesh], reference[mesh], index) for _, mesh, index in members(meshes)]
+    found = [compare_shapes(*each) for each in both]
     over = ("gear", "load_height", "load_face")
     criterion = np.array([each.mac for each in found])
-    lines = np.array([line_mac(scene, reference, index) for index in (0, 1)])
+    lines = np.array([line_mac(*each) for each in both])
     return {
         "mac": (over, criterion),
         "mac_worst": (("gear",), criterion.min(axis=(1, 2))),

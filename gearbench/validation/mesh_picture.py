@@ -9,6 +9,7 @@ import numpy as np
 
 from gearbench.scene_file import parse_scene
 from gearbench.validation.reference import finite_elements
+from gearbench.validation.sets import members, meshes_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -43,19 +44,20 @@ def draw_section(section: Section, axes: Any) -> None:
 
 
 def mesh_figure(dataset: xr.Dataset) -> Figure:
-    """Figure of the sections of both gears at the finest level, with loaded flank and held boundary in colour."""
+    """Figure of the sections of the gears at the finest level, with loaded flank and held boundary in colour."""
     from matplotlib.figure import Figure
     from matplotlib.patches import Patch
 
     from fem_reference.sector import Grain, Section
 
-    reference = parse_scene(tomllib.loads(dataset.attrs["reference_scene"]))
-    figure = Figure(figsize=(9.5, 4.8))
-    for index, name in enumerate(dataset["gear"].values):
-        found = dataset.isel(gear=index)
+    meshes = meshes_of(parse_scene(tomllib.loads(dataset.attrs["reference_scene"])))
+    gears = members(meshes)
+    figure = Figure(figsize=(4.75 * len(gears), 4.8))
+    for number, (name, mesh, index) in enumerate(gears):
+        found, reference = dataset.isel(gear=number), meshes[mesh]
         body = finite_elements(reference).body(reference.pair, index, reference.effects_by_name)
         section = Section(body=body, grain=Grain(degree=2))  # all levels have the same quadrilaterals
-        axes = figure.add_subplot(1, 2, index + 1)
+        axes = figure.add_subplot(1, len(gears), number + 1)
         draw_section(section, axes)
         axes.tick_params(axis="x", rotation=90)  # a sector may be narrower than the tick labels
         unknowns, error = int(found["reference_unknowns"]), float(found["reference_error"])

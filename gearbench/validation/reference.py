@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from numpy.typing import NDArray
 
 from gearbench.compliance.flank import FlankCompliance
 from gearbench.contact.size import contact_memory
-from gearbench.effects.base import Dense, Effect, Effects, Flanks, LowRank, ToothCompliance
+from gearbench.effects.base import Dense, Effects, Flanks, LowRank, ToothCompliance
 from gearbench.effects.gear_body import GearBody
 from gearbench.effects.teeth import Tooth
 from gearbench.effects.tooth_bending import ToothBending, tooth_bending
@@ -17,6 +17,10 @@ from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.pair import Pair
 from gearbench.scene import Scene
+from gearbench.scene_file import parse_scene
+
+if TYPE_CHECKING:
+    from fem_reference.refinement import Level
 
 
 def smooth_effects(scene: Scene) -> tuple[ToothCompliance, ...]:
@@ -25,7 +29,7 @@ def smooth_effects(scene: Scene) -> tuple[ToothCompliance, ...]:
 
 
 def reference_scene(scene: Scene, accuracy: float = 0.01) -> Scene:
-    """Replace the smooth compliances of ``scene`` by finite elements, with gear bodies if the scene has them.
+    """Replace the smooth compliances of a pair or set by finite elements, with gear bodies if the scene has them.
 
     Parameters
     ----------
@@ -37,15 +41,21 @@ def reference_scene(scene: Scene, accuracy: float = 0.01) -> Scene:
     InputError
         If the scene already uses finite elements, has no smooth compliance, or has several loads.
     """
-    if tooth_bending(scene.one_load.effects_by_name, "finite_elements"):
+    one = scene.single_load if scene.coupled else scene.one_load
+    if tooth_bending(one.effects_by_name, "finite_elements"):
         raise InputError("effects.tooth_bending.model", "finite_elements", "is the reference: give a fast model")
     smooth = smooth_effects(scene)
     if not smooth:
         raise InputError("effects", "no smooth compliance", "nothing to compare: add tooth_bending")
-    kept: list[Effect] = [effect for effect in scene.effects if effect not in smooth]
-    if scene.effect(GearBody.name) is not None:
-        kept.insert(0, GearBody())
-    return replace(scene, effects=(ToothBending(model="finite_elements", accuracy=accuracy), *kept))
+    bodies = [GearBody()] if scene.effect(GearBody.name) is not None else []
+    if scene.coupled:
+        tables, names = scene.to_mapping(), {effect.name for effect in smooth}
+        kept = {name: table for name, table in tables["effects"].items() if name not in names}
+        meshed = {"model": "finite_elements", "accuracy": accuracy}
+        more = {ToothBending.name: meshed} | {body.name: {} for body in bodies}
+        return parse_scene({**tables, "effects": {**more, **kept}})
+    others = [effect for effect in scene.effects if effect not in smooth]
+    return replace(scene, effects=(ToothBending(model="finite_elements", accuracy=accuracy), *bodies, *others))
 
 
 def finite_elements(reference: Scene) -> ToothBending:
@@ -63,8 +73,15 @@ def reference_memory(reference: Scene, positions: int) -> float:
     AccuracyError, MemoryBudgetError
         If there is no reference of this accuracy.
     """
-    missing = finite_elements(reference).missing_levels(reference.pair, reference.effects_by_name)
-    return max([contact_memory(reference, positions), *(level.memory for level in missing)])
+    meshes = tuple(reference.meshes.values()) if reference.coupled else (reference,)
+    return max(
+        max([contact_memory(each, positions), *(level.memory for level in missing_levels(each))]) for each in meshes
+    )
+
+
+def missing_levels(reference: Scene) -> list[Level]:
+    """Levels of the finite elements of the reference of a pair that are not on disk yet; raises as ``levels``."""
+    return finite_elements(reference).missing_levels(reference.pair, reference.effects_by_name)
 
 
 def meshed_flanks(reference: Scene) -> tuple[FlankCompliance, FlankCompliance]:

@@ -70,6 +70,9 @@ def finding(one: xr.Dataset) -> str:
     errors = ", ".join(f"{label} {_error(one, f'{name}_error')}" for label, name in _ERRORS.items())
     fast, slow = one["compliance_seconds"].values
     worst, mean, line = (float(one[name].min()) for name in ("mac_worst", "mac_mean", "line_mac_mean"))
+    if "mesh_load_factor" in one:
+        sharing = 100 * float(one["load_share_error_max"])
+        errors += f", K_γ {_error(one, 'mesh_load_factor_error')}, load sharing within {sharing:.2g} % of an even share"
     return (
         f"Against finite elements: {errors}; deflection shapes agree to MAC {mean:.3f} under a point load "
         f"({worst:.3f} at worst), {line:.3f} under a contact line. Compliance in {duration(fast)} instead of "
@@ -113,9 +116,7 @@ def _section(i: int, name: str, one: xr.Dataset) -> str:
     drawn = {
         "Static transmission error and mesh stiffness over two mesh periods.": figures.cycle_figure(one),
         "Amplitudes of the harmonics of the mesh frequency.": figures.harmonics_figure(one),
-        "Share of the load that one tooth pair carries while it passes through the mesh.": (
-            figures.load_share_figure(one)
-        ),
+        figures.shared_caption(one): figures.load_share_figure(one),
         "For each position of a unit load: agreement of the deflection shape over the flank, and its size.": (
             figures.mac_figure(one)
         ),
@@ -152,7 +153,10 @@ def _cycle_table(one: xr.Dataset) -> str:
             rows.append([f"harmonic {n + 1} of {word}", *_both(here[known], here[f"{known}_bar"]), error])
     for label, part in (("largest", "max"), ("RMS", "rms")):
         difference, bar = (100 * float(one[f"load_share_error_{part}{end}"]) for end in ("", "_bar"))
-        rows.append([f"{label} difference in load sharing", "", "", f"{difference:.1f} ± {bar:.2g} % of the load"])
+        of = "an even share" if "mesh_load_factor" in one else "the load"
+        rows.append([f"{label} difference in load sharing", "", "", f"{difference:.1f} ± {bar:.2g} % of {of}"])
+    if (name := "mesh_load_factor") in one:
+        rows.append(["K_γ", *_both(one[name], one[f"{name}_bar"]), _error(one, f"{name}_error")])
     return table(["", "fast model", "finite elements", "difference"], rows)
 
 
@@ -232,7 +236,9 @@ def _method(dataset: xr.Dataset) -> str:
         f"{RESPONSES[1]} equal cells of its active part, under a unit load: at each of "
         f"{heights} × {positions} positions, or spread evenly over each contact line of the mesh cycle (the mean "
         "weighted with its length).",
+        "Planetary sets and parallel paths: all gears on finite elements, which also couple the meshes of a gear; "
+        "curves are those of the set, on the base circle of the first gear.",
         "Times are wall times on this computer: medians of repeats after warm-up for the fast model; for the finite "
-        "elements assembly and solution of all levels, both gears.",
+        "elements assembly and solution of all levels, all gears.",
     )
     return "\n".join(f"<p>{escape(text)}</p>" for text in paragraphs)

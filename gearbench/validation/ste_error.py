@@ -27,11 +27,17 @@ def relative_error(value: ArrayLike, reference: ArrayLike, scale: ArrayLike | No
     return 100 * np.divide(value - reference, scale, out=np.full(value.shape, np.nan), where=scale != 0)
 
 
+def shared_load(dataset: xr.Dataset) -> str:
+    """Variable of load sharing: between the meshes of a set, or between the tooth pairs of a mesh."""
+    return "load_sharing" if "load_sharing" in dataset else "load_share"
+
+
 def cycle_errors(fast: xr.Dataset, reference: xr.Dataset) -> dict[str, tuple]:
     """Variables of a comparison: the numbers of both models, and their relative errors [%].
 
     Errors of harmonics are differences of amplitudes relative to the fundamental of the reference. Errors of load
-    sharing are the largest and the RMS difference of the share of a pair while it is in contact [–].
+    sharing are the largest and the RMS difference of the share of a tooth pair while it is in contact [–]; of a set,
+    those of the ``load_sharing`` of a mesh, and the error of K_γ.
     """
     sides = (fast, reference)
     found: dict[str, tuple] = {}
@@ -43,7 +49,13 @@ def cycle_errors(fast: xr.Dataset, reference: xr.Dataset) -> dict[str, tuple]:
         a, b = (fourier(side, name, HARMONICS) for side in sides)
         found[f"{name}_amplitude"] = (("model", "harmonic"), np.array([a, b]))
         found[f"{name}_amplitude_error"] = (("harmonic",), relative_error(a, b, np.full(HARMONICS, b[0])))
-    shares = fast["load_share"].values, reference["load_share"].values
+    if "load_sharing" in fast:
+        a, b = (float(side["mesh_load_factor"]) for side in sides)
+        found |= {
+            "mesh_load_factor": (("model",), np.array([a, b])),
+            "mesh_load_factor_error": ((), relative_error(a, b)),
+        }
+    shares = [side[shared_load(side)].values for side in sides]
     largest, rms = load_share_error(*shares, fast["phase_weight"].values)
     return found | {"load_share_error_max": ((), largest), "load_share_error_rms": ((), rms)}
 
