@@ -4,6 +4,11 @@ import sys
 
 import pytest
 
+import gearbench.threads
+
+#: A worker process takes seconds to start: tests have none unless they ask for threads.
+gearbench.threads.default_threads = lambda: 1
+
 
 @pytest.fixture
 def run(monkeypatch, capsys):

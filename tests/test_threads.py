@@ -1,6 +1,7 @@
 """BLAS is held to one thread while gearbench computes, and given back as it was."""
 
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from threading import Barrier
 
 import pytest
@@ -12,6 +13,7 @@ from threadpoolctl import ThreadpoolController
 from gearbench import nonlinear_response, response, revolution_response, robust_response, simulate
 from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.transitions import mesh_phases
+from gearbench.effects.tooth_bending import ToothBending
 from gearbench.library.garambois2017 import case
 from gearbench.scene import Resolution
 from gearbench.threads import lazy, single_threaded_blas
@@ -68,6 +70,19 @@ def test_response_computes_on_one_thread(run, monkeypatch):
     run(spur_scene({}, effects=effects, segments=4, gauss_points=2), speed=900.0, harmonics=1, **more)
     assert seen == [{1}]
     assert threads() == {2}
+
+
+def test_both_teeth_on_two_threads_are_those_of_one(monkeypatch):
+    import gearbench.effects.teeth as teeth
+
+    scene = case(2, Resolution(positions=3, segments=5))
+    scene = replace(scene, effects=(ToothBending(model="solid", order=(3, 4, 4)), *scene.effects[1:]))
+    found = []
+    for count in (1, 2):
+        monkeypatch.setattr(teeth, "default_threads", lambda count=count: count)
+        teeth.clear_tooth_cache()
+        found.append(simulate(scene).transmission_error.values)
+    assert found[0].tolist() == found[1].tolist()
 
 
 def test_errors_give_the_setting_back():

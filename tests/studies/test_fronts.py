@@ -170,7 +170,7 @@ def test_an_interrupted_search_goes_on(tiny, tmp_path, monkeypatch):
 @pytest.fixture(scope="module")
 def dataset(tmp_path_factory) -> xr.Dataset:
     with pytest.MonkeyPatch.context() as patch:
-        size = (Algorithm(population=16, generations=5, seed=1), Robustness(samples=16))
+        size = (Algorithm(population=8, generations=3, seed=1), Robustness(samples=8))
         patch.setattr(searching, "QUICK", size)
         path = save(compute(quick=True), tmp_path_factory.mktemp("fronts") / "fronts.nc")
     return open_result(path)
@@ -198,7 +198,7 @@ def test_the_dataset_holds_each_front(dataset):
         assert np.all(own["total_contact_ratio"] >= 1.1)
         assert np.all(own["specific_sliding"] <= 2.5)
         run = dataset.sel(tool=tool)
-        assert run["asked"] == 80
+        assert run["asked"] == 24
         assert run["designs"] == run["generation_evaluated"].sum()
         assert run["feasible"] == own.sizes["design"]
 
