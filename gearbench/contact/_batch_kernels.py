@@ -235,6 +235,27 @@ def solve_lanes(t, system, laws, lanes, equations, delta, stiffness, tolerance, 
 
 
 @entry(FUSED)
+def schur_complements(matrix, size, rows, result):
+    """Fill the Schur complements (row, row, lane) of the last ``rows`` rows of symmetric matrices; overwrites these.
+
+    Lower triangles of the matrices are stored row by row, (…, lane).
+    """
+    nothing = np.zeros((size, LANES))
+    factorise(np.array([size]), size, matrix, nothing, nothing)
+    first = size - rows
+    for i in range(rows):
+        a = (first + i) * (first + i + 1) // 2 + first
+        for k in range(i + 1):
+            b = (first + k) * (first + k + 1) // 2 + first
+            for j in range(LANES):
+                # factors have inverse diagonals
+                total = matrix[a + k, j] / matrix[b + k, j] if k < i else 1.0 / matrix[a + i, j] ** 2
+                for c in range(k):
+                    total += matrix[a + c, j] * matrix[b + c, j]
+                result[i, k, j] = result[k, i, j] = total
+
+
+@entry(FUSED)
 def solve_chunk(gaps, system, draws, lanes, tolerance, limit, answers):
     """Solve every position for one chunk of ``LANES`` samples and fill ``answers``.
 

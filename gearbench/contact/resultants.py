@@ -75,18 +75,21 @@ def row_shapes(lines: ContactLines, rows: int) -> NDArray:
 
 def resultants_of_samples(batch: Batch, lines: ContactLines, solution: BatchSolution, rows: int) -> Resultants:
     """The first ``rows`` resultants of samples, if all segments on ``lines`` deflect each other."""
+    from gearbench.contact._batch_kernels import schur_complements
+
     slope, factor, problem = solution.slope, batch.factor, batch.problem
     R = existing_first(problem)(row_shapes(lines, rows).reshape(*problem.active.shape, rows))
-    positions, n, samples = slope.shape
-    stiffness, one = np.empty((samples, positions, rows, rows)), np.eye(factor.shape[-1] + rows)
+    size, found = factor.shape[-1] + rows, np.empty((len(slope), rows, rows, slope.shape[-1]))
     # rows have only the stiffness of loaded segments; if these are few, a row may have none
-    one[-rows:] *= LEAST
-    for t in range(positions):
+    one = np.append(np.ones(factor.shape[-1]), np.full(rows, LEAST))
+    i, j = np.tril_indices(size)
+    for t in range(len(slope)):
         # with W = dP/ds, Rᵀ A⁻¹ R is the Schur complement of the rows in (Ψ R)ᵀ W (Ψ R) + diag(1, 0)
         both = np.concatenate([factor[t], R[t]], axis=1)
-        product = slope[t].T @ (both[:, :, None] * both[:, None]).reshape(n, -1)
-        left = np.linalg.cholesky(product.reshape(samples, *one.shape) + one)[:, -rows:, -rows:]
-        stiffness[:, t] = left @ np.swapaxes(left, 1, 2)
+        product = (both[:, i] * both[:, j]).T @ slope[t]
+        product[i == j] += one[:, None]
+        schur_complements(product, size, rows, found[t])
+    stiffness = np.ascontiguousarray(np.moveaxis(found, -1, 0))
     force = np.swapaxes(np.swapaxes(solution.force, 1, 2) @ R, 0, 1)
     return _in_units(problem, lines, force, stiffness)
 

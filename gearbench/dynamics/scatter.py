@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from gearbench.budget import require_each, sample_memory, speed_memory
-from gearbench.contact.assemble import assemble
 from gearbench.contact.batch import BatchSolution, chunks, on_threads, solve_one_chunk
 from gearbench.dynamics.analysis import GROWTH, HARMONICS, check_harmonics, check_speeds, growth, spans
 from gearbench.dynamics.balance import Excitation
@@ -52,7 +51,7 @@ def sample_problem(model: Model) -> RobustProblem:
         )
     phases = cycle.cycle.phases
     scene = replace(cycle.scene, resolution=replace(cycle.scene.resolution, gauss_points=phases.size))
-    return prepare_problem(scene, cycle.lines, phases.weight, assemble(scene, cycle.lines, cycle.effects))
+    return prepare_problem(scene, cycle.lines, phases.weight, cycle.solved.problem)
 
 
 def sample_cycles(

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.polynomial.legendre import leggauss
 from numpy.typing import ArrayLike, NDArray
 
-#: Gauss nodes and weights for flexibility and mass.
-_FLEXIBILITY, _MASS = leggauss(12), leggauss(6)
+#: Gauss nodes and weights for the flexibility, which are exact where the section does not change, and for the mass.
+_TAPERED, _UNIFORM, _MASS = leggauss(12), leggauss(2), leggauss(6)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,7 +90,8 @@ class Beam:
 
     def _flexibility(self, s: NDArray) -> NDArray:
         """Motion (…, 6, 6) at s of the element held at its start, per unit force and moment at its far end."""
-        L, node, weight = self.length, *_FLEXIBILITY
+        tapered = self.diameter[0] != self.diameter[1] or self.bore[0] != self.bore[1]
+        L, node, weight = self.length, *(_TAPERED if tapered else _UNIFORM)
         t = s[..., None] * (node + 1) / 2
         w = s[..., None] * weight / 2 * L
         A, I, kappa = self.section(t)

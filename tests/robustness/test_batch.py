@@ -8,7 +8,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from gearbench.contact import batch as batching
-from gearbench.contact._batch_kernels import Blocks, solve_chunk
+from gearbench.contact._batch_kernels import Blocks, schur_complements, solve_chunk
 from gearbench.contact._lane_kernels import LANES, POINT, Answers, Gaps, Lanes, apply_laws, steepen
 from gearbench.contact.assemble import assemble
 from gearbench.contact.batch import ROUNDING, SCATTER, GapModes
@@ -242,3 +242,16 @@ def test_the_dataset_says_whether_it_is_complete():
     partial_run = run(progress=interrupt)
     assert partial_run.attrs["complete"] == 0
     assert partial_run.sizes["sample"] == LANES
+
+
+def test_compiled_schur_complements_are_those_of_numpy():
+    """S = D − C A⁻¹ Cᵀ of the last rows, of random positive definite matrices, one in each lane."""
+    size, rows = 7, 3
+    draws = np.random.default_rng(4).normal(size=(LANES, size, size))
+    whole = draws @ np.swapaxes(draws, 1, 2) + np.eye(size)
+    A, C, D = whole[:, :-rows, :-rows], whole[:, -rows:, :-rows], whole[:, -rows:, -rows:]
+    i, j = np.tril_indices(size)
+    found = np.empty((rows, rows, LANES))
+    schur_complements(np.ascontiguousarray(whole[:, i, j].T), size, rows, found)
+    expected = D - C @ np.linalg.solve(A, np.swapaxes(C, 1, 2))
+    assert_allclose(np.moveaxis(found, -1, 0), expected, rtol=1e-10, atol=1e-12)
