@@ -13,7 +13,7 @@ from gearbench.contact.assemble import assemble
 from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.gaps import conforming
 from gearbench.contact.patches import solve_patches
-from gearbench.contact.problem import part_of, under
+from gearbench.contact.problem import part_of, under_shares
 from gearbench.contact.smooth import clear_compliance_cache
 from gearbench.contact.transitions import loaded_phases
 from gearbench.effects.base import ComplianceEffect
@@ -68,7 +68,7 @@ def test_twenty_torques_whose_mesh_phases_are_known(benchmark, path):
     found = [loaded_phases(scene_at(scene, {"load.torque": torque}))[0] for torque in torques]
     phase, position = np.unique(np.concatenate(found), return_inverse=True)
     lines = scene_lines(scene, phase)
-    problem = under(part_of(assemble(scene, lines), position), np.repeat(TORQUES, [len(each) for each in found]))
+    problem = under_shares(part_of(assemble(scene, lines), position), np.repeat(TORQUES, [len(each) for each in found]))
 
     def once_more() -> None:
         clear_compliance_cache()

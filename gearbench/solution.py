@@ -85,7 +85,7 @@ def dataset(
     attrs = provenance(solved.scene, wall_time=time.perf_counter() - start)
     if solved.scene.effect("manufacturing_errors") is not None:
         attrs["random_errors"] = "at their means"
-    attrs["polished_positions"] = solved.solution.polished  # number of positions solved once more, see ContactSolution
+    attrs["polished_positions"] = solved.solution.corrected  # number of positions solved once more, see ContactSolution
     return xr.Dataset(described(variables, UNIFORM), coords=described(coords, UNIFORM) | own, attrs=attrs)
 
 

@@ -1,4 +1,4 @@
-"""Compiled Newton solver with the forces of loaded segments as unknowns, if they are not many more than amplitudes.
+"""Compiled Newton solver whose unknowns are the forces of loaded segments, for problems with many amplitudes.
 
 The steps are the same as in ``gearbench.contact._kernels``, for the same convex J(q, δ). After a step the amplitudes
 are q = Ψᵀ v with forces v; J needs only z = Ψ q = H v and |q|². The matrix has one row for each loaded segment (C9 of
@@ -19,7 +19,7 @@ from gearbench.contact._law_kernels import CONSTANTS, SCRATCH, apply_laws, law_c
 
 #: Residual over the greatest deflection that is rounding, and that counts as rounding if it no longer falls.
 ROUNDING, NEAR_ROUNDING = 1e-15, 1e-13
-#: The factor is reused below the first residual, as long as a step leaves at most the second fraction of it.
+#: The factor is reused if the residual is below the first number and the last step left at most the second fraction.
 REUSED, FALLING = 1e-3, 0.003
 #: Relative error of the stiffness: at rounding, and allowed in a rough solution.
 STIFFNESS_ROUNDING, ROUGH_STIFFNESS = 1e-14, 1e-6
@@ -30,18 +30,19 @@ ROWS = 9
 class Rows(NamedTuple):
     """Scratch arrays of a position (segment,), of the contact law (…, segment), and factor B (segment, segment + 1).
 
-    ``weight`` holds the slopes dP/ds, ``apart`` the residual H P − z, d the step of the forces and dz that of z.
-    ``loaded`` holds the numbers of the loaded segments and ``root`` the square roots of their slopes.
+    ``weight`` holds the slopes dP/ds, ``residual_z`` the residual H P − z, d the step of the forces and dz that of z.
+    ``offset`` is an addend of ``deflect``. ``loaded`` holds the numbers of the loaded segments and ``root`` the square
+    roots of their slopes.
     """
 
     weight: NDArray
-    apart: NDArray
+    residual_z: NDArray
     d: NDArray
     dz: NDArray
     root: NDArray
     x: NDArray
     v: NDArray
-    none: NDArray
+    offset: NDArray
     deflected: NDArray
     loaded: NDArray
     constants: NDArray
@@ -119,14 +120,14 @@ def back(B, n, x):
 
 
 @part(SUMS)
-def force_direction(total, apart, B, n, loaded, root, stiffness, x, d):
+def force_direction(total, residual_z, B, n, loaded, root, stiffness, x, d):
     """Newton step dδ, which is returned, and step d of the forces, zero for segments that are not loaded.
 
     With the residual g = H P − z: (1 + S H S) S⁻¹ d = S (dδ − g) and Σd = 1 − ΣP.
     """
     d[:] = 0.0
     for k in range(n):
-        x[k] = -root[k] * apart[loaded[k]]
+        x[k] = -root[k] * residual_z[loaded[k]]
     forward(B, n, x)
     right = -total
     for k in range(n):
@@ -156,37 +157,37 @@ def deflect(H, v, plus, result):
 
 
 @part(SUMS)
-def stiffness_at(H, weight, B, n, loaded, root, x, v, none, deflected, most):
+def stiffness_at(H, weight, B, n, loaded, root, x, v, offset, deflected, most):
     """∂F/∂δ = 1ᵀ (1/W + H)⁻¹ 1 for the slopes W, to a relative error of ``most``.
 
     The factor in B may belong to other slopes; it is computed again if they differ too much. With
     r = 1 − (1/W + H) v, the estimate 2 Σv − v·(1/W + H) v has the error rᵀ(1/W + H)⁻¹ r ≤ Σ W r².
     """
-    here = 0
+    unlike = 0
     for j in range(weight.size):
-        here += weight[j] > 0.0
+        unlike += weight[j] > 0.0
     for k in range(n):
-        here -= weight[loaded[k]] > 0.0
-    if here == 0 and n > 0:
-        v[:], none[:] = 0.0, 0.0
+        unlike -= weight[loaded[k]] > 0.0
+    if unlike == 0 and n > 0:
+        v[:], offset[:] = 0.0, 0.0
         for k in range(n):
             x[k] = B[k, n]
         for _ in range(2):
             back(B, n, x)
             for k in range(n):
                 v[loaded[k]] += root[k] * x[k]
-            deflect(H, v, none, deflected)
-            stiffness, missed = 0.0, 0.0
+            deflect(H, v, offset, deflected)
+            stiffness, error = 0.0, 0.0
             for k in range(n):
                 j = loaded[k]
                 if weight[j] > 0.0:
                     r = 1.0 - v[j] / weight[j] - deflected[j]
                     stiffness += v[j] * (1.0 + r)
-                    missed += weight[j] * r * r
+                    error += weight[j] * r * r
                     x[k] = root[k] * r
                 else:
-                    missed = math.inf
-            if missed <= most * stiffness:
+                    error = math.inf
+            if error <= most * stiffness:
                 return stiffness
             forward(B, n, x)
     return factorise(H, weight, B, loaded, root)[1]
@@ -203,7 +204,7 @@ def forces(z, dz, t, delta, gap, constants, scratch, force, weight):
 
 
 @part()
-def search(z, dz, delta, step, norms, before, descent, gap, constants, scratch, force, weight):
+def search(z, dz, delta, step, norms, previous, descent, gap, constants, scratch, force, weight):
     """Line search: halve the step until J falls enough; returns t, ΣP − 1, ΣdP/ds, J and |q|² there.
 
     ``norms`` holds |q|² before the step, the product of q before and after it, and |q|² after a whole step.
@@ -213,20 +214,20 @@ def search(z, dz, delta, step, norms, before, descent, gap, constants, scratch, 
         total, slope, value = forces(z, dz, t, delta + t * step, gap, constants, scratch, force, weight)
         square = (1 - t) ** 2 * norms[0] + 2 * t * (1 - t) * norms[1] + t * t * norms[2]
         value += square / 2
-        if value <= before + 1e-4 * t * descent + 1e-14 * (abs(before) + 1.0) or t <= 1e-12:
+        if value <= previous + 1e-4 * t * descent + 1e-14 * (abs(previous) + 1.0) or t <= 1e-12:
             return t, total, slope, value, square
         t *= 0.5
 
 
 @part()
-def solve_forces(H, gap, z, square, delta, force, rows, enough, limit):
+def solve_forces(H, gap, z, square, delta, force, rows, tolerance, limit):
     """Newton's method with line search, starting from δ and from deflections z of amplitudes with |q|² = ``square``.
 
-    Fills ``force``; returns δ, ∂F/∂δ and the number of steps. A step expected to leave a residual of ``enough``² is
+    Fills ``force``; returns δ, ∂F/∂δ and the number of steps. A step expected to leave a residual of ``tolerance``² is
     the last, and the law is not evaluated after it: ``force`` then follows from the linearised law.
     """
-    weight, apart, d, dz, root, x, v, none, deflected, loaded, constants, scratch, B = rows
-    stiffness, best, stalled, idle, iteration, n, before = 0.0, math.inf, 0, 0, 0, 0, math.inf
+    weight, residual_z, d, dz, root, x, v, offset, deflected, loaded, constants, scratch, B = rows
+    stiffness, best, stalled, idle, iteration, n, previous = 0.0, math.inf, 0, 0, 0, 0, math.inf
     dz[:] = 0.0
     total, slope, value = forces(z, dz, 0.0, delta, gap, constants, scratch, force, weight)
     value += square / 2
@@ -234,22 +235,22 @@ def solve_forces(H, gap, z, square, delta, force, rows, enough, limit):
     while True:
         size = 1.0
         for j in range(z.size):
-            size, none[j] = max(size, abs(z[j])), -z[j]
-        residual = max(abs(total), deflect(H, force, none, apart)) / size
+            size, offset[j] = max(size, abs(z[j])), -z[j]
+        residual = max(abs(total), deflect(H, force, offset, residual_z)) / size
         stalled = stalled + 1 if residual >= 0.5 * best and residual <= 1e-11 else 0
         best = min(best, residual)
         at_rounding = residual <= ROUNDING or (residual <= NEAR_ROUNDING and stalled >= 1) or stalled >= 2
-        again = n > 0 and residual <= REUSED and residual <= FALLING * before
-        last = slope > 0.0 and residual * (residual / before if again else residual) <= enough * enough
+        reuse = n > 0 and residual <= REUSED and residual <= FALLING * previous
+        last = slope > 0.0 and residual * (residual / previous if reuse else residual) <= tolerance * tolerance
         if not last and (at_rounding or idle >= IDLE_STEPS or iteration >= limit):
             if slope > 0.0:
-                stiffness = stiffness_at(H, weight, B, n, loaded, root, x, v, none, deflected, STIFFNESS_ROUNDING)
+                stiffness = stiffness_at(H, weight, B, n, loaded, root, x, v, offset, deflected, STIFFNESS_ROUNDING)
             return delta, stiffness, iteration
         if slope > 0.0:
-            if not again:
+            if not reuse:
                 n, stiffness = factorise(H, weight, B, loaded, root)
-            step = force_direction(total, apart, B, n, loaded, root, stiffness, x, d)
-            deflect(H, d, apart, dz)
+            step = force_direction(total, residual_z, B, n, loaded, root, stiffness, x, d)
+            deflect(H, d, residual_z, dz)
         else:
             n, step = 0, math.inf
             for j in range(z.size):
@@ -257,9 +258,9 @@ def solve_forces(H, gap, z, square, delta, force, rows, enough, limit):
         if last:
             for j in range(z.size):
                 force[j] += d[j]
-            at = stiffness_at(H, weight, B, n, loaded, root, x, v, none, deflected, ROUGH_STIFFNESS)
+            at = stiffness_at(H, weight, B, n, loaded, root, x, v, offset, deflected, ROUGH_STIFFNESS)
             return delta + step, at, iteration + 1
-        before = residual
+        previous = residual
         descent, product, whole = total * step - square, 0.0, 0.0
         for j in range(z.size):
             v_j = force[j] + d[j]
@@ -291,7 +292,7 @@ def response(psi, block, H):
 
 
 @entry()
-def solve_coupled(problem, q, delta, enough, limit, force, stiffness, steps):
+def solve_coupled(problem, q, delta, tolerance, limit, force, stiffness, steps):
     """Solve every position of a problem whose segments share amplitudes q (position, block, rank).
 
     q and δ hold the guess (δ = −∞ for none), and the solution afterwards. Fills forces, ∂F/∂δ and the numbers of steps.
@@ -299,25 +300,25 @@ def solve_coupled(problem, q, delta, enough, limit, force, stiffness, steps):
     """
     p = problem
     positions, n = p.gap.shape
-    B, work, none = np.empty((n, n + 1)), np.empty((ROWS + 1, n)), delta == -math.inf
+    B, work, unguessed = np.empty((n, n + 1)), np.empty((ROWS + 1, n)), delta == -math.inf
     H, own_constants = np.empty((n, n)), np.empty((CONSTANTS, n))
     own_scratch, loaded = np.empty((SCRATCH + 1, n)), np.empty(n, dtype=np.int64)
     for i in range(positions):
         segment = np.flatnonzero(p.active[i])
-        m, own = segment.size, np.empty(segment.size)
+        m, loads = segment.size, np.empty(segment.size)
         a, h, sigma, gap = p.a[i][segment], p.h[i][segment], p.sigma[i][segment], p.gap[i][segment]
         psi, part, active = p.factor[i][segment], p.block[i][segment], p.active[i][segment]
-        here = H[:m, :m]
-        response(psi, part, here)
+        C = H[:m, :m]
+        response(psi, part, C)
         constants = own_constants[:, :m]
         law_constants(a, h, sigma, constants)
-        if none[i]:
-            before = force[i - 1][segment]
-            total = np.sum(before)
+        if unguessed[i]:
+            previous = force[i - 1][segment]
+            total = np.sum(previous)
             q[i] = 0.0
-            if enough > 0.0 and i > 0 and total > 0.0:
+            if tolerance > 0.0 and i > 0 and total > 0.0:
                 delta[i] = delta[i - 1]
-                amplitudes(psi, part, before / total, q[i])
+                amplitudes(psi, part, previous / total, q[i])
             else:
                 delta[i] = first_approach(gap, a, h, sigma, active, psi)
         z, square = work[ROWS, :m], deflections(psi, part, q[i], work[ROWS, :m])
@@ -325,11 +326,11 @@ def solve_coupled(problem, q, delta, enough, limit, force, stiffness, steps):
             work[0, :m], work[1, :m], work[2, :m], work[3, :m], work[4, :m], work[5, :m], work[6, :m], work[7, :m],
             work[8, :m], loaded, constants, own_scratch[:, :m], B[:m],
         )  # fmt: skip
-        delta[i], stiffness[i], steps[i] = solve_forces(here, gap, z, square, delta[i], own, rows, enough, limit)
-        amplitudes(psi, part, own, q[i])
+        delta[i], stiffness[i], steps[i] = solve_forces(C, gap, z, square, delta[i], loads, rows, tolerance, limit)
+        amplitudes(psi, part, loads, q[i])
         force[i] = 0.0
         for j in range(m):
-            force[i, segment[j]] = own[j]
+            force[i, segment[j]] = loads[j]
 
 
 @part(SUMS)

@@ -88,10 +88,10 @@ def complementarity(problem, force, delta, residual):
         residual[i] = 0.0
         for j in range(n):
             if p.active[i, j]:
-                apart = compression(force[i, j], p.a[i, j], p.h[i, j], p.sigma[i, j]) + p.gap[i, j] - delta[i]
+                gap = compression(force[i, j], p.a[i, j], p.h[i, j], p.sigma[i, j]) + p.gap[i, j] - delta[i]
                 for c in range(rank):
-                    apart += p.factor[i, j, c] * shared[p.block[i, j], c]
-                worst = abs(min(force[i, j], apart))
+                    gap += p.factor[i, j, c] * shared[p.block[i, j], c]
+                worst = abs(min(force[i, j], gap))
                 if not worst <= residual[i] and not math.isnan(residual[i]):
                     residual[i] = worst
 
@@ -199,7 +199,7 @@ def newton_direction(total, slope, work):
 
 @part()
 def closing_direction(i, problem, q, delta, work):
-    """Step of δ that closes the smallest gap if no segment touches; fills the step of q by steepest descent."""
+    """Step of δ that closes the smallest gap, if no segment touches; fills the step of q by steepest descent."""
     s, step_d = work.scratch[SCRATCH], math.inf
     compress(i, problem, q, delta, s)
     for j in range(s.size):
@@ -211,7 +211,7 @@ def closing_direction(i, problem, q, delta, work):
 
 @part()
 def first_approach(gap, a, h, sigma, active, factor):
-    """First guess of δ: all segments touch, but δ is at most what a single segment under the whole load needs."""
+    """First guess of δ: all segments touch, but δ is at most that of a single segment under the full load."""
     greatest, alone = -math.inf, math.inf
     for j in range(gap.size):
         if not active[j]:
@@ -227,7 +227,7 @@ def first_approach(gap, a, h, sigma, active, factor):
 
 
 @entry()
-def solve_positions(problem, work, q, delta, enough, limit, force, stiffness, steps):
+def solve_positions(problem, work, q, delta, tolerance, limit, force, stiffness, steps):
     """Solve every position of a problem for its amplitudes q (position, block, rank) and approach δ.
 
     q and δ hold the guess (δ = −∞ for none), and the solution afterwards. Fills forces, ∂F/∂δ and the numbers of steps,
@@ -235,17 +235,17 @@ def solve_positions(problem, work, q, delta, enough, limit, force, stiffness, st
     """
     for i in range(len(delta)):
         work.q[:] = q[i]
-        delta[i], stiffness[i], steps[i] = solve_position(i, problem, work, delta[i], enough, limit, force[i])
+        delta[i], stiffness[i], steps[i] = solve_position(i, problem, work, delta[i], tolerance, limit, force[i])
         q[i] = work.q
 
 
 @part()
-def solve_position(i, problem, work, delta, enough, limit, own):
+def solve_position(i, problem, work, delta, tolerance, limit, forces):
     """Newton's method with line search on the convex J(q, δ) of position i.
 
-    J = ½|q|² + Σ ∫P ds − δ. Fills the forces ``own``, leaves the amplitudes in work.q, and returns δ, ∂F/∂δ and the
+    J = ½|q|² + Σ ∫P ds − δ. Fills the ``forces``, leaves the amplitudes in work.q, and returns δ, ∂F/∂δ and the
     number of steps. If ``delta`` is finite, it and work.q are the first guess. When the residual has fallen to
-    ``enough``, one last step squares it, and nothing is evaluated after this step.
+    ``tolerance``, one last step squares it; the forces are those before this step.
     """
     p, q, trial = problem, work.q, work.trial
     law_constants(p.a[i], p.h[i], p.sigma[i], work.constants)
@@ -253,7 +253,7 @@ def solve_position(i, problem, work, delta, enough, limit, own):
         delta = first_approach(p.gap[i], p.a[i], p.h[i], p.sigma[i], p.active[i], p.factor[i])
         q[:] = 0.0
     stiffness, best, stalled, idle, iteration = 0.0, math.inf, 0, 0, 0
-    total, slope, value = derivatives(i, p, q, delta, work, own)
+    total, slope, value = derivatives(i, p, q, delta, work, forces)
     lowest = value
     while True:
         residual, size = abs(total), 1.0
@@ -271,7 +271,7 @@ def solve_position(i, problem, work, delta, enough, limit, own):
         best = min(best, residual)
         if residual <= 1e-15 * size or stalled >= 2 or idle >= IDLE_STEPS or iteration >= limit:
             break
-        if residual <= enough * size and slope > 0.0:
+        if residual <= tolerance * size and slope > 0.0:
             q += work.step
             return delta + step_d, stiffness, iteration + 1
         descent = total * step_d
@@ -283,7 +283,7 @@ def solve_position(i, problem, work, delta, enough, limit, own):
             for k in range(q.shape[0]):
                 for c in range(q.shape[1]):
                     trial[k, c] = q[k, c] + t * work.step[k, c]
-            total, slope, value = derivatives(i, p, trial, delta + t * step_d, work, own)
+            total, slope, value = derivatives(i, p, trial, delta + t * step_d, work, forces)
             if value <= before + 1e-4 * t * descent + 1e-14 * (abs(before) + 1.0) or t <= 1e-12:
                 break
             t *= 0.5

@@ -13,7 +13,7 @@ from gearbench.contact.interpolation import interpolation_to_cells
 from gearbench.contact.lines import smooth_nodes
 from gearbench.contact.problem import (
     TRUNCATION,
-    Along,
+    Cells,
     ContactProblem,
     reduce_rank,
     stiffness_of_law,
@@ -71,8 +71,8 @@ def assemble(
     laws = [part for effect in pointwise.laws if isinstance(part := effect.compliance(lines, by_name), LineLaw)]
     problem = _problem(scene, lines, pointwise, laws, gap, sigma, truncation, smooth.length_scale)
     factor, rows = smooth.factor.reshape(*at.shape, -1), interpolation_to_cells(at, lines)
-    along = Along(
-        effects=tuple(acting), lines=lines, gaps=gaps, smooth_lines=at, factor=factor, rows=rows,
+    cells = Cells(
+        effects=tuple(acting), lines=lines, gaps=gaps, smooth_lines=at, factor=factor, interpolation=rows,
         laws=pointwise.laws, nodes=max(at.shape[2], NODES_PER_PANEL * (1 + int(lines.panel.max(initial=0)))),
         share=np.ones(len(gaps)),
     )  # fmt: skip
@@ -83,25 +83,27 @@ def assemble(
         factor=np.ascontiguousarray(factor.reshape(*problem.gap.shape, -1)),
         block=np.repeat(smooth.block[:: at.shape[2]], lines.shape[2]),
         blocks=smooth.blocks,
-        along=along,
+        cells=cells,
     )
 
 
 def with_gaps(problem: ContactProblem, effects: Sequence[Effect], lines: ContactLines) -> ContactProblem:
     """``problem``, which was assembled on ``lines``, with the gaps of other ``effects``; the compliance is the same."""
-    along = problem.along and replace(problem.along, effects=tuple(effects))
-    return _replace_gaps(replace(problem, along=along), gaps_along(effects, lines))
+    cells = problem.cells and replace(problem.cells, effects=tuple(effects))
+    return _replace_gaps(replace(problem, cells=cells), gaps_along(effects, lines))
 
 
 def with_field(problem: ContactProblem, field: NDArray) -> ContactProblem:
     """``problem`` with one more gap ``field`` (position, pair, node) [mm], smooth along its lines, over the lever arms.
 
-    The nodes are those of ``Along.smooth_lines``, or the segments if these are not cells.
+    The nodes are those of ``Cells.smooth_lines``, or the segments if these are not cells.
     """
-    if problem.along is None:
+    if problem.cells is None:
         return replace(problem, gap=problem.gap + field.reshape(problem.gap.shape) / problem.length_scale)
-    along = replace(problem.along, field=field)
-    return _replace_gaps(replace(problem, along=along), along.gaps + (along.rows @ field[:, :, None, :, None])[..., 0])
+    cells = replace(problem.cells, field=field)
+    return _replace_gaps(
+        replace(problem, cells=cells), cells.gaps + (cells.interpolation @ field[:, :, None, :, None])[..., 0]
+    )
 
 
 def _replace_gaps(problem: ContactProblem, gaps: NDArray) -> ContactProblem:
@@ -109,8 +111,8 @@ def _replace_gaps(problem: ContactProblem, gaps: NDArray) -> ContactProblem:
     gap, sigma = (x.reshape(problem.gap.shape) for x in gap_and_variation(gaps))
     sigma = sigma if problem.a.any() else np.zeros_like(sigma)  # without a law there is nothing to average
     gap, sigma = (np.ascontiguousarray(x / problem.length_scale) for x in (gap - sigma, sigma))
-    along = problem.along and replace(problem.along, gaps=gaps)
-    return replace(problem, gap=gap, sigma=sigma, along=along)
+    cells = problem.cells and replace(problem.cells, gaps=gaps)
+    return replace(problem, gap=gap, sigma=sigma, cells=cells)
 
 
 def _problem(

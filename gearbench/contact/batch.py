@@ -30,7 +30,7 @@ from gearbench.contact.law import kernel_coefficients, steepening
 from gearbench.contact.patches import ON_CELLS, compression, solve_roughly_on_patches
 from gearbench.contact.problem import ContactProblem, reduce_rank
 from gearbench.contact.reference import Reference, linearised, normal_matrix
-from gearbench.contact.solver import MAX_STEPS, ConvergenceError, Guess, law_response, solve_roughly
+from gearbench.contact.solver import MAX_STEPS, ConvergenceError, Guess, forces_and_slopes, solve_roughly
 from gearbench.geometry.action import ContactLines
 
 if TYPE_CHECKING:
@@ -148,8 +148,8 @@ class Batch:
         same = (self.problem.active[1:] == self.problem.active[:-1]).all(axis=1)
         weights = np.zeros((len(self.count), 2))
         weights[1:, 0] = same
-        if self.problem.along is not None:
-            step = np.diff(self.problem.along.lines.mesh_phase)
+        if self.problem.cells is not None:
+            step = np.diff(self.problem.cells.lines.mesh_phase)
             further = np.minimum(step[1:] / step[:-1], EXTRAPOLATED) * (same[1:] & same[:-1])
             weights[2:] += further[:, None] * np.array([1.0, -1.0])
         return weights
@@ -253,7 +253,7 @@ def prepare(problem: ContactProblem, gaps: GapModes, precision: Precision = ROUN
     modes, tilts = (
         np.ascontiguousarray(np.swapaxes(pick(each / problem.length_scale), 1, 2)) for each in (gaps.modes, gaps.tilts)
     )
-    guess = Guess.nothing(problem)
+    guess = Guess.empty(problem)
     approach, _ = solve_roughly(problem, guess)
     batch = Batch(
         problem=problem,
@@ -285,15 +285,15 @@ def _with_means(
     The tilt is half the increase of gap minus deflection along the cell. Approach and stiffness are None if segments
     are points, or not ``at_mean``.
     """
-    along = problem.along
-    if along is None:
+    cells = problem.cells
+    if cells is None:
         return problem, np.zeros(problem.gap.shape), None
-    guess = Guess.nothing(problem)
+    guess = Guess.empty(problem)
     solve_roughly(problem, guess, ON_CELLS)
-    s = compression(problem, along.lines, guess)
+    s = compression(problem, cells.lines, guess)
     exact = solve_roughly_on_patches(problem, guess) if at_mean else None
     tilt = np.where(problem.active, ((s[..., 0] - s[..., 2]) / 2).reshape(problem.gap.shape), 0.0)
-    mean = along.gaps @ np.array([1, 4, 1]) / 6 / (problem.length_scale * along.share[:, None, None])
+    mean = cells.gaps @ np.array([1, 4, 1]) / 6 / (problem.length_scale * cells.share[:, None, None])
     gap, sigma = mean.reshape(problem.gap.shape), np.abs(tilt)
     return replace(problem, gap=gap - sigma, sigma=sigma), tilt, exact
 
@@ -328,7 +328,7 @@ def _moving(arrays: Arrays, blocks: int) -> NDArray:
 def _law(arrays: Arrays, z: NDArray) -> tuple[NDArray, NDArray]:
     """Forces, and slopes for the stiffness, of segments that move by z, (position, segment); 0 of absent ones."""
     s = z - arrays.gap
-    P, W = law_response(arrays, s)
+    P, W = forces_and_slopes(arrays, s)
     cells = (arrays.h > 0) & (P > 0) & (arrays.sigma > 0)
     W[cells] *= steepening(s[cells] / (2 * arrays.sigma[cells]), arrays.h[cells], W[cells])
     return P, W
@@ -446,7 +446,7 @@ def _run(batch: Batch, lanes: NDArray, load: NDArray, answers: Answers) -> None:
 def _rescue(batch: Batch, t: int, draw: NDArray, load: float) -> tuple[float, float, NDArray, NDArray]:
     """δ, ∂F/∂δ, forces and slopes of one position of one sample, by the solver with line search.
 
-    The solver works in units of the load of the sample (see ``problem.under``).
+    The solver works in units of the load of the sample (see ``problem.under_shares``).
 
     Raises
     ------

@@ -73,7 +73,7 @@ def settle(scene: Scene, around: Callable[[Any], tuple[Effect, ...]], lines: Con
     for _ in range(ROUNDS):
         acting = (*scene.flank_effects, *effects)
         problem = assemble(scene, lines, acting)
-        guess = Guess.nothing(problem)
+        guess = Guess.empty(problem)
         solution = solve_patches(problem, guess)
         gears = next(effect for effect in effects if isinstance(effect, Shafts)).gears
         constant = len(effects) == 1

@@ -13,7 +13,7 @@ from gearbench.contact.assemble import assemble
 from gearbench.contact.gaps import flank_separation, total_gap
 from gearbench.contact.lines import lines_within, smooth_nodes
 from gearbench.contact.phases import mirrored_phases
-from gearbench.contact.problem import ContactProblem, part_of, under
+from gearbench.contact.problem import ContactProblem, part_of, under_shares
 from gearbench.contact.size import require_contact_memory
 from gearbench.contact.solver import Guess, solve_roughly
 from gearbench.effects.base import GapEffect
@@ -95,7 +95,7 @@ class CoarseSolution:
         """Coarse solution under the loads ``shares``, from this one under a single load."""
         count = len(self.phase)
         phases = np.tile(np.arange(count), len(shares))
-        problem = under(part_of(self.problem, phases), np.repeat(shares, count))
+        problem = under_shares(part_of(self.problem, phases), np.repeat(shares, count))
         guess = Guess(q=self.guess.q[phases], delta=self.guess.delta[phases])
         solve_roughly(problem, guess)
         return replace(self, lines=self.lines.part(phases), problem=problem, guess=guess, shares=shares)
@@ -118,7 +118,7 @@ def _solve_coarsely(scene: Scene, phase: NDArray, span: tuple[float, float] | No
     scene = replace(scene, resolution=Resolution(positions=len(phase), segments=COARSE_SEGMENTS))
     lines = lines_within(scene, phase, span)
     problem = assemble(scene, lines, truncation=COARSE_TRUNCATION, nodes=round(COARSE_NODES * smooth_nodes(lines)))
-    guess = Guess.nothing(problem)
+    guess = Guess.empty(problem)
     solve_roughly(problem, guess)
     return CoarseSolution(phase=phase, lines=lines, problem=problem, guess=guess, shares=np.ones(1))
 

@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 from gearbench.contact.law import compression, slope
 from gearbench.contact.problem import ContactProblem, full_factor
 
-#: Steps in which the whole contact set may change; afterwards one segment changes at a time.
-BOLD_STEPS = 30
-#: Linearisations of the contact law in ``polish``; each squares the residual.
-POLISH_STEPS = 4
+#: Steps of Newton's method on the contact set; afterwards one segment changes at a time.
+FULL_STEPS = 30
+#: Linearisations of the contact law in ``correct_rounding``; each squares the residual.
+CORRECTION_STEPS = 4
 #: Smallest force at which a contact law is linearised, since its slope at zero is infinite.
 LEAST_FORCE = 1e-12
 
@@ -27,17 +27,17 @@ def solve_dense(problem: ContactProblem) -> tuple[NDArray, NDArray, NDArray, NDA
     return force, delta, stiffness, steps
 
 
-def polish(problem: ContactProblem, position: int, force: NDArray) -> tuple[NDArray, float, float, int]:
-    """Improve almost correct forces of one position; returns forces (segment,), δ, ∂F/∂δ and the number of steps.
+def correct_rounding(problem: ContactProblem, position: int, force: NDArray) -> tuple[NDArray, float, float, int]:
+    """Remove rounding errors from forces of a position; returns forces (segment,), δ, ∂F/∂δ and the number of steps.
 
     If the law is a million times stiffer than the teeth, the forces P = s/a that follow from the amplitudes lose six
-    digits. Here the forces are the unknowns and the law is linearised about them, so nothing is divided by a.
+    digits. Here the forces are the unknowns and the law is linearised about them, so that no division by a is needed.
     """
     active, psi = problem.active[position], full_factor(problem, position)
     p = problem
     H, e, a, h, sigma = psi @ psi.T, *(x[position, active] for x in (p.gap, p.a, p.h, p.sigma))
     P, delta, stiffness, steps = force[active], 0.0, 0.0, 0
-    for _ in range(POLISH_STEPS):
+    for _ in range(CORRECTION_STEPS):
         at = np.maximum(P, LEAST_FORCE)
         g, rise = compression(at, a, h, sigma), slope(at, a, h, sigma)
         P, delta, stiffness, more = active_set(H + np.diag(rise), e + g - rise * at)
@@ -50,15 +50,15 @@ def polish(problem: ContactProblem, position: int, force: NDArray) -> tuple[NDAr
 def active_set(H: NDArray, e: NDArray) -> tuple[NDArray, float, float, int]:
     """Solve H P + e ≥ δ, P ≥ 0, ΣP = 1 with complementarity, for positive definite H.
 
-    Newton's method on the contact set is tried first; it usually ends in a few steps but may cycle. If it does, one
-    segment changes at a time, which lowers the energy in every step and must end (Lawson & Hanson 1974, chapter 23).
+    Newton's method on the contact set usually ends in a few steps but may cycle. Then one segment changes at a time,
+    which lowers the energy in every step and therefore ends (Lawson & Hanson 1974, chapter 23).
 
     Returns
     -------
     P, δ, ∂F/∂δ and the number of steps.
     """
     loaded = np.ones(e.size, dtype=bool)
-    for step in range(BOLD_STEPS):
+    for step in range(FULL_STEPS):
         P, delta, stiffness = _equal_approach(H, e, loaded)
         wanted = np.where(loaded, P > 0, _gap(H, e, P, delta) < 0)
         if np.array_equal(wanted, loaded):
@@ -68,19 +68,19 @@ def active_set(H: NDArray, e: NDArray) -> tuple[NDArray, float, float, int]:
 
 
 def one_at_a_time(H: NDArray, e: NDArray) -> tuple[NDArray, float, float, int]:
-    """Active set that changes one contact at a time: forces, approach, stiffness and steps of a small dense problem."""
+    """``active_set`` by changes of one segment at a time; returns forces, approach, stiffness and number of steps."""
     loaded = np.zeros(e.size, dtype=bool)
     loaded[np.argmin(0.5 * np.diagonal(H) + e)] = True
     P, delta, stiffness = _equal_approach(H, e, loaded)
-    steps = BOLD_STEPS + 1
-    while steps < BOLD_STEPS + 10 * e.size + 10:
+    steps = FULL_STEPS + 1
+    while steps < FULL_STEPS + 10 * e.size + 10:
         gap = np.where(loaded, np.inf, _gap(H, e, P, delta))
         worst = int(np.argmin(gap))
         if gap[worst] >= 0:
             break
         loaded[worst] = True
         trial, delta, stiffness = _equal_approach(H, e, loaded)
-        while np.any(trial < 0):  # go until a force reaches zero, and let this segment separate
+        while np.any(trial < 0):  # step until a force reaches zero, and let this segment separate
             falling = trial < 0
             P = P + np.min(P[falling] / (P[falling] - trial[falling])) * (trial - P)
             loaded &= ~(falling & (P <= 1e-14))
@@ -92,7 +92,7 @@ def one_at_a_time(H: NDArray, e: NDArray) -> tuple[NDArray, float, float, int]:
 
 
 def _equal_approach(H: NDArray, e: NDArray, loaded: NDArray) -> tuple[NDArray, float, float]:
-    """P = H⁻¹(δ1 − e) with ΣP = 1, which gives all loaded segments the approach δ; then δ and the stiffness 1ᵀH⁻¹1."""
+    """P = H⁻¹(δ1 − e) with ΣP = 1, under which all loaded segments approach by δ; then δ and the stiffness 1ᵀH⁻¹1."""
     A = np.flatnonzero(loaded)
     x, z = np.linalg.solve(H[np.ix_(A, A)], np.column_stack([np.ones(A.size), e[A]])).T
     delta = (1 + z.sum()) / x.sum()

@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 
 from gearbench.contact.assemble import with_field
 from gearbench.contact.bodies import Bodies
-from gearbench.contact.loads import in_own_units
+from gearbench.contact.loads import in_full_load_units
 from gearbench.contact.patches import solve_patches
-from gearbench.contact.problem import ContactProblem, ContactSolution, under
+from gearbench.contact.problem import ContactProblem, ContactSolution, under_shares
 from gearbench.contact.solver import ConvergenceError, Guess
 
 #: Newton's method ends if forces change by less than this share of the greatest force; maximum number of steps.
@@ -69,7 +69,7 @@ class MeshAt:
         """
         share = force / self.nominal
         problem = self.problem if field is None else with_field(self.problem, field)
-        solution = in_own_units(solve_patches(under(problem, share), guess), share)
+        solution = in_full_load_units(solve_patches(under_shares(problem, share), guess), share)
         return solution.approach / self.cos_b, solution.stiffness * self.cos_b**2, solution
 
 
@@ -289,7 +289,7 @@ def balance(meshes: Sequence[MeshAt], statics: Statics, bodies: Bodies | None = 
     """
     nominal = np.array([mesh.nominal for mesh in meshes])
     cos_b = np.array([mesh.cos_b for mesh in meshes])
-    guesses = [Guess.nothing(mesh.problem) for mesh in meshes]
+    guesses = [Guess.empty(mesh.problem) for mesh in meshes]
     solutions: list[ContactSolution] = []
     fields: list[NDArray | None] = [None] * len(meshes)
     between = np.zeros((1, len(meshes), len(meshes)))

@@ -22,7 +22,7 @@ TRIAL_PHASES, TRIAL_SEGMENTS = 8, 12
 
 
 def flank_separation(scene: Scene) -> Separation | None:
-    """Separation of the modified profiles for contact off the line of action; None if the scene does not ask for it."""
+    """Separation of the modified profiles for contact off the line of action; None for contact on the line."""
     return None if scene.effect("off_line_contact") is None else profile_separation(scene)
 
 
@@ -39,14 +39,14 @@ def gap_kinks(scene: Scene) -> tuple[list[float], list[float]]:
     """
     gaps, flanks = gap_effects(scene), flank_separation(scene)
     added = [gap for gap in gaps if flanks is None or not gap.modifications(scene.pair)]
-    own = [] if flanks is None else [float(u) for u in flanks.kinks]
+    profile = [] if flanks is None else [float(u) for u in flanks.kinks]
     if scene.operation is not None:
-        own.append(scene.pair.meshing.pitch_point)  # sliding changes its sign there, and friction has a kink
+        profile.append(scene.pair.meshing.pitch_point)  # sliding changes its sign there, and friction has a kink
     b = scene.pair.meshing.face_width
     face = [y for gap in gaps for y in gap.face_kinks(scene.pair) if 0 <= y <= b]
     if scene.load.coast:
         face = [b - y for y in face]
-    return own + [u for gap in added for u in gap.kinks(scene.pair)], face
+    return profile + [u for gap in added for u in gap.kinks(scene.pair)], face
 
 
 def gap_effects(scene: Scene) -> tuple[GapEffect, ...]:
@@ -91,10 +91,10 @@ def total_gap(effects: Iterable[Effect], lines: ContactLines) -> NDArray:
 
 
 def gaps_along(effects: Iterable[Effect], lines: ContactLines) -> NDArray:
-    """Total gap [mm] at the beginning, middle and end of each cell (…, 3); if segments are points, there (…, 1)."""
+    """Total gap [mm] at the beginning, middle and end of cells (…, 3), or at the nodes of point segments (…, 1)."""
     if not lines.cells:
         return total_gap(effects, lines)[..., None]
-    return np.stack([total_gap(effects, each) for each in (lines.moved(-1), lines, lines.moved(1))], axis=-1)
+    return np.stack([total_gap(effects, at) for at in (lines.moved(-1), lines, lines.moved(1))], axis=-1)
 
 
 def gap_and_variation(gaps: NDArray) -> tuple[NDArray, NDArray]:

@@ -1,4 +1,4 @@
-"""Interpolation from the Gauss points of whole contact lines to other points, by a polynomial on each smooth piece."""
+"""Interpolation from the Gauss points of contact lines to other points, by one polynomial for each smooth piece."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def interpolation_to_cells(smooth_lines: ContactLines, cells: ContactLines) -> N
 def interpolation_matrix(smooth_lines: ContactLines, y: NDArray) -> NDArray:
     """Matrix from values at the nodes of ``smooth_lines`` to values at y (position, pair, point), (…, point, node).
 
-    It is zero if there is no line.
+    Its rows are zero where no line exists.
     """
     from gearbench.contact._patch_kernels import rows_on_pieces
 

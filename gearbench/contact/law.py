@@ -1,14 +1,14 @@
-"""Contact law of a segment, g(P) = P (a − h ln P), continued by its tangent: readable form for arrays.
+"""Contact law of a segment, g(P) = P (a − h ln P), continued by its tangent, in NumPy.
 
 With L = a/h − ln P the law reads g = h P L. Its slope h (L − 1) is zero at L = 1, far beyond its validity. Below L = 2
 (half-width of contact 0.6 times the depth of the tooth) its tangent continues the law, so that it is monotone at any
 load. With h = 0 the law is linear, g = a P.
 
-A segment may be a cell along which the initial gap, and thus the compression, varies by ±σ. The compression s of a cell
-is that of the end which touches first. The compression of its middle, s − σ, would lose all digits if the gap varies by
-a million compressions. If s < 2σ, only the part t = s/(2σ) of the cell is loaded, and P = P_σ t² with P_σ = g⁻¹(σ). For
-a linear law this is the mean of the law over the cell; for others it is continuous at s = 2σ. The compiled kernels
-contain the same law (C5, C7 of docs/algorithms.md).
+A segment may be a cell along which the initial gap, and thus the compression, varies by ±σ. Its compression s is that
+of the end which touches first, because that of the middle, s − σ, would lose all digits if the gap varies by a million
+compressions. If s < 2σ, only the part t = s/(2σ) of the cell is loaded, and P = P_σ t² with P_σ = g⁻¹(σ). For a linear
+law this is the mean of the law over the cell; for other laws it is continuous at s = 2σ. The compiled kernels contain
+the same law (C5, C7 of docs/algorithms.md).
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from numpy.typing import ArrayLike, NDArray
 
 #: L = a/h − ln P below which the law is continued by its tangent.
 TANGENT_FROM = 2.0
-#: Least 1/φ of ``steepening``, where the law is its tangent: there g⁻¹(2σ) is at most 3/2 of 2 g⁻¹(σ).
+#: Minimum of 1/φ in ``steepening``, because g⁻¹(2σ) ≤ 3/2 · 2 g⁻¹(σ) where the tangent continues the law.
 STEEPEST = 2 / 3
-#: The mean of ln(1 + ξr) over |ξ| < 1 is −r²/6 − … for small r, and ln 2 − 1 for r = 1.
+#: Coefficient of r⁸ in the approximation −r²/6 − … of the mean of ln(1 + ξr) over |ξ| < 1, which is ln 2 − 1 at r = 1.
 WHOLE = 5 / 6 - math.log(2)
 
 
@@ -74,14 +74,14 @@ def inverse(s: NDArray, a: NDArray, h: NDArray, sigma: ArrayLike = 0.0) -> tuple
 
 
 def steepening(t: NDArray, h: NDArray, slope: NDArray) -> NDArray:
-    """φ, by which the stiffness of cells, t = s/2σ, exceeds the ``slope`` of their force as C7 has it, to 1e-3 (C11).
+    """Factor φ by which the stiffness of cells with t = s/2σ exceeds the ``slope`` dP/ds of (C7), to 1e-3 (C11).
 
-    The mean of g⁻¹ over a compression that runs straight along the cell rises by (g⁻¹(s) − g⁻¹(s − 2σ))/2σ. Where only
-    the part t < 1 is loaded C7 takes the logarithm of the law at σ for that at s, elsewhere at the middle of the cell
-    for its mean, of which little is left where s is many σ.
+    If the compression varies linearly along a cell, the mean of g⁻¹ has the slope (g⁻¹(s) − g⁻¹(s − 2σ))/2σ. (C7)
+    evaluates the logarithm of the law at one point: at σ instead of s if only the part t < 1 is loaded, and otherwise
+    at the middle of the cell, whose error vanishes for s ≫ σ.
     """
     part = t < 1
-    r = 1 / np.where(part, 1.0, 2 * t - 1)  # half of what the compression varies by, over its mean
+    r = 1 / np.where(part, 1.0, 2 * t - 1)  # half the variation of the compression over its mean
     log = np.where(part, np.log(2 * np.minimum(t, 1.0)), -(r**2) / 6 - WHOLE * r**8)
     level = 1 / (h * slope)  # L − 1, or L/t
     return 1 / np.maximum(1 - log / np.where(part, np.maximum(t * level - 1, 1.0), level), STEEPEST)

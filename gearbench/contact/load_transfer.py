@@ -35,7 +35,7 @@ from gearbench.contact.coarse_solution import COARSE_SEGMENTS, COARSE_TRUNCATION
 from gearbench.contact.gaps import flank_separation, gap_kinks, gaps_along
 from gearbench.contact.lines import smooth_nodes
 from gearbench.contact.patches import compression
-from gearbench.contact.problem import ContactProblem, part_of, under
+from gearbench.contact.problem import ContactProblem, part_of, under_shares
 from gearbench.contact.solver import Guess, solve_roughly
 from gearbench.geometry.action import ContactLines
 from gearbench.scene import Resolution, Scene
@@ -227,9 +227,9 @@ def _from_coarse(scene: Scene, coarse: CoarseSolution, x: NDArray, loaded: NDArr
     s = _without(part, coarse.lines.part(position.ravel()), pair.ravel(), guess, loaded_at.ravel())
     scale = (coarse.problem.length_scale * coarse.shares[load])[:, None, None, None]
     line = np.arange(loaded_at.size), pair.ravel()
-    gaps = part.along.gaps[line] if part.along else part.gap.reshape(*part.shape, 1)[line]
+    gaps = part.cells.gaps[line] if part.cells else part.gap.reshape(*part.shape, 1)[line]
     smooth = s.reshape(*loaded_at.shape, shape[2], -1)
-    smooth = smooth + gaps.reshape(smooth.shape) / (scale if part.along else 1.0)
+    smooth = smooth + gaps.reshape(smooth.shape) / (scale if part.cells else 1.0)
     # points between the two inner phases
     t = np.linspace(0.0, 1.0, SAMPLES)
     within = x[at, None] + t * (x[at + 1] - x[at])[:, None]
@@ -281,8 +281,8 @@ def _interference_at(scene: Scene, x: NDArray, share: NDArray, *, exact: bool = 
     interference = np.tile(np.where(there, np.inf, -np.inf), (2, 1))
     shared = np.flatnonzero(there & (lines.active.sum(axis=1) > 1)[position])
     if shared.size:
-        part = under(part_of(problem, position[shared]), np.repeat(share, x.shape[1])[shared])
-        s = _without(part, lines.part(position[shared]), pair[shared], Guess.nothing(part))
+        part = under_shares(part_of(problem, position[shared]), np.repeat(share, x.shape[1])[shared])
+        s = _without(part, lines.part(position[shared]), pair[shared], Guess.empty(part))
         interference[0, shared] = transfer_compression(s, lines.length[position[shared], pair[shared]])
         interference[1, shared] = peak_compression(s)
     return Interference(*interference.reshape(2, *x.shape))

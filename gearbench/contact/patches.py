@@ -1,8 +1,8 @@
-"""Second solution of the contact, at Gauss points on the contact patches of each line.
+"""Second solution of the contact, at Gauss points on the contact patches of the lines.
 
 The solution on cells gives the approach δ and the amplitudes q of the smooth deflection. The compression
-s(y) = δ − e(y) − ψ(y)·q changes sign at the ends of the patches, which are thus known to second order in the length of
-the cells. An error of these ends changes loads, deflections and stiffness only by its square. Between the ends the
+s(y) = δ − e(y) − ψ(y)·q changes sign at the ends of the patches, so these ends are accurate to second order in the
+length of the cells. Their error changes loads, deflections and stiffness only by its square. Between the ends the
 integrands are smooth, so Gauss points converge fast.
 """
 
@@ -17,16 +17,16 @@ from numpy.typing import NDArray
 
 from gearbench.contact.gaps import total_gap
 from gearbench.contact.interpolation import interpolation_matrix
-from gearbench.contact.problem import ContactProblem, ContactSolution, under
+from gearbench.contact.problem import ContactProblem, ContactSolution, under_shares
 from gearbench.contact.scaling import scale_problem
 from gearbench.contact.solver import ConvergenceError, Guess, law_forces, solve, solve_roughly
 from gearbench.effects.base import LineLaw
 from gearbench.geometry.action import NEGLIGIBLE_WIDTH, ContactLines
 from gearbench.geometry.quadrature import gauss
 
-#: Number of times the ends of patches are computed; each time squares the error of the results.
+#: Number of times that the ends of patches are computed; each time squares the error of the results.
 ROUNDS = 2
-#: Residual at which the solution on cells takes its last step. The ends of patches from cells are known to 1e-2 only,
+#: Residual at which the solution on cells takes its last step. The cells determine the ends of patches to 1e-2 only,
 #: but the result after the last round must not depend on the initial guess (to 1e-12).
 ON_CELLS = 1e-5
 
@@ -42,15 +42,15 @@ def solve_patches(problem: ContactProblem, guess: Guess | None = None) -> Contac
     ConvergenceError
         If a residual stays above 1e-9.
     """
-    guess = guess or Guess.nothing(problem)
-    if problem.along is None:
+    guess = guess or Guess.empty(problem)
+    if problem.cells is None:
         return solve(problem, guess)
     coarse = solve_roughly(problem, guess, ON_CELLS)
     for _ in range(ROUNDS - 1):
         coarse = solve_roughly(on_patches(problem, guess)[0], guess)
     solution = solve(on_patches(problem, guess)[0], guess)
-    own = _forces(problem, guess, solution)
-    return replace(solution, coarse_approach=coarse[0], coarse_stiffness=coarse[1], force=own)
+    force = _forces_on_cells(problem, guess, solution)
+    return replace(solution, coarse_approach=coarse[0], coarse_stiffness=coarse[1], force=force)
 
 
 def solve_roughly_on_patches(problem: ContactProblem, guess: Guess) -> tuple[NDArray, NDArray]:
@@ -72,17 +72,17 @@ def solve_roughly_on_patches(problem: ContactProblem, guess: Guess) -> tuple[NDA
 
 
 def _nodes(problem: ContactProblem, s: NDArray) -> tuple[NDArray, NDArray]:
-    """``patch_nodes``; a position without patch gets its nodes on the cell with the greatest compression."""
-    along = problem.along
-    assert along is not None
-    y, width = patch_nodes(along.lines, s, along.nodes)
-    alone = np.flatnonzero(width.sum(axis=(1, 2)) == 0)
-    if alone.size:
+    """``patch_nodes``; a position without a patch gets its nodes on the cell with the greatest compression."""
+    cells = problem.cells
+    assert cells is not None
+    y, width = patch_nodes(cells.lines, s, cells.nodes)
+    none = np.flatnonzero(width.sum(axis=(1, 2)) == 0)
+    if none.size:
         # the patch lies within a single cell and reaches neither its ends nor its middle
         by_cell = s.reshape(len(s), -1, 3).copy()
-        there = np.repeat(along.lines.active, problem.shape[2], axis=1)[alone]
-        by_cell[alone, np.where(there, by_cell[alone].max(axis=2), -np.inf).argmax(axis=1)] = 1.0
-        y, width = patch_nodes(along.lines, by_cell.reshape(s.shape), along.nodes)
+        exists = np.repeat(cells.lines.active, problem.shape[2], axis=1)[none]
+        by_cell[none, np.where(exists, by_cell[none].max(axis=2), -np.inf).argmax(axis=1)] = 1.0
+        y, width = patch_nodes(cells.lines, by_cell.reshape(s.shape), cells.nodes)
     return y, width
 
 
@@ -91,7 +91,7 @@ def compression(problem: ContactProblem, lines: ContactLines, guess: Guess) -> N
 
     The last axis holds the node of a segment, or beginning, middle and end of a cell. s is −1 if there is no line.
     """
-    if problem.along is not None:
+    if problem.cells is not None:
         return _compression(problem, guess)
     amplitudes = guess.q[:, problem.block[:: problem.shape[2]]]
     factor = problem.factor.reshape(*problem.shape, -1)
@@ -101,18 +101,20 @@ def compression(problem: ContactProblem, lines: ContactLines, guess: Guess) -> N
 
 def _compression(problem: ContactProblem, guess: Guess) -> NDArray:
     """``compression`` of cells."""
-    along = problem.along
-    assert along is not None
+    cells = problem.cells
+    assert cells is not None
     from gearbench.contact._patch_kernels import compressions
 
-    s = np.empty(along.gaps.shape)
-    block, scale = np.ascontiguousarray(problem.block[:: problem.shape[2]]), problem.length_scale * along.share
-    compressions(along.rows, along.factor, guess.q, block, guess.delta, along.gaps, scale, along.lines.active, s)
+    s = np.empty(cells.gaps.shape)
+    block, scale = np.ascontiguousarray(problem.block[:: problem.shape[2]]), problem.length_scale * cells.share
+    compressions(
+        cells.interpolation, cells.factor, guess.q, block, guess.delta, cells.gaps, scale, cells.lines.active, s
+    )
     return s
 
 
 def patch_nodes(lines: ContactLines, s: NDArray, nodes: int) -> tuple[NDArray, NDArray]:
-    """Positions y and widths of ``nodes`` Gauss points on the patches of each line, (position, pair, node) [mm].
+    """Positions y and widths of ``nodes`` Gauss points on the patches of a line, (position, pair, node) [mm].
 
     ``s`` is the compression at the beginning, middle and end of each segment. Patches end where ``s`` changes sign or
     the gap has a kink.
@@ -138,32 +140,31 @@ def _gauss_rules(most: int) -> tuple[NDArray, NDArray]:
 
 def on_patches(problem: ContactProblem, guess: Guess) -> tuple[ContactProblem, ContactLines]:
     """Problem at Gauss points on the patches of the solution ``guess`` on cells, and its contact lines."""
-    along = problem.along
-    assert along is not None
-    nodes = along.lines.at(*_nodes(problem, _compression(problem, guess)))
-    by_name = {effect.name: effect for effect in along.effects}
-    parts = [effect.compliance(nodes, by_name) for effect in along.laws]
+    cells = problem.cells
+    assert cells is not None
+    nodes = cells.lines.at(*_nodes(problem, _compression(problem, guess)))
+    by_name = {effect.name: effect for effect in cells.effects}
+    parts = [effect.compliance(nodes, by_name) for effect in cells.laws]
     none = np.zeros(nodes.shape)
     a = sum((part.a for part in parts if isinstance(part, LineLaw)), none)
     h = sum((part.h for part in parts if isinstance(part, LineLaw)), none)
     if nodes.touch is not None:
         w = nodes.touch.levers[0]
         a, h = (a + h * np.log(w)) / w**2, h / w**2
-    rows = interpolation_matrix(along.smooth_lines, nodes.y)
-    factor, gap = rows @ along.factor, total_gap(along.effects, nodes)
-    if along.field is not None:
-        gap = gap + (rows @ along.field[..., None])[..., 0]
+    rows = interpolation_matrix(cells.smooth_lines, nodes.y)
+    factor, gap = rows @ cells.factor, total_gap(cells.effects, nodes)
+    if cells.field is not None:
+        gap = gap + (rows @ cells.field[..., None])[..., 0]
     gap = np.where(nodes.active[..., None], gap, 0.0)
     new = scale_problem(nodes, gap, none[..., None], a, h, none, problem.force, problem.length_scale, coupled=False)
-    new = under(new, along.share)
+    new = under_shares(new, cells.share)
     block = np.repeat(problem.block[:: problem.shape[2]], nodes.shape[2])
     factor = np.ascontiguousarray(factor.reshape(*new.gap.shape, -1))
     return replace(new, factor=factor, block=block, blocks=problem.blocks), nodes
 
 
-def _forces(problem: ContactProblem, guess: Guess, solution: ContactSolution) -> NDArray:
-    """Forces on the cells of ``problem``, scaled so that each line carries its load of the ``solution`` on patches."""
+def _forces_on_cells(problem: ContactProblem, guess: Guess, solution: ContactSolution) -> NDArray:
+    """Forces on the cells of ``problem``, scaled so that lines carry the loads of the ``solution`` on patches."""
     force = law_forces(problem, guess.delta, guess.q).reshape(problem.shape)
-    own = solution.force.sum(axis=2)
-    total = force.sum(axis=2)
-    return force * np.where(total > 0, own / np.where(total > 0, total, 1.0), 0.0)[..., None]
+    exact, total = solution.force.sum(axis=2), force.sum(axis=2)
+    return force * np.where(total > 0, exact / np.where(total > 0, total, 1.0), 0.0)[..., None]

@@ -18,8 +18,8 @@ RANK_TOLERANCE = 1e-14
 
 
 @dataclass(frozen=True, kw_only=True)
-class Along:
-    """Data along whole contact lines, from which the contact problem at any nodes on them follows.
+class Cells:
+    """Cells along contact lines, with the data from which the contact problem at other nodes on the lines follows.
 
     Parameters
     ----------
@@ -28,20 +28,20 @@ class Along:
     lines
         Lines whose segments are cells.
     gaps
-        Total gap at the beginning, middle and end of each segment, (position, pair, segment, 3) [mm].
+        Total gap at the beginning, middle and end of cells, (position, pair, segment, 3) [mm].
     smooth_lines
         The same lines with Gauss points instead of cells, see ``ContactLines.smooth_lines``.
     factor
         Ψ at the nodes of ``smooth_lines``, (position, pair, node, rank).
-    rows
-        Interpolation from these nodes to the beginning, middle and end of each segment, (position, pair, segment, 3,
-        node).
+    interpolation
+        Matrix from values at these nodes to values at the beginning, middle and end of cells, (position, pair, segment,
+        3, node).
     laws
         Effects that are contact laws.
     nodes
-        Number of Gauss points on the patches of each line, the same for any selection of positions.
+        Number of Gauss points on the patches of a line, the same at all positions.
     share
-        Load of each position over the load of the problem, (position,).
+        Load of a position over the load of the problem, (position,).
     field
         Additional gap at the nodes of ``smooth_lines``, (position, pair, node) [mm]; already included in ``gaps``.
     """
@@ -51,26 +51,26 @@ class Along:
     gaps: NDArray
     smooth_lines: ContactLines
     factor: NDArray
-    rows: NDArray
+    interpolation: NDArray
     laws: tuple[ComplianceEffect, ...]
     nodes: int
     share: NDArray
     field: NDArray | None = None
 
-    def part(self, positions: slice | NDArray) -> Along:
+    def part(self, positions: slice | NDArray) -> Cells:
         """Data of some of the positions."""
-        names = ("gaps", "factor", "rows", "share", *(() if self.field is None else ("field",)))
+        names = ("gaps", "factor", "interpolation", "share", *(() if self.field is None else ("field",)))
         arrays = {name: getattr(self, name)[positions] for name in names}
         return replace(self, lines=self.lines.part(positions), smooth_lines=self.smooth_lines.part(positions), **arrays)
 
 
 @dataclass(frozen=True, kw_only=True)
 class ContactProblem:
-    """The contact problem H P + g(P) + e = δ on loaded segments, ≥ δ on separated ones, P ≥ 0, ΣP = 1 (C1).
+    """Contact problem H P + g(P) + e = δ on loaded segments, ≥ δ on separated ones, P ≥ 0, ΣP = 1 (C1).
 
-    H = Ψ Ψᵀ has a block for each tooth pair, or a single block if pairs deflect each other. Forces are in units of the
-    normal force F_bn, displacements in units of ``length_scale``. ``gearbench.contact.law`` defines the law g of a
-    segment. Without a law (a = h = 0) H itself must be positive definite.
+    H = Ψ Ψᵀ has one block for every tooth pair, or a single block if pairs deflect each other. Forces are in units of
+    the normal force F_bn, displacements in units of ``length_scale``. ``gearbench.contact.law`` defines the law g of a
+    segment. Without a law (a = h = 0) H must be positive definite.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ class ContactProblem:
     factor
         Ψ, (position, segment, rank).
     block
-        Block of each segment, (segment,); segments of one block share the amplitudes of the columns of Ψ.
+        Number of the block of each segment, (segment,). Segments of a block share the amplitudes q = Ψᵀ P.
     blocks
         Number of blocks.
     force
@@ -90,8 +90,8 @@ class ContactProblem:
         Unit of displacement λ [mm].
     shape
         (positions, pairs, segments) of the arrays before pairs and segments became one axis.
-    along
-        Data along the lines if segments are cells.
+    cells
+        Data of the cells; None if segments are Gauss points.
     """
 
     gap: NDArray
@@ -105,7 +105,7 @@ class ContactProblem:
     force: float
     length_scale: float
     shape: tuple[int, int, int]
-    along: Along | None = None
+    cells: Cells | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -127,12 +127,12 @@ class ContactSolution:
     complementarity
         max |min(P_i / F, gap_i / λ)|, (position,): deviation of forces and gaps from complementarity.
     coarse_approach, coarse_stiffness
-        Approach and stiffness before the last update of the ends of contact patches; the difference shows how well
-        these ends are known. Without patches they equal ``approach`` and ``stiffness``.
+        Approach and stiffness before the last update of the ends of contact patches; the difference estimates the
+        error due to these ends. Without patches they equal ``approach`` and ``stiffness``.
     iterations
         Number of Newton steps, (position,).
     polished
-        Number of positions that were solved again by the dense active set, because rounding had spoilt the residual.
+        Number of positions that the dense active set solved again because of rounding errors.
     """
 
     force: NDArray
@@ -144,40 +144,40 @@ class ContactSolution:
     least_force: NDArray
     complementarity: NDArray
     iterations: NDArray
-    polished: int = 0
+    corrected: int = 0
 
 
 def part_of(problem: ContactProblem, positions: slice | NDArray) -> ContactProblem:
     """Problem at some of the positions."""
     arrays = {name: getattr(problem, name)[positions] for name in ("gap", "a", "h", "sigma", "active", "factor")}
-    along = problem.along.part(positions) if problem.along else None
-    return replace(problem, **arrays, shape=(len(arrays["gap"]), *problem.shape[1:]), along=along)
+    cells = problem.cells.part(positions) if problem.cells else None
+    return replace(problem, **arrays, shape=(len(arrays["gap"]), *problem.shape[1:]), cells=cells)
 
 
-def under(problem: ContactProblem, share: NDArray) -> ContactProblem:
-    """``problem`` with each position under the ``share`` (position,) of its load.
+def under_shares(problem: ContactProblem, share: NDArray) -> ContactProblem:
+    """``problem`` with positions under the ``share`` (position,) of their load.
 
     The unit of displacement is taken proportional to the load, so that only gaps and law change: with f = F′/F they
     become e′ = e/f, σ′ = σ/f and g′(P) = g(fP)/f, that is a′ = a − h ln f. ``force`` and ``length_scale`` remain those
-    of the whole load.
+    of the full load.
     """
     f = share[:, None]
-    along = replace(problem.along, share=problem.along.share * share) if problem.along else None
+    cells = replace(problem.cells, share=problem.cells.share * share) if problem.cells else None
     level = problem.a - problem.h * np.log(f)
-    return replace(problem, gap=problem.gap / f, sigma=problem.sigma / f, a=level, along=along)
+    return replace(problem, gap=problem.gap / f, sigma=problem.sigma / f, a=level, cells=cells)
 
 
 def full_factor(problem: ContactProblem, position: int) -> NDArray:
-    """Ψ of the existing segments with a column for each amplitude of each block, (segment, block·rank)."""
+    """Ψ of the existing segments at a position, with the columns of all blocks side by side, (segment, block·rank)."""
     active = problem.active[position]
-    own = problem.factor[position][active]
-    wide = np.zeros((own.shape[0], problem.blocks, own.shape[1]))
-    wide[np.arange(own.shape[0]), problem.block[active]] = own
-    return wide.reshape(own.shape[0], -1)
+    factor = problem.factor[position][active]
+    full = np.zeros((len(factor), problem.blocks, factor.shape[1]))
+    full[np.arange(len(factor)), problem.block[active]] = factor
+    return full.reshape(len(factor), -1)
 
 
 def reduce_rank(problem: ContactProblem, truncation: float = 0.0) -> ContactProblem:
-    """Problem with the factor of each position and block reduced to its numerical rank, or further by ``truncation``.
+    """Problem whose factors Ψ have no more columns than their numerical rank, or fewer with a ``truncation``.
 
     On the few segments of a contact line the smooth compliance has fewer independent columns than the tooth has Ritz
     functions: two for a spur pair with the paper's basis, six for a helical pair.

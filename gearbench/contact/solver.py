@@ -9,23 +9,23 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.contact.dense import polish, solve_dense
+from gearbench.contact.dense import correct_rounding, solve_dense
 from gearbench.contact.problem import ContactProblem, ContactSolution
 from gearbench.errors import GearbenchError
 
 if TYPE_CHECKING:
     from gearbench.contact._kernels import Arrays
 
-#: Largest residual of a solution; a larger one raises ``ConvergenceError``.
+#: Residual above which ``ConvergenceError`` is raised.
 RESIDUAL_LIMIT = 1e-9
-#: Residual above which a position is solved again with its forces as unknowns; the result counts these positions.
-POLISH_LIMIT = 1e-10
+#: Residual above which a position is solved again with its forces as unknowns (``correct_rounding``).
+ROUNDING_LIMIT = 1e-10
 #: Maximum number of Newton steps at a position.
 MAX_STEPS = 200
-#: Forces are the unknowns if all segments share amplitudes, and these are more than 1/DENSE per segment; half as many
-#: are enough if there are at most FEW segments.
+#: Forces are the unknowns if all segments share amplitudes, and there are more than 1/DENSE amplitudes per segment, or
+#: half of that with at most FEW segments.
 DENSE, FEW = 2.0, 48
-#: Residual at which a rough solution takes its last step, which squares it.
+#: Residual at which a rough solution takes its last Newton step, which squares the residual.
 ROUGH = 1e-6
 
 
@@ -49,7 +49,7 @@ class Guess:
     delta: NDArray
 
     @classmethod
-    def nothing(cls, problem: ContactProblem) -> Guess:
+    def empty(cls, problem: ContactProblem) -> Guess:
         """Arrays without a guess."""
         positions = len(problem.gap)
         return cls(
@@ -70,19 +70,19 @@ def solve(problem: ContactProblem, guess: Guess | None = None) -> ContactSolutio
         If a residual stays above 1e-9, or no teeth meet at some position.
     """
     if not problem.active.any(axis=1).all():
-        raise ConvergenceError("contact not solved: at some mesh phase no teeth meet")
-    least, p = from_smallest(problem)
+        raise ConvergenceError("contact not solved: no teeth are in mesh at some mesh phase")
+    least, p = subtract_smallest_gap(problem)
     if has_law(p):
-        guess = guess or Guess.nothing(p)
+        guess = guess or Guess.empty(p)
         guess.delta[:] -= least
         force, delta, stiffness, steps = newton(p, guess=guess)
         guess.delta[:] = delta + least
     else:
         force, delta, stiffness, steps = solve_dense(p)
     residual = _residual(p, force, delta)
-    spoilt = np.flatnonzero(~(residual.max(axis=0) <= POLISH_LIMIT))
+    spoilt = np.flatnonzero(~(residual.max(axis=0) <= ROUNDING_LIMIT))
     if spoilt.size:
-        _polish(p, spoilt, force, delta, stiffness, steps)
+        _correct_rounding(p, spoilt, force, delta, stiffness, steps)
         residual = _residual(p, force, delta)
     if not residual.max() <= RESIDUAL_LIMIT:
         raise ConvergenceError(f"contact not solved: residual {residual.max():.1e} after {int(steps.max())} steps")
@@ -97,22 +97,22 @@ def solve(problem: ContactProblem, guess: Guess | None = None) -> ContactSolutio
         least_force=force.min(axis=1),
         complementarity=residual[1],
         iterations=steps,
-        polished=spoilt.size,
+        corrected=spoilt.size,
     )
 
 
-def solve_roughly(problem: ContactProblem, guess: Guess, enough: float = ROUGH) -> tuple[NDArray, NDArray]:
+def solve_roughly(problem: ContactProblem, guess: Guess, tolerance: float = ROUGH) -> tuple[NDArray, NDArray]:
     """Rough solution: approach δ_n [mm] and ∂F_bn/∂δ_n [N/mm], (position,).
 
-    With a contact law, Newton's method takes its last step once the residual is below ``enough``. ``guess`` holds the
-    solution afterwards. Residuals are not checked.
+    With a contact law, Newton's method takes its last step once the residual is below ``tolerance``. The residual after
+    it is not checked. ``guess`` holds the solution afterwards.
     """
-    least, p = from_smallest(problem)
+    least, p = subtract_smallest_gap(problem)
     if not has_law(p):
         solution = solve(problem, guess)
         return solution.approach, solution.stiffness
     guess.delta[:] -= least
-    _, delta, stiffness, _ = newton(p, guess=guess, enough=enough)
+    _, delta, stiffness, _ = newton(p, guess=guess, tolerance=tolerance)
     guess.delta[:] = delta + least
     return p.length_scale * guess.delta, p.force / p.length_scale * stiffness
 
@@ -122,17 +122,17 @@ def has_law(problem: ContactProblem) -> bool:
     return bool(problem.a.any() or problem.h.any())
 
 
-def from_smallest(problem: ContactProblem) -> tuple[NDArray, ContactProblem]:
+def subtract_smallest_gap(problem: ContactProblem) -> tuple[NDArray, ContactProblem]:
     """Smallest gap of each position, and the problem with this gap subtracted.
 
-    Otherwise a gap of a million deflections would leave no digits for the deflection.
+    Otherwise the digits of a deflection would be lost beside a gap of a million deflections.
     """
     least = np.min(np.where(problem.active, problem.gap, np.inf), axis=1)
     return least, replace(problem, gap=problem.gap - least[:, None])
 
 
-def by_forces(p: ContactProblem) -> bool:
-    """Whether to solve for the forces of ``p`` instead of the amplitudes."""
+def solves_for_forces(p: ContactProblem) -> bool:
+    """Whether the unknowns of Newton's method are the forces of ``p`` instead of the amplitudes."""
     segments = p.active.sum() / len(p.active)
     dense = DENSE * (2 if segments <= FEW else 1)
     return bool(p.blocks == 1 and dense * p.factor.shape[2] > segments)
@@ -142,25 +142,25 @@ def newton(
     p: ContactProblem,
     limit: int = MAX_STEPS,
     guess: Guess | None = None,
-    enough: float = 0.0,
+    tolerance: float = 0.0,
 ) -> tuple[NDArray, NDArray, NDArray, NDArray]:
     """Newton's method: dimensionless forces (position, segment), δ, ∂F/∂δ and numbers of steps, at most ``limit``.
 
     The smallest gap of each position must be zero. The amplitudes of ``guess`` become those of the solution. Once the
-    residual has fallen to ``enough``, one last step follows, and the forces come from the linearised law.
+    residual has fallen to ``tolerance``, one last step follows; its forces follow from the linearised law.
     """
     from gearbench.contact._force_kernels import solve_coupled
     from gearbench.contact._kernels import Work, solve_positions
 
     count = len(p.gap)
     force, steps, stiffness = np.zeros_like(p.gap), np.zeros(count, dtype=np.int64), np.empty(count)
-    guess = guess or Guess.nothing(p)
+    guess = guess or Guess.empty(p)
     delta = guess.delta.copy()
-    found = guess.q, delta, enough, limit, force, stiffness, steps
-    if by_forces(p):
-        solve_coupled(arrays(p), *found)
+    rest = guess.q, delta, tolerance, limit, force, stiffness, steps
+    if solves_for_forces(p):
+        solve_coupled(arrays(p), *rest)
     else:
-        solve_positions(arrays(p), Work.of(p.blocks, *p.factor.shape[:0:-1]), *found)
+        solve_positions(arrays(p), Work.of(p.blocks, *p.factor.shape[:0:-1]), *rest)
     return force, delta, stiffness, steps
 
 
@@ -175,16 +175,16 @@ def arrays(p: ContactProblem) -> Arrays:
 def law_forces(problem: ContactProblem, delta: NDArray, q: NDArray) -> NDArray:
     """Forces (position, segment) by the contact law, from δ (position,) and amplitudes q (position, block, rank)."""
     z = (problem.factor[..., None, :] @ q[:, problem.block][..., None])[..., 0, 0]
-    return law_response(problem, delta[:, None] - z - problem.gap)[0]
+    return forces_and_slopes(problem, delta[:, None] - z - problem.gap)[0]
 
 
-def law_response(problem: ContactProblem | Arrays, s: NDArray) -> tuple[NDArray, NDArray]:
+def forces_and_slopes(problem: ContactProblem | Arrays, s: NDArray) -> tuple[NDArray, NDArray]:
     """Forces and slopes of the contact law under compressions s (position, segment); 0 for absent segments."""
     from gearbench.contact._law_kernels import law_forces as forces
 
-    p, found = problem, np.zeros((2, *s.shape))
-    found[:, p.active] = forces(s[p.active], p.a[p.active], p.h[p.active], p.sigma[p.active])
-    return found[0], found[1]
+    p, result = problem, np.zeros((2, *s.shape))
+    result[:, p.active] = forces(s[p.active], p.a[p.active], p.h[p.active], p.sigma[p.active])
+    return result[0], result[1]
 
 
 def _residual(p: ContactProblem, force: NDArray, delta: NDArray) -> NDArray:
@@ -192,13 +192,13 @@ def _residual(p: ContactProblem, force: NDArray, delta: NDArray) -> NDArray:
     return np.stack([np.abs(force.sum(axis=1) - 1), complementarity_residual(p, force, delta)])
 
 
-def _polish(
+def _correct_rounding(
     p: ContactProblem, positions: NDArray, force: NDArray, delta: NDArray, stiffness: NDArray, steps: NDArray
 ) -> None:
-    """Solve ``positions`` again by the dense active set, in place."""
+    """Solve ``positions`` again by the dense active set; changes the arrays in place."""
     for i in positions:
         try:
-            force[i], delta[i], stiffness[i], more = polish(p, int(i), force[i])
+            force[i], delta[i], stiffness[i], more = correct_rounding(p, int(i), force[i])
         except np.linalg.LinAlgError:
             raise ConvergenceError("contact not solved: the compliance is singular") from None
         steps[i] += more

@@ -219,10 +219,12 @@ def notes(model: LinearModel, speeds: NDArray, harmonics: int, variables: Variab
         if (left := variables["combination_residual"][1] > SETTLED).any():
             lines.append(f"meshes of unlike frequencies: no balance was found at {spans(speeds, left)} 1/min")
     kept, growth = variables["contact_kept"][1], variables["floquet_multiplier"][1]
-    parted = "flanks part: the linear response is no longer theirs" + ("" if model.scene.coupled else ", see nonlinear")
+    separated = "flanks separate: the linear response does not hold" + (
+        "" if model.scene.coupled else ", see nonlinear"
+    )
     said: dict[str, list[str]] = {}
     for mesh, (name, at_rest) in enumerate(zip(model.names, model.at_rest(2 * harmonics)[:, 1:], strict=True)):
-        for where, text in ((growth[:, mesh] > 1 + GROWTH, GROWS), (~kept[:, mesh], parted)):
+        for where, text in ((growth[:, mesh] > 1 + GROWTH, GROWS), (~kept[:, mesh], separated)):
             if where.any():
                 said.setdefault(f"{text} at {spans(speeds, where)} 1/min", []).append(name)
         share = float(np.linalg.norm(at_rest[harmonics:]) / max(np.linalg.norm(at_rest), 1e-300))

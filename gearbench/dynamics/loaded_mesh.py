@@ -145,7 +145,7 @@ class LoadedMesh:
         """Teeth and bodies at any mesh phases (position,); bearings keep their settled stiffness."""
         lines = scene_lines(self.scene, phase)
         problem = assemble(self.scene, lines, self.effects)
-        guess = Guess.nothing(problem)
+        guess = Guess.empty(problem)
         solution = solve_patches(problem, guess)
         cycle = MeshCycle.of(self.scene, self.cycle.phases, solution.approach, solution.stiffness)
         found = None if self.rows == 1 else resultants(problem, lines, solution, guess, self.rows)

@@ -67,9 +67,9 @@ def draw_sharing(figure: Any, dataset: xr.Dataset) -> str:
     top, middle, bottom = figure.subplots(3, sharex=True)
     speed, factor = dataset["speed"].values, dataset["mesh_load_factor"].values
     top.plot(speed, factor, color="C0")
-    parted = ~dataset["contact_kept"].values.all(axis=1)
-    if parted.any():
-        top.plot(speed[parted], factor[parted], ".", color="C3", label="flanks part")
+    separated = ~dataset["contact_kept"].values.all(axis=1)
+    if separated.any():
+        top.plot(speed[separated], factor[separated], ".", color="C3", label="flanks part")
         top.legend(fontsize="small", frameon=False)
     for number, name in enumerate(dataset["mesh"].values):
         style = "-" if 2 * number < dataset.sizes["mesh"] else "--"  # meshes at sun, then at ring

@@ -66,16 +66,16 @@ def check_cells(
     ``batch`` was prepared for ``problem``, whose segments are cells, for samples of ``modes`` (position, pair,
     segment, mode) [mm].
     """
-    along, count, positions = problem.along, len(amounts), len(problem.gap)
-    assert along is not None
-    at_nodes = modes(along.smooth_lines) / np.expand_dims(along.smooth_lines.lever, -1)
+    cells, count, positions = problem.cells, len(amounts), len(problem.gap)
+    assert cells is not None
+    at_nodes = modes(cells.smooth_lines) / np.expand_dims(cells.smooth_lines.lever, -1)
     field = np.einsum("pkim,sm->spki", at_nodes, amounts).reshape(-1, *at_nodes.shape[1:-1])
     tiled = with_field(part_of(problem, np.tile(np.arange(positions), count)), field)
-    guess = Guess.nothing(tiled)
+    guess = Guess.empty(tiled)
     solve_roughly(tiled, guess, ON_CELLS)
     on_patches = np.stack(solve_roughly_on_patches(tiled, guess)).reshape(2, count, positions)
-    cells = solve_one_chunk(batch, next(chunks(amounts)))
-    on_cells = np.stack([cells.approach.T, cells.stiffness.T])[:, :count]
+    chunk = solve_one_chunk(batch, next(chunks(amounts)))
+    on_cells = np.stack([chunk.approach.T, chunk.stiffness.T])[:, :count]
     return Checked(on_cells=on_cells, on_patches=on_patches)
 
 

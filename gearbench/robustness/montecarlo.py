@@ -141,7 +141,7 @@ def prepare_problem(
     found = RobustProblem(
         scene=scene, errors=require_errors(scene), lines=lines, batch=batch, expansion=expansion, phases=phases
     )
-    if problem.along is None:
+    if problem.cells is None:
         return found
     amounts = expansion.amounts(found.errors.draw(_points(len(found.names)), scene.pair))
     checked = check_cells(batch, problem, _modes(scene), amounts)

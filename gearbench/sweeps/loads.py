@@ -18,10 +18,9 @@ from gearbench.contact.assemble import assemble, with_gaps
 from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.gaps import conforming
 from gearbench.contact.lines import smooth_nodes
-from gearbench.contact.loads import in_own_units, parted, stacked
-from gearbench.contact.loads import under as under_force
+from gearbench.contact.loads import in_full_load_units, split_positions, stack_loads, under_force
 from gearbench.contact.patches import solve_patches
-from gearbench.contact.problem import ContactProblem, part_of, under
+from gearbench.contact.problem import ContactProblem, part_of, under_shares
 from gearbench.contact.size import pairs_of_teeth
 from gearbench.contact.transitions import loaded_phases, mesh_phases, phases_of_loads
 from gearbench.effects.base import ComplianceEffect
@@ -99,20 +98,20 @@ def _together(scenes: Sequence[Scene], found: Sequence[tuple], shared: Shared) -
     phase, position = np.unique(np.concatenate([phase for phase, _, _ in found]), return_inverse=True)
     at = shared.assembled(scenes[0], phase)
     shares = np.array([scene.F_bn / at.problem.force for scene in scenes])
-    problem = under(part_of(at.problem, position), np.repeat(shares, counts))
-    solution = in_own_units(solve_patches(problem), np.repeat(shares, counts))
+    problem = under_shares(part_of(at.problem, position), np.repeat(shares, counts))
+    solution = in_full_load_units(solve_patches(problem), np.repeat(shares, counts))
     if alike:
         _, weight, size = found[0]
-        solution = stacked(solution, len(scenes))
+        solution = stack_loads(solution, len(scenes))
         return [Solved(scene=scenes[0], lines=at.lines, weight=weight, problem=problem, solution=solution, size=size)]
     result, ends = [], np.cumsum(counts)
     for scene, (_, weight, size), one, n, end in zip(
-        scenes, found, parted(solution, counts), counts, ends, strict=True
+        scenes, found, split_positions(solution, counts), counts, ends, strict=True
     ):
         here = slice(end - n, end)
         part, share = part_of(problem, here), scene.F_bn / at.problem.force
-        along = replace(part.along, share=np.ones(n)) if part.along else None
-        part = replace(part, force=scene.F_bn, length_scale=problem.length_scale * share, along=along)
+        cells = replace(part.cells, share=np.ones(n)) if part.cells else None
+        part = replace(part, force=scene.F_bn, length_scale=problem.length_scale * share, cells=cells)
         lines = at.lines.part(position[here])
         result.append(Solved(scene=scene, lines=lines, weight=weight, problem=part, solution=one, size=size))
     return result

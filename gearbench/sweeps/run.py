@@ -159,7 +159,7 @@ class _Solver:
             yield from self._sampled(group)
             return
         for solved in self._chosen(group) if group[0].resolution.accuracy else solve_group(group, self._shared):
-            self._count("polished_positions", solved.solution.polished)
+            self._count("polished_positions", solved.solution.corrected)
             yield from of_each_load(*columns(solved, self.outputs), solved.solution.approach.shape[:-1])
 
     def _of_train(self, scene: Scene) -> SolvedTrain:

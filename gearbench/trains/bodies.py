@@ -76,11 +76,11 @@ def _body(scene: Scene) -> GearBody | None:
 
 def _side(scene: Scene, lines: ContactLines, contact: MeshAt, index: int) -> Side:
     """Flank polynomials of a gear, divided by the lever, on the contact lines of its mesh."""
-    along = contact.problem.along
-    at = lines if along is None else along.smooth_lines
+    cells = contact.problem.cells
+    at = lines if cells is None else cells.smooth_lines
     body = _body(scene)
     assert body is not None
     nodes: NDArray = body.shapes(at, index, scene.effects_by_name) / np.expand_dims(at.lever, -1)
     nodes = np.where(at.active[..., None, None], nodes, 0.0)
-    cells = nodes if along is None else _MEAN @ along.rows @ nodes
-    return Side(mesh=0, cells=cells, nodes=nodes)
+    means = nodes if cells is None else _MEAN @ cells.interpolation @ nodes
+    return Side(mesh=0, cells=means, nodes=nodes)

@@ -95,9 +95,9 @@ class Curves:
         f = f0 + inside * (k0 + inside * (c2 + inside * c3))
         k = k0 + inside * (2 * c2 + 3 * c3 * inside)
         f, k = f + (t - inside) * np.where(t > 1, k1, k0), np.where(t > 1, k1, np.where(t < 0, k0, k)) / h
-        parted = f <= 0
-        return np.moveaxis(np.where(parted, 0.0, f), 0, -1), np.moveaxis(
-            np.where(parted, PARTED * self.slope.max(), k), 0, -1
+        separated = f <= 0
+        return np.moveaxis(np.where(separated, 0.0, f), 0, -1), np.moveaxis(
+            np.where(separated, PARTED * self.slope.max(), k), 0, -1
         )
 
 
@@ -115,7 +115,7 @@ def curves(solved: SolvedTrain, most: float) -> Curves:
         problem = part_of(mesh.problem, np.tile(np.arange(count), LEVELS))
         force = np.repeat(shares, count) * mesh.nominal
         whole = MeshAt(problem=problem, nominal=mesh.nominal, cos_b=mesh.cos_b)
-        approach, slope, _ = whole.answer(force, Guess.nothing(problem))
+        approach, slope, _ = whole.answer(force, Guess.empty(problem))
         found.append([each.reshape(LEVELS, count).T for each in (approach, force, slope)])
     approach, force, slope = (np.stack(each) for each in zip(*found, strict=True))
     return Curves(approach=approach, force=force, slope=slope, statics=solved.own)

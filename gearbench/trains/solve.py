@@ -89,7 +89,7 @@ class SolvedTrain:
             return 0.0
         F = np.maximum(F, LEAST * np.array([mesh.nominal for mesh in self.contacts]))
         contacts = zip(self.contacts, F.T, self.balance.fields, strict=True)
-        both = [[m.answer(f, Guess.nothing(m.problem), e)[0] for e in (field, None)] for m, f, field in contacts]
+        both = [[m.answer(f, Guess.empty(m.problem), e)[0] for e in (field, None)] for m, f, field in contacts]
         yielded = [one - other for one, other in both]
         mean = (own.elastic @ (np.swapaxes(own.elastic, 1, 2) @ F[..., None]))[..., 0] - own.lent * F
         return np.stack(yielded, axis=1) - mean

@@ -148,13 +148,13 @@ def coupled_problem(seed: int, rank: int, *, sigma: bool) -> ContactProblem:
 def test_steps_of_the_forces_are_those_of_the_amplitudes(monkeypatch, rank, sigma):
     for seed in range(6):
         problem = coupled_problem(seed, rank, sigma=sigma)
-        begun = Guess.nothing(problem)
+        begun = Guess.empty(problem)
         newton(problem, 2, begun)
         for steps, start in ((0, None), (1, None), (2, None), (3, None), (200, None), (200, begun)):
             found = []
             for dense in (0.0, np.inf):
                 monkeypatch.setattr(solver, "DENSE", dense)
-                guess = Guess.nothing(problem) if start is None else Guess(q=start.q.copy(), delta=start.delta.copy())
+                guess = Guess.empty(problem) if start is None else Guess(q=start.q.copy(), delta=start.delta.copy())
                 force, delta, stiffness, _ = newton(problem, steps, guess)
                 # before the end the amplitudes of one belong to its steps, of the other to its forces
                 found.append([force, delta, stiffness] + ([guess.q] if steps == 200 else []))
@@ -170,7 +170,7 @@ def test_a_rough_solution_is_known_to_the_square_of_its_residual(monkeypatch, de
     monkeypatch.setattr(solver, "DENSE", dense)
     for seed in range(6):
         problem = coupled_problem(seed, 13, sigma=False)
-        rough, exact = Guess.nothing(problem), Guess.nothing(problem)
+        rough, exact = Guess.empty(problem), Guess.empty(problem)
         approach, stiffness = solver.solve_roughly(problem, rough)
         solution = solver.solve(problem, exact)
         assert_allclose(approach, solution.approach, rtol=1e-10)

@@ -140,7 +140,7 @@ def test_a_position_where_no_teeth_meet_is_refused(linear):
     problem = random_problem(3, linear=linear)
     active = problem.active.copy()
     active[-1] = False
-    with pytest.raises(ConvergenceError, match="no teeth meet"):
+    with pytest.raises(ConvergenceError, match="no teeth are in mesh"):
         solve(replace(problem, active=active))
 
 

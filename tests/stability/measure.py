@@ -67,7 +67,7 @@ def compare_problem(problem: ContactProblem) -> Digits:
     k = solution.stiffness[0] * problem.length_scale / problem.force
     forces = min(digits(x, y, 1) for x, y in zip(force, exact.force, strict=True))
     steps, polishing = int(solution.iterations.max()), 0
-    if solution.polished:
+    if solution.corrected:
         least = np.min(np.where(problem.active, problem.gap, np.inf), axis=1)
         polishing = steps - int(newton(replace(problem, gap=problem.gap - least[:, None]))[3].max())
     return Digits(digits(delta, exact.approach), digits(k, exact.stiffness), forces, steps, polishing)

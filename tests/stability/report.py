@@ -29,7 +29,7 @@ def rows() -> Iterator[tuple[object, ...]]:
     for case in CASES.values():
         scene = case.build()
         solution = solve(assemble(scene, scene_lines(scene, mesh_phases(scene)[0])))
-        assert solution.polished == 0, case.name
+        assert solution.corrected == 0, case.name
         found = compare(scene, case.phases)
         steps = max(found.steps, int(solution.iterations.max()))
         yield "scene", case.name, case.why, "", *_digits(found), case.digits, steps

@@ -44,8 +44,8 @@ def test_duplicated_segments_answer_like_single_ones():
 
 def test_a_polished_answer_says_so():
     """Where rounding spoils the residual the position is solved again, and the solution records it."""
-    assert solve(ordinary()).polished == 0
-    assert solve(stiff_law(1e-9)).polished == 1
+    assert solve(ordinary()).corrected == 0
+    assert solve(stiff_law(1e-9)).corrected == 1
 
 
 def test_exactly_touching_segments_carry_nothing():

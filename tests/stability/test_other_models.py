@@ -49,4 +49,4 @@ def test_solved(case, model):
     phases = np.unique(np.concatenate([[0.31, 0.77], edges, (edges + 1e-9) % 1.0]))
     s = solve(assemble(scene, scene_lines(scene, phases)))
     assert_solved(s, steps=30)
-    assert s.polished == 0
+    assert s.corrected == 0

@@ -10,7 +10,7 @@ import xarray as xr
 
 import gearbench.contact.assemble
 from gearbench import read_scene, robust, simulate, sweep
-from gearbench.contact.loads import under
+from gearbench.contact.loads import under_force
 from gearbench.contact.patches import solve_patches
 from gearbench.contact.problem import ContactProblem
 from gearbench.errors import InputError
@@ -158,7 +158,7 @@ def test_without_a_contact_law_too():
         force=1.0, length_scale=1.0, shape=(1, 1, 25),
     )  # fmt: skip
     for force in (0.5, 2.0):
-        solution = solve_patches(under(problem, force))
+        solution = solve_patches(under_force(problem, force))
         P = solution.force.ravel()
         gap = root @ root.T @ P + 0.7 * x - solution.approach
         assert P.sum() == pytest.approx(force, rel=1e-12)
