@@ -26,14 +26,14 @@ from tests.stability.models import BodyCase, SolidCase
 class Digits:
     """Least number of correct digits of δ, k and the forces (relative to their sum), and the most steps.
 
-    ``polishing`` of the steps are of the dense active set, where it had to polish.
+    ``correcting`` of the steps are of the dense active set, where rounding had to be corrected.
     """
 
     approach: float
     stiffness: float
     force: float
     steps: int
-    polishing: int = 0
+    correcting: int = 0
 
     @property
     def least(self) -> float:
@@ -66,11 +66,11 @@ def compare_problem(problem: ContactProblem) -> Digits:
     exact = solve_problem(problem, 0, (force, delta))
     k = solution.stiffness[0] * problem.length_scale / problem.force
     forces = min(digits(x, y, 1) for x, y in zip(force, exact.force, strict=True))
-    steps, polishing = int(solution.iterations.max()), 0
+    steps, correcting = int(solution.iterations.max()), 0
     if solution.corrected:
         least = np.min(np.where(problem.active, problem.gap, np.inf), axis=1)
-        polishing = steps - int(newton(replace(problem, gap=problem.gap - least[:, None]))[3].max())
-    return Digits(digits(delta, exact.approach), digits(k, exact.stiffness), forces, steps, polishing)
+        correcting = steps - int(newton(replace(problem, gap=problem.gap - least[:, None]))[3].max())
+    return Digits(digits(delta, exact.approach), digits(k, exact.stiffness), forces, steps, correcting)
 
 
 def _exact(scene: Scene, tau: float, force: np.ndarray, approach: float) -> Answer:

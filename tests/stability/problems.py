@@ -17,7 +17,7 @@ from tests.stability.catalogue import HELICAL, YANG, scene
 class HardProblem:
     """A named contact problem, why it is hard, the digits asserted against extended precision and the most steps.
 
-    Steps are Newton's; those of the dense active set, where a spoilt residual is polished, come on top.
+    Steps are Newton's; those of the dense active set, where rounding is corrected, come on top.
     """
 
     name: str

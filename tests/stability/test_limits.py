@@ -21,18 +21,18 @@ from tests.stability.problems import PROBLEMS, duplicated, no_law, ordinary, sti
 from tests.support.batches import solve_batch
 from tests.support.samples import single
 
-#: Steps that polishing may take.
-POLISHING = 210
+#: Steps that correcting may take.
+CORRECTING = 210
 EVERY = pytest.mark.parametrize("case", [pytest.param(p, id=p.name) for p in PROBLEMS.values()])
 
 
 @EVERY
 def test_contact_problem_keeps_its_digits(case):
-    """Rounding alone decides whether a residual beside the limit is polished; if so, more digits are right."""
+    """Rounding alone decides whether a residual close to the limit is corrected; if so, more digits are right."""
     found = compare_problem(case.build())
-    assert found.least >= (max(case.digits, 12) if found.polishing else case.digits), found
-    assert found.steps - found.polishing <= case.steps, found
-    assert found.polishing <= POLISHING, found
+    assert found.least >= (max(case.digits, 12) if found.correcting else case.digits), found
+    assert found.steps - found.correcting <= case.steps, found
+    assert found.correcting <= CORRECTING, found
 
 
 def test_duplicated_segments_answer_like_single_ones():
@@ -42,7 +42,7 @@ def test_duplicated_segments_answer_like_single_ones():
     assert_allclose(two.force.reshape(*one.force.shape, 2).sum(axis=3), one.force, atol=1e-12 * one.force.sum())
 
 
-def test_a_polished_answer_says_so():
+def test_a_corrected_answer_says_so():
     """Where rounding spoils the residual the position is solved again, and the solution records it."""
     assert solve(ordinary()).corrected == 0
     assert solve(stiff_law(1e-9)).corrected == 1

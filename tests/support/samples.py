@@ -21,7 +21,7 @@ def single(batch: Batch, draw: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """δ_n [mm] and ∂F/∂δ_n [N/mm] of one sample by the solver of single scenes, with the correction of the cells."""
     p, own = batch.problem, batch.arrays(draw)
     arrays = {name: getattr(own, name) for name in ("gap", "a", "h", "sigma", "active", "factor")}
-    p = replace(p, **arrays, along=None, shape=(len(own.gap), 1, own.gap.shape[1]))
+    p = replace(p, **arrays, cells=None, shape=(len(own.gap), 1, own.gap.shape[1]))
     stiffness, deltas = [], []
     for t in range(len(own.gap)):
         here = slice(t, t + 1)
