@@ -29,20 +29,25 @@ class StepResult:
 
     Parameters
     ----------
-    rotation
-        q = r_b1 φ of the pinion [mm].
+    motions
+        (u_x, u_y) of the nodes of their own that gears and pins move with [mm].
     force
         Tooth pair → (F_x, F_y) of the contact [N].
     moment
-        Tooth pair → moment of its contact about the pinion's axis, without sign [N mm].
+        Tooth pair → moment of its contact about the origin, without sign [N mm].
     centre
         Tooth pair → middle of its contact area (x, y) [mm]; NaN where the flanks do not touch.
     """
 
-    rotation: float
-    force: dict[int, tuple[float, float]]
-    moment: dict[int, float]
-    centre: dict[int, tuple[float, float]]
+    motions: list[tuple[float, float]]
+    force: dict[str, tuple[float, float]]
+    moment: dict[str, float]
+    centre: dict[str, tuple[float, float]]
+
+    @property
+    def rotation(self) -> float:
+        """q = r_b φ of the driving gear [mm]."""
+        return self.motions[0][0]
 
 
 def executable() -> str:
@@ -68,8 +73,8 @@ def version() -> str:
     return found.group() if found else "unknown"
 
 
-def run(text: str, pairs: Sequence[int], *, threads: int = 1) -> list[StepResult]:
-    """Results of the load steps of a deck, in order.
+def run(text: str, pairs: Sequence[str], *, threads: int = 1) -> list[StepResult]:
+    """Results of the load steps of a deck, in order; ``pairs`` names the tooth pairs in the order of the deck.
 
     Raises
     ------
@@ -95,15 +100,15 @@ def run(text: str, pairs: Sequence[int], *, threads: int = 1) -> list[StepResult
     return found
 
 
-def read(printed: str, pairs: Sequence[int]) -> list[StepResult]:
+def read(printed: str, pairs: Sequence[str]) -> list[StepResult]:
     """Ends of the load steps, each of time 1, in the text that CalculiX printed (.dat)."""
     steps: dict[int, StepResult] = {}
     for part in re.split(r"displacements \(vx,vy,vz\)", printed)[1:]:
         blocks = part.split("statistics for slave set")
         if len(blocks) != len(pairs) + 1:
             break
-        lines = blocks[0].splitlines()
-        time, rotation = _numbers(lines[0])[0], _numbers(lines[2])[0]
+        first, *rows = blocks[0].splitlines()
+        time, motions = _numbers(first)[0], [_numbers(row) for row in rows if row.strip()]
         if not math.isclose(time, round(time), rel_tol=1e-6):  # a part of a load step that CalculiX cut
             continue
         force, moment, centre = {}, {}, {}
@@ -114,7 +119,9 @@ def read(printed: str, pairs: Sequence[int]) -> list[StepResult]:
             force[k], moment[k] = (total[0], total[1]), abs(total[5])
             centre[k] = (middle[0], middle[1]) if touching else (math.nan, math.nan)
         # the last one at this time: a step may end with a very short increment
-        steps[round(time)] = StepResult(rotation=rotation, force=force, moment=moment, centre=centre)
+        steps[round(time)] = StepResult(
+            motions=[(x, y) for x, y, _ in motions], force=force, moment=moment, centre=centre
+        )
     return list(steps.values())
 
 

@@ -11,13 +11,11 @@ from numpy.typing import NDArray
 
 from fem_reference.contact.placement import Placement, Touch
 from fem_reference.plane import Patch, section_mesh
-from fem_reference.section import Body, on_tooth
+from fem_reference.section import Body, Side, on_tooth
 from gearbench.effects.teeth import own_support, require_bores
 
 #: Largest number of teeth on the sector.
 _TEETH = 7
-#: Boundaries of a tooth that may touch.
-_TOUCHING = ("right_fillet", "right_flank", "tip")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,6 +46,50 @@ class Fineness:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Seat:
+    """A gear in one of its meshes.
+
+    Parameters
+    ----------
+    placement, index
+        The mesh, and which of its gears it is.
+    touches
+        Tooth pairs that may touch.
+    name
+        Name of the mesh, with which the names of its surfaces begin.
+    side
+        The loaded flank. A mesh of left flanks is the placement mirrored at the line of centres.
+    turned
+        Number, in the mesh of the gear, of the tooth that is tooth 0 of this mesh.
+    origin
+        Centre of the placement's pinion [mm].
+    """
+
+    placement: Placement
+    index: int
+    touches: Sequence[Touch]
+    name: str = ""
+    side: Side = Side.RIGHT
+    turned: int = 0
+    origin: tuple[float, float] = (0.0, 0.0)
+
+    def tooth(self, k: int) -> int:
+        """Tooth of pair k in the mesh of the gear, counted clockwise."""
+        z = abs(self.placement.pair.gears[self.index].teeth)
+        first = (z - 1) // 2
+        return (self.turned + self.side * self.placement.tooth(self.index, k) + first) % z - first
+
+    def label(self, k: int) -> str:
+        """Name of the surfaces of tooth pair k."""
+        return self.name + (f"P{k}" if k >= 0 else f"M{-k}")
+
+    def placed(self, points: NDArray) -> NDArray:
+        """Points (2, n) of the gear's frame in the common frame."""
+        mirror = np.array([[float(self.side)], [1.0]])
+        return np.array(self.origin)[:, None] + mirror * self.placement.placed(self.index, mirror * points)
+
+
+@dataclass(frozen=True, kw_only=True)
 class GearMesh:
     """Section of one gear in its position.
 
@@ -60,7 +102,7 @@ class GearMesh:
     bore
         Nodes of the bore.
     surfaces
-        Tooth pair → (triangle, edge number 0 … 2) of the edges that may touch.
+        Name of a tooth pair → (triangle, edge number 0 … 2) of the edges that may touch.
     free
         Length of the outside that each node of the bore stands for, of a ring that is free but for its motion as a
         rigid body [mm]; None where the bore is held.
@@ -69,7 +111,7 @@ class GearMesh:
     points: NDArray
     triangles: NDArray
     bore: NDArray
-    surfaces: dict[int, NDArray]
+    surfaces: dict[str, NDArray]
     free: NDArray | None = None
 
 
@@ -81,10 +123,8 @@ def half_width(placement: Placement, touch: Touch, line_load: float) -> float:
     return math.sqrt(4 * line_load * (rho[0] * rho[1] / sum(rho)) / (math.pi * pair.contact_modulus))
 
 
-def gear_mesh(
-    placement: Placement, index: int, touches: Sequence[Touch], line_loads: tuple[float, float], fineness: Fineness
-) -> GearMesh:
-    """Mesh of one gear, modified flanks included.
+def gear_mesh(seats: Sequence[Seat], line_loads: tuple[float, float], fineness: Fineness) -> GearMesh:
+    """Mesh of one gear in all its meshes, modified flanks included, placed in the first; all its teeth if it has two.
 
     ``line_loads`` [N/mm]: least and greatest that a pair carries, for the size of the elements where flanks touch and
     for how far they are that small.
@@ -94,29 +134,30 @@ def gear_mesh(
     MeshingError
         If the section cannot be meshed.
     """
-    pair = placement.pair
+    pair, index = seats[0].placement.pair, seats[0].index
     gear, (support, _) = pair.gears[index], own_support(pair, index)
     # the teeth of a ring are much of its stiffness
-    teeth = _TEETH if gear.teeth >= _TEETH + 2 else abs(gear.teeth)
+    teeth = _TEETH if gear.teeth >= _TEETH + 2 and len(seats) == 1 else abs(gear.teeth)
     body = Body(gear=gear, bore_radius=require_bores(pair)[index] / 2, teeth=teeth)
-    tooth = {touch.pair: placement.tooth(index, touch.pair) for touch in touches}
+    at = [(seat, touch) for seat in seats for touch in seat.touches]
     patches = []
-    for touch in touches:
-        R, (a, widest) = touch.radii[index], (half_width(placement, touch, load) for load in line_loads)
-        angle = (
-            float(gear.half_angle(np.clip(R, gear.root_radius, gear.tip_radius))) + tooth[touch.pair] * body.pitch_angle
-        )
+    for seat, touch in at:
+        R = touch.radii[seat.index]
+        a, widest = (half_width(seat.placement, touch, load) for load in line_loads)
+        own = float(gear.half_angle(np.clip(R, gear.root_radius, gear.tip_radius)))
+        angle = seat.side * own + seat.tooth(touch.pair) * body.pitch_angle
         x, y = R * math.sin(angle), R * math.cos(angle)
         patches.append(Patch(x=x, y=y, radius=2 * widest, size=fineness.contact * a))
     mesh = section_mesh(body, patches, fineness.size, fineness.growth)
     points, boundaries = mesh.doflocs.copy(), mesh.boundaries
     triangles, edges_of = _triangles(mesh)
     surfaces = {}
-    for k, d in tooth.items():
-        there = [boundaries[name] for part in _TOUCHING if (name := on_tooth(part, d)) in boundaries]
-        facets = np.concatenate(there)
-        surfaces[k] = np.array([(mesh.f2t[0, f], edges_of[int(f)]) for f in facets])
-        _modify(placement, index, k, points)
+    for seat, touch in at:
+        d, side = seat.tooth(touch.pair), seat.side.label
+        parts = [on_tooth(part, d) for part in (f"{side}_fillet", f"{side}_flank", "tip")]
+        facets = np.concatenate([boundaries[name] for name in parts if name in boundaries])
+        surfaces[seat.label(touch.pair)] = np.array([(mesh.f2t[0, f], edges_of[int(f)]) for f in facets])
+        _modify(seat, touch.pair, points)
     middle = mesh.dofs.facet_dofs[0][boundaries["bore"]]
     ends = mesh.facets[:, boundaries["bore"]]
     held = np.union1d(ends.ravel(), middle)
@@ -125,7 +166,7 @@ def gear_mesh(
     for nodes, share in ((ends[0], 1 / 6), (ends[1], 1 / 6), (middle, 4 / 6)):
         np.add.at(weight, nodes, share * length)
     return GearMesh(
-        points=placement.placed(index, points),
+        points=seats[0].placed(points),
         triangles=triangles,
         bore=held,
         surfaces=surfaces,
@@ -147,19 +188,21 @@ def _triangles(mesh: object) -> tuple[NDArray, dict[int, int]]:
     return np.vstack([corners, dofs.facet_dofs[0][facets]]), {f: i for f, i in number.items() if f in boundary}
 
 
-def _modify(placement: Placement, index: int, k: int, points: NDArray) -> None:
-    """Turn the nodes of a tooth by the material that is missing on its flank: all on the flank, none on its middle.
+def _modify(seat: Seat, k: int, points: NDArray) -> None:
+    """Turn the nodes of the tooth of pair k by what is missing on its flank: all on the flank, none on its middle.
 
     Elements at the flank may be smaller than what is missing there: moved alone, its nodes would turn them over.
     """
-    gear, profile = placement.pair.gears[index], placement.profiles[index]
+    gear, profile = seat.placement.pair.gears[seat.index], seat.placement.profiles[seat.index]
     R, theta = gear.sign * np.hypot(*points), np.arctan2(*(gear.sign * points))
     on_profile = np.clip(R, gear.form_radius, gear.tip_radius)
-    centre = 2 * math.pi / gear.teeth * placement.tooth(index, k)
-    across = (theta - centre) / gear.half_angle(on_profile)
+    centre = 2 * math.pi / gear.teeth * seat.tooth(k)
+    # from the middle of the tooth towards its loaded flank
+    away = seat.side * ((theta - centre + math.pi) % (2 * math.pi) - math.pi)
+    across = away / gear.half_angle(on_profile)
     up = np.clip((R - gear.root_radius) / (gear.form_radius - gear.root_radius), 0.0, 1.0)
-    # the right half of this tooth, and not the next one
-    here = (across > 0) & ((theta - centre) * gear.teeth < math.pi) & (up > 0)
+    # the loaded half of this tooth, and not the next one
+    here = (across > 0) & (away * gear.teeth < math.pi) & (up > 0)
     missing = profile.missing(on_profile[here], k) / gear.base_radius
-    theta[here] -= missing * np.minimum(across[here], 1.0) * up[here]
+    theta[here] -= seat.side * missing * np.minimum(across[here], 1.0) * up[here]
     points[:] = R * np.array([np.sin(theta), np.cos(theta)])

@@ -6,9 +6,9 @@ import math
 from dataclasses import asdict, dataclass, field, replace
 
 from fem_reference.contact.calculix import ContactError, run, version
-from fem_reference.contact.deck import NodalLoad, deck
-from fem_reference.contact.mesh import Fineness, gear_mesh
-from fem_reference.contact.placement import Placement
+from fem_reference.contact.deck import ContactPair, NodalLoad, Part, deck
+from fem_reference.contact.mesh import Fineness, Seat, gear_mesh
+from fem_reference.contact.placement import Placement, Touch
 from fem_reference.contact.profile import Profile
 from fem_reference.contact.result import PhaseResult, joined, kept
 from gearbench.effects.base import GapEffect
@@ -81,37 +81,33 @@ def _similar_torques(torques: tuple[float, ...]) -> list[tuple[float, ...]]:
 def _solve(
     pair: Pair, gaps: tuple[GapEffect, ...], phase: float, torques: tuple[float, ...], settings: Settings, start: float
 ) -> PhaseResult:
-    profiles = (Profile(pair=pair, gear=0, effects=gaps), Profile(pair=pair, gear=1, effects=gaps))
-    rest = Placement(pair=pair, phase=phase, profiles=profiles)
     r_b, b = pair.gears[0].base_radius, pair.meshing.face_width
     forces = [1e3 * torque / r_b for torque in torques]
-    touches = rest.touches()
-    least = min(touch.gap for touch in touches)
-    deepest = least + 2 * forces[-1] / b * _GUESS
-    near = [touch for touch in touches if touch.gap < deepest]
-    placement = replace(rest, advance=least + start * forces[0] / b * _GUESS)
+    placement, near = pressed(pair, gaps, phase, (forces[0] / b, forces[-1] / b), start)
     loads = (0.5 * forces[0] / b, 0.5 * forces[-1] / b)
-    meshes = (
-        gear_mesh(placement, 0, near, loads, settings.fineness),
-        gear_mesh(placement, 1, near, loads, settings.fineness),
-    )
+    own = (("PINION", (0.0, 0.0), r_b), ("WHEEL", (0.0, pair.meshing.centre_distance), None))
+    seats = [Seat(placement=placement, index=index, touches=near) for index in (0, 1)]
+    parts = [
+        Part(
+            name=name,
+            mesh=gear_mesh([seat], loads, settings.fineness),
+            material=pair.materials[seat.index],
+            axis=axis,
+            base_radius=radius,
+        )
+        for seat, (name, axis, radius) in zip(seats, own, strict=True)
+    ]
     steps = [NodalLoad(force=factor * force) for force in forces for factor in (1.0, 1 + INCREMENT)]
-    width = math.sqrt(4 * loads[0] * pair.normal_module * 3 / (math.pi * pair.contact_modulus))
-    penalty = settings.penalty * _PENALTY * pair.contact_modulus / width
-    pairs = [touch.pair for touch in near]
-    # the gear whose tip is nearer along the path of contact
-    before = {k: placement.path_position(k) < (pair.meshing.path_start + pair.meshing.path_end) / 2 for k in pairs}
-    slaves = {k: 1 if early else 0 for k, early in before.items()}
     text = deck(
-        pair,
-        meshes,
+        parts,
+        contact_pairs(seats[0], ("PINION", "WHEEL")),
         steps,
-        penalty=penalty,
-        slaves=slaves,
+        penalty=settings.penalty * stiff(pair, loads[0]),
         large_displacements=settings.large_displacements,
         thickness=b,
     )
-    done = run(text, pairs)
+    pairs = {touch.pair: seats[0].label(touch.pair) for touch in near}
+    done = run(text, list(pairs.values()))
     at, beyond = done[::2], done[1::2]
     total = [sum(step.moment.values()) for step in at]
     return PhaseResult(
@@ -120,6 +116,37 @@ def _solve(
             INCREMENT * force / (more.rotation - step.rotation)
             for force, step, more in zip(forces, at, beyond, strict=True)
         ],
-        share={k: [step.moment[k] / whole for step, whole in zip(at, total, strict=True)] for k in pairs},
-        radius={k: [math.hypot(*step.centre[k]) for step in at] for k in pairs},
+        share={k: [step.moment[own] / all_ for step, all_ in zip(at, total, strict=True)] for k, own in pairs.items()},
+        radius={k: [math.hypot(*step.centre[own]) for step in at] for k, own in pairs.items()},
     )
+
+
+def pressed(
+    pair: Pair, gaps: tuple[GapEffect, ...], phase: float, line_loads: tuple[float, float], start: float
+) -> tuple[Placement, list[Touch]]:
+    """The gears at a phase, pressed into one another a little, and the tooth pairs that may touch.
+
+    ``line_loads`` [N/mm]: least and greatest of the mesh; ``start``: share of its expected deflection under the least.
+    """
+    profiles = (Profile(pair=pair, gear=0, effects=gaps), Profile(pair=pair, gear=1, effects=gaps))
+    rest = Placement(pair=pair, phase=phase, profiles=profiles)
+    touches = rest.touches()
+    least = min(touch.gap for touch in touches)
+    near = [touch for touch in touches if touch.gap < least + 2 * line_loads[1] * _GUESS]
+    return replace(rest, advance=least + start * line_loads[0] * _GUESS), near
+
+
+def contact_pairs(seat: Seat, parts: tuple[str, str]) -> list[ContactPair]:
+    """Surfaces of a mesh of two parts: the gear whose tip is nearer along the path of contact is the slave."""
+    meshing = seat.placement.pair.meshing
+    middle, found = (meshing.path_start + meshing.path_end) / 2, []
+    for touch in seat.touches:
+        slave = 1 if seat.placement.path_position(touch.pair) < middle else 0
+        found.append(ContactPair(name=seat.label(touch.pair), slave=parts[slave], master=parts[1 - slave]))
+    return found
+
+
+def stiff(pair: Pair, line_load: float) -> float:
+    """Penalty [MPa/mm] in which flanks under a line load [N/mm] hardly sink."""
+    width = math.sqrt(4 * line_load * pair.normal_module * 3 / (math.pi * pair.contact_modulus))
+    return _PENALTY * pair.contact_modulus / width

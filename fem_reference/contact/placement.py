@@ -89,7 +89,7 @@ class Placement:
 
     def placed(self, index: int, xy: NDArray) -> NDArray:
         """Points (2, n) of a gear's frame in the common frame."""
-        angle = self._turn(index)
+        angle = self.turn(index)
         cos, sin = math.cos(angle), math.sin(angle)
         turned = np.array([[cos, sin], [-sin, cos]]) @ xy
         return turned if index == 0 else np.array([[0.0], [self.pair.meshing.centre_distance]]) - turned
@@ -131,7 +131,7 @@ class Placement:
 
     def in_tooth(self, index: int, k: int, vector: NDArray) -> NDArray:
         """A vector (2,) in the frame of the tooth of pair k: the tooth on +y, its loaded flank at the right."""
-        angle = self._turn(index) + 2 * math.pi * self.tooth(index, k) / self.pair.gears[index].teeth
+        angle = self.turn(index) + 2 * math.pi * self.tooth(index, k) / self.pair.gears[index].teeth
         cos, sin = math.cos(angle), math.sin(angle)
         return np.array([[cos, -sin], [sin, cos]]) @ vector * (1 if index == 0 else -1)
 
@@ -145,7 +145,8 @@ class Placement:
         angle = self.profiles[index].angle(R, k) + 2 * math.pi * d / gear.teeth
         return self.placed(index, np.array([R * np.sin(angle), R * np.cos(angle)]))
 
-    def _turn(self, index: int) -> float:
+    def turn(self, index: int) -> float:
+        """Angle of tooth 0 of a gear in its frame, its advance included [rad]."""
         ahead = self.advance / self.pair.gears[0].base_radius if index == 0 else 0.0
         return self.rotations[index] + ahead
 

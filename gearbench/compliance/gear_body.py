@@ -248,14 +248,14 @@ class ToothedRing:
         solved = np.minimum(n, len(edges) - 1)
         own = edges[solved, 3 * q :, 3 * q :] * (np.maximum(solved, 1) / np.maximum(n, 1))[:, None, None]
         twice = np.where(n == 0, 1.0, 2.0)[:, None, None]
-        C = 2 * math.pi * np.real(np.sum(twice * (np.conj(np.swapaxes(b, 1, 2)) @ (own @ b)), axis=0))
-        moved = edges[:, : 3 * q, 3 * q :] @ b[: len(edges)]
+        C = 2 * math.pi * _work(twice * b, _applied(own, b))
+        moved = _applied(edges[:, : 3 * q, 3 * q :], b[: len(edges)])
         waves = self._rooted(moved)
         sign = np.real(self._phase) + np.imag(self._phase)
         S, phi = self.tooth_parts[0] * sign[:, None] * sign, self.tooth_parts[1] * self._phase
         parts = self._joint(S, waves)
         weight = often(z)[:, None, None]
-        C -= z * np.real(np.sum(weight * (np.conj(np.swapaxes(waves, 1, 2)) @ (S @ parts)), axis=0))
+        C -= z * _work(weight * waves, _applied(S, parts))
         turn = np.exp(2j * math.pi / z * np.outer(np.arange(z), np.arange(z // 2 + 1)))
         reach = np.real(np.tensordot(turn, weight * (phi @ parts), 1))
         rigid = np.full(C.shape[0] - at, -1 / (ring.grip * ring.E))
@@ -291,7 +291,20 @@ class ToothedRing:
         order = np.concatenate(parts)
         B = np.empty((len(weights), len(order), len(order)))
         B[:, order[:, None], order] = (weights @ c).reshape(len(weights), -1)[:, taken]
-        return np.linalg.solve(np.eye(len(order)) + B @ S, moved)
+        return np.linalg.solve(np.eye(len(order)) + B @ S, moved.view(float)).view(complex)
+
+
+def _applied(real: NDArray, x: NDArray) -> NDArray:
+    """A real matrix (…, n, n) times contiguous complex columns x (…, n, k), in real arithmetic."""
+    return (real @ x.view(float)).view(complex)
+
+
+def _work(first: NDArray, second: NDArray) -> NDArray:
+    """Re Σ first̄ᵀ second over harmonics and amplitudes (harmonic, amplitude, functional), (functional, functional)."""
+    rows = first.shape[0] * first.shape[1]
+    parts = ((x.real.reshape(rows, -1), x.imag.reshape(rows, -1)) for x in (first, second))
+    (a, b), (c, d) = parts
+    return a.T @ c + b.T @ d
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -12,7 +12,7 @@ K is the stiffness of the lugs (K⁻¹ = 0 if they are rigid), and −κ for the
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 
 #: Number of traction polynomials along the arc of a lug and along the axis.
 ALONG, ACROSS = 3, 3
+#: Longest part of a lug [rim thicknesses, or modules on a thinner rim].
+LONGEST = 2.0
 #: Number of functionals per lug: all polynomials for tractions along θ, R and the axis.
 EACH = 3 * ALONG * ACROSS
 
@@ -47,6 +49,15 @@ class Lugs:
     angles: tuple[float, ...]
     length: float
     springs: tuple[float, float] | None = None
+
+    def parted(self, radius: float, longest: float) -> Lugs:
+        """Lugs in adjoining parts that are no longer than ``longest`` [mm]; ``radius`` of the outside [mm].
+
+        Three polynomials along a long lug do not follow the tractions beside a loaded tooth.
+        """
+        count = math.ceil(self.length / longest - 1e-9)
+        at = (np.arange(count) - (count - 1) / 2) * self.length / count / radius
+        return replace(self, angles=tuple(np.add.outer(self.angles, at).ravel().tolist()), length=self.length / count)
 
     @property
     def yields(self) -> NDArray:

@@ -236,17 +236,19 @@ def meshed_body(pair: Pair, index: int, *, on_body: bool, coast: bool = False) -
 def own_support(pair: Pair, index: int, coast: bool = False) -> tuple[tuple[float, float] | None, Lugs | None]:
     """Support of a body: springs along its edge, radial and tangential [N/mm³], and lugs.
 
-    The springs are None if the body is clamped, and both are 0 if lugs hold it. Angles of lugs are counted as on a
-    driving gear; they are mirrored for a driven gear, and once more for coast flanks.
+    The springs are None if the body is clamped, and both are 0 if lugs hold it. Long lugs are in parts. Angles of lugs
+    are counted as on a driving gear; they are mirrored for a driven gear, and once more for coast flanks.
     """
     support = pair.members[index].support
     springs = None if support is None else support.per_area(pair.gears[index].face_width)
     if support is None or not support.lugs:
         return springs, None
-    from gearbench.compliance.lugs import Lugs
+    from gearbench.compliance.lugs import LONGEST, Lugs
 
+    outside, gear = -require_bores(pair)[index] / 2, pair.gears[index]
     angles = tuple(_side(index, coast) * math.radians(angle) for angle in support.lugs)
-    return (0.0, 0.0), Lugs(angles=angles, length=support.lug_length or 0.0, springs=springs)
+    lugs = Lugs(angles=angles, length=support.lug_length or 0.0, springs=springs)
+    return (0.0, 0.0), lugs.parted(outside, LONGEST * max(outside + gear.root_radius, gear.normal_module))
 
 
 def in_mesh(flank: FlankCompliance, pair: Pair, index: int, coast: bool) -> FlankCompliance:

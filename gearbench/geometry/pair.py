@@ -279,7 +279,7 @@ class Pair:
             try:
                 blank_of(gear.blank).support(gear, diameter)
                 if member.support is not None:
-                    member.support.check(diameter, diameter / 2 - abs(gear.root_radius))
+                    member.support.check(diameter)
             except InputError as error:
                 raise error.within(GEARS[index]) from None
 

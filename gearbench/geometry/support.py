@@ -13,8 +13,6 @@ from gearbench.errors import InputError
 from gearbench.schema import STRICT
 
 Stiffness = Annotated[float, Field(ge=0.0, le=1e9)]
-#: Longest lug [rim thicknesses]: three polynomials along longer ones leave the ring more than 5 % too soft.
-LONGEST = 6.0
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -33,7 +31,7 @@ class Support:
         Angles of the lugs [°], from the middle of tooth 0 towards the teeth that come into mesh next on the drive
         flanks.
     lug_length
-        Length of a lug along the circumference [mm], at most 6 rim thicknesses; lugs are as wide as the face.
+        Length of a lug along the circumference [mm]; lugs are as wide as the face.
     tooth
         Tooth that carries tooth pair 0. Lugs make the compliance depend on it; a ``sweep`` over it covers a
         revolution.
@@ -64,8 +62,8 @@ class Support:
         if any(b - a < 1e-9 for a, b in pairwise(angles)):
             raise InputError("lugs", list(self.lugs), "two lugs at the same angle")
 
-    def check(self, outer_diameter: float, rim: float) -> None:
-        """Refuse lugs that overlap, or that are too long for the ``rim``, root circle to outside [mm].
+    def check(self, outer_diameter: float) -> None:
+        """Refuse lugs that overlap.
 
         Raises
         ------
@@ -78,9 +76,6 @@ class Support:
         apart = min(b - a for a, b in pairwise([*angles, angles[0] + 360]))
         if (arc := math.radians(apart) * outer_diameter / 2) < self.lug_length:
             raise InputError("support.lug_length", self.lug_length, f"lugs overlap: at most {arc:.4g}, their distance")
-        if self.lug_length > LONGEST * rim:
-            allowed = f"must be at most {LONGEST * rim:.4g}, {LONGEST:g} rim thicknesses"
-            raise InputError("support.lug_length", self.lug_length, allowed)
 
     def per_area(self, face_width: float) -> tuple[float, float] | None:
         """Radial and tangential stiffness per area [N/mm³]; None for rigid lugs."""

@@ -11,7 +11,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from gearbench.compliance.gear_body import ToothedRing
-from gearbench.compliance.lugs import Lugs
+from gearbench.compliance.lugs import LONGEST, Lugs
 from gearbench.compliance.ring import LAYER, Ring
 from gearbench.compliance.solid_tooth import SolidTooth
 from gearbench.geometry.gear import Gear
@@ -157,6 +157,19 @@ def test_lugs_that_surround_a_ring_are_springs_all_around(helix):
     # the driven one of a pair counts its teeth the other way round
     other = replace(on_lugs, driven=True)
     assert_allclose(other.at(3, 1), on_lugs.at(-3, -1), rtol=0, atol=1e-12 * np.abs(held.at(0, 0)).max())
+
+
+def test_long_rigid_lugs_all_around_hold_a_ring_firmly():
+    """Three lugs of a third of the circumference, in parts; in one piece they leave it more than twice as soft."""
+    g, rim = gear(41, 0.0, 8.0), 8.0
+    tooth, outside = SolidTooth(gear=g, E=E, nu=NU, order=(4, 4, 4), rooted=True), abs(g.root_radius) + rim
+    third = 2 * math.pi / 3
+    lugs = Lugs(angles=(0.1, 0.1 + third, 0.1 + 2 * third), length=third * outside).parted(outside, LONGEST * rim)
+    on_lugs = ToothedRing(tooth=tooth, bore_radius=-outside, support=(0.0, 0.0), lugs=lugs).flank(3)
+    held = ToothedRing(tooth=tooth, bore_radius=-outside, order=16).flank(3)
+    for i, j in ((0, 0), (1, 0), (7, 7), (14, 13)):
+        softer = on_lugs.at(i, j)[0, 0] - held.at(i, j)[0, 0]
+        assert abs(softer) < 2e-3 * (tooth.matrix + held.at(0, 0))[0, 0]
 
 
 def test_three_lugs_hold_by_statics():

@@ -5,16 +5,17 @@ from __future__ import annotations
 import math
 import shutil
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
 
 from fem_reference.contact import calculix, phase
 from fem_reference.contact.cycle import contact_cycle
-from fem_reference.contact.deck import NodalLoad, deck
-from fem_reference.contact.mesh import Fineness, gear_mesh, half_width
+from fem_reference.contact.deck import NodalLoad, Part, deck
+from fem_reference.contact.mesh import Fineness, GearMesh, Seat, gear_mesh, half_width
 from fem_reference.contact.phase import Settings, solve_phase
-from fem_reference.contact.placement import Placement
+from fem_reference.contact.placement import Placement, Touch
 from fem_reference.contact.profile import Profile
 from fem_reference.contact.strip import slice_at
 from fem_reference.environment import MissingDependencyError
@@ -58,6 +59,17 @@ def placed(pair: Pair, phase: float, *gaps: GapEffect) -> Placement:
     return Placement(pair=pair, phase=phase, profiles=(pinion, wheel))
 
 
+def meshed(placement: Placement, index: int, touches: list[Touch], fineness: Fineness, load=(100.0, 100.0)) -> GearMesh:
+    """Mesh of a gear in one mesh."""
+    return gear_mesh([Seat(placement=placement, index=index, touches=touches)], load, fineness)
+
+
+def parts(pair: Pair, meshes: tuple[GearMesh, ...]) -> list[Part]:
+    """Pinion, turning, and wheel."""
+    own = zip(meshes, pair.materials, (0.0, pair.centre_distance), (pair.gears[0].base_radius, None), strict=True)
+    return [Part(name=f"G{i}", mesh=m, material=s, axis=(0.0, y), base_radius=r) for i, (m, s, y, r) in enumerate(own)]
+
+
 @pytest.mark.parametrize("pair", [PAIR, SHIFTED, RING])
 @pytest.mark.parametrize("phase", [0.05, 0.35, 0.8])
 def test_unmodified_flanks_touch_on_the_line_of_action(pair, phase):
@@ -99,13 +111,13 @@ def test_the_outside_of_a_free_ring_is_held_as_a_rigid_body():
     placement = placed(RING, 0.3)
     touches = [touch for touch in placement.touches() if touch.gap < 0.03]
     coarse = Fineness(contact=2.0, size=0.8, growth=0.8)
-    pinion, wheel = (gear_mesh(placement, index, touches, (100.0, 100.0), coarse) for index in (0, 1))
+    pinion, wheel = (meshed(placement, index, touches, coarse) for index in (0, 1))
     x, y = wheel.points[:, wheel.triangles[:3]]
     assert np.all((x[1] - x[0]) * (y[2] - y[0]) > (x[2] - x[0]) * (y[1] - y[0]))
     assert wheel.free is not None
     assert wheel.free.sum() == pytest.approx(math.pi * 211.0, rel=2e-3)
-    text = deck(RING, (pinion, wheel), [NodalLoad(force=1.0)], penalty=1e6, slaves=dict.fromkeys(wheel.surfaces, 0))
-    block = text.split("*EQUATION\n")[2].split("*BOUNDARY")[0].splitlines()
+    text = deck(parts(RING, (pinion, wheel)), [], [NodalLoad(force=1.0)], penalty=1e6)
+    block = text.split("*EQUATION\n")[2].split("*SURFACE")[0].splitlines()
     equations, at = [], 0
     while at < len(block):
         count = int(block[at])
@@ -140,14 +152,14 @@ def test_mesh_lies_on_the_flank_that_was_made(phase, contact):
     relief = TipRelief(amount=20.0, length=1.0)
     placement = placed(PAIR, phase, relief)
     touches = [touch for touch in placement.touches() if touch.gap < 0.05]
-    mesh = gear_mesh(placement, 0, touches, (100.0, 100.0), Fineness(contact=contact, size=0.5, growth=0.6))
+    mesh = meshed(placement, 0, touches, Fineness(contact=contact, size=0.5, growth=0.6))
     x, y = mesh.points[:, mesh.triangles[:3]]
     assert np.all((x[1] - x[0]) * (y[2] - y[0]) > (x[2] - x[0]) * (y[1] - y[0]))
     start, end = mesh.points[:, mesh.triangles[[0, 1, 2]]], mesh.points[:, mesh.triangles[[1, 2, 0]]]
     bow = np.linalg.norm(mesh.points[:, mesh.triangles[3:]] - (start + end) / 2, axis=0)
     assert (bow / np.linalg.norm(end - start, axis=0)).max() < 0.2  # each middle belongs to its edge
     gear, profile = PAIR.gears[0], placement.profiles[0]
-    for k, edges in mesh.surfaces.items():
+    for k, edges in zip((touch.pair for touch in touches), mesh.surfaces.values(), strict=True):
         t, e = edges.T
         nodes = np.unique([mesh.triangles[e, t], mesh.triangles[(e + 1) % 3, t], mesh.triangles[3 + e, t]])
         R, angle = np.hypot(*mesh.points[:, nodes]), np.arctan2(*mesh.points[:, nodes])
@@ -163,16 +175,13 @@ def test_bore_of_the_pinion_turns_as_one_body():
     placement = placed(PAIR, 0.3)
     touches = [touch for touch in placement.touches() if touch.gap < 0.05]
     coarse = Fineness(contact=2.0, size=0.8, growth=0.8)
-    pinion, wheel = (gear_mesh(placement, index, touches, (100.0, 100.0), coarse) for index in (0, 1))
-    lines = deck(
-        PAIR, (pinion, wheel), [NodalLoad(force=1.0)], penalty=1e6, slaves=dict.fromkeys(pinion.surfaces, 0)
-    ).splitlines()
+    pinion, wheel = (meshed(placement, index, touches, coarse) for index in (0, 1))
+    lines = deck(parts(PAIR, (pinion, wheel)), [], [NodalLoad(force=1.0)], penalty=1e6).splitlines()
     q = pinion.points.shape[1] + wheel.points.shape[1] + 1
     moved = np.zeros((2, pinion.points.shape[1]))
-    for line in lines:
-        parts = line.split(",")
-        if len(parts) == 6 and parts[3].strip() == str(q):
-            moved[int(parts[1]) - 1, int(parts[0]) - 1] = -float(parts[5])
+    for node, turn in pairwise(line.split(",") for line in lines):
+        if turn[:2] == [str(q), " 1"] and len(turn) == len(node) == 3:
+            moved[int(node[1]) - 1, int(node[0]) - 1] = -float(turn[2])
     x, y = pinion.points[:, pinion.bore]
     np.testing.assert_allclose(moved[:, pinion.bore], np.array([y, -x]) / PAIR.gears[0].base_radius, atol=1e-12)
     assert np.count_nonzero(np.abs(moved).sum(axis=0)) == len(pinion.bore)
@@ -180,13 +189,11 @@ def test_bore_of_the_pinion_turns_as_one_body():
 
 
 PRINTED = """
- displacements (vx,vy,vz) for set ROTATION and time  0.1000000E+01
+ displacements (vx,vy,vz) for set MOTION and time  0.1000000E+01
 
      18544  9.707483E-03  0.000000E+00  0.000000E+00
-
- forces (fx,fy,fz) for set ROTATION and time  0.1000000E+01
-
-     18544 -1.833200E-12  0.000000E+00  0.000000E+00
+     18545 -2.500000E-03  0.000000E+00  0.000000E+00
+     18546  1.400000E-03 -3.100000E-04  0.000000E+00
 
 
  statistics for slave set PINIONP0, master set WHEELP0 and time  0.1000000E+01
@@ -202,18 +209,19 @@ PRINTED = """
 
 
 def test_what_calculix_prints_is_read():
-    (step,) = calculix.read(PRINTED, [0])
+    (step,) = calculix.read(PRINTED, ["P0"])
     assert step.rotation == 9.707483e-3
-    assert step.force == {0: (-1935.225, -705.9036)}
-    assert step.moment == {0: 48391.23}
-    assert step.centre == {0: (-3.084538, 23.881)}
-    assert calculix.read(PRINTED, [0, 1]) == []
+    assert step.motions[1:] == [(-2.5e-3, 0.0), (1.4e-3, -3.1e-4)]
+    assert step.force == {"P0": (-1935.225, -705.9036)}
+    assert step.moment == {"P0": 48391.23}
+    assert step.centre == {"P0": (-3.084538, 23.881)}
+    assert calculix.read(PRINTED, ["P0", "P1"]) == []
 
 
 def test_parts_of_a_load_step_are_not_taken_for_steps():
     part = PRINTED.replace("time  0.1000000E+01", "time  0.2500000E+00").replace("9.707483E-03", "2.000000E-03")
     nearly = part.replace("time  0.2500000E+00", "time  0.1000000E+01")
-    assert [step.rotation for step in calculix.read(part + nearly + PRINTED, [0])] == [9.707483e-3]
+    assert [step.rotation for step in calculix.read(part + nearly + PRINTED, ["P0"])] == [9.707483e-3]
 
 
 def test_calculix_that_is_not_installed_is_named(monkeypatch):
@@ -226,14 +234,16 @@ def test_elements_suit_each_load_they_carry(monkeypatch, tmp_path):
     """Torques on one mesh differ by a factor of five at most; elements suit the least and reach for the greatest."""
     meshes: list[tuple[float, float]] = []
 
-    def solved(forces: list[float], pairs: list[int]) -> list[calculix.StepResult]:
+    def solved(forces: list[float], pairs: list[str]) -> list[calculix.StepResult]:
         moment, nothing = dict.fromkeys(pairs, 1.0), dict.fromkeys(pairs, (0.0, 0.0))
-        return [calculix.StepResult(rotation=1e-6 * f, force=nothing, moment=moment, centre=nothing) for f in forces]
+        return [
+            calculix.StepResult(motions=[(1e-6 * f, 0.0)], force=nothing, moment=moment, centre=nothing) for f in forces
+        ]
 
     monkeypatch.setenv("GEARBENCH_CACHE", str(tmp_path))
     monkeypatch.setattr(phase, "version", lambda: "none")
-    monkeypatch.setattr(phase, "gear_mesh", lambda *given: meshes.append(given[3]))
-    monkeypatch.setattr(phase, "deck", lambda pair, both, steps, **_: [step.force for step in steps])
+    monkeypatch.setattr(phase, "gear_mesh", lambda *given: meshes.append(given[1]))
+    monkeypatch.setattr(phase, "deck", lambda own, contacts, steps, **_: [step.force for step in steps])
     monkeypatch.setattr(phase, "run", solved)
     torques = (10.0, 50.0, 60.0, 200.0)
     found = solve_phase(PAIR, (), 0.3, torques, Settings())
@@ -244,9 +254,9 @@ def test_elements_suit_each_load_they_carry(monkeypatch, tmp_path):
 
     placement = placed(PAIR, 0.3)
     a, wide = (half_width(placement, placement.touch(0), q) for q in (10.0, 40.0))
-    mesh = gear_mesh(placement, 0, placement.touches()[:1], (10.0, 40.0), Settings().fineness)
-    k = next(iter(mesh.surfaces))
-    ends = np.array([[mesh.triangles[(edge + i) % 3, t] for i in range(2)] for t, edge in mesh.surfaces[k]])
+    mesh = meshed(placement, 0, placement.touches()[:1], Settings().fineness, (10.0, 40.0))
+    k, edges = placement.touches()[0].pair, next(iter(mesh.surfaces.values()))
+    ends = np.array([[mesh.triangles[(edge + i) % 3, t] for i in range(2)] for t, edge in edges])
     middle = mesh.points[:, ends].mean(axis=2)
     length = np.hypot(*np.diff(mesh.points[:, ends], axis=2)[..., 0])
     near = np.abs(np.hypot(*middle) - placement.touch(k).radii[0]) < wide / 2
