@@ -16,7 +16,7 @@ from gearbench.schema import STRICT
 
 def _loaded(torque: float) -> float:
     if torque == 0:
-        raise InputError("", torque, "must not be 0: above it the drive flanks carry, below it the coast flanks")
+        raise InputError("", torque, "must not be 0: positive for drive flanks, negative for coast flanks")
     return torque
 
 

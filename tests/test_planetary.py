@@ -309,7 +309,7 @@ def test_the_plan_counts_meshes_and_motions():
         ({"planets": 3, "positions": [0.0, 90.0, 180.0, 270.0]}, "planetary.planets", "positions of 4 planets"),
         ({"ring": {"teeth": -96, "normal_module": 3.0}}, "planetary.ring.normal_module", "not for a single gear"),
         ({"ring": {"teeth": 96}}, "planetary.ring.teeth", "must be negative"),
-        ({"positions": []}, "planetary.positions", "one angle or more"),
+        ({"positions": []}, "planetary.positions", "at least one angle"),
         ({"planet": {"teeth": 30, "face": 1.0}}, "planetary.planet.face", "unknown|allowed|must be"),
         ({"planet": {"teeth": 3}}, "planetary.planet.teeth", "at least 5"),
         ({"centre_distance": 60.0}, "planetary.centre_distance", "."),

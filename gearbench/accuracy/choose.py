@@ -154,7 +154,7 @@ def choose(
     """
     requested = scene.resolution.accuracy
     if requested is None:
-        raise InputError("resolution.accuracy", "missing", "the resolution is chosen for it")
+        raise InputError("resolution.accuracy", "missing", "is required: the resolution is chosen to meet it")
     start, budget, settings = time.perf_counter(), share * requested, {}
     scene, meshed = _finite_elements(with_resolution(scene), budget)
     if meshed:

@@ -110,7 +110,7 @@ def _scenes(results: list[Path], stage: str | None) -> list[Scene]:
     found = [_scene(path, stage) for path in results]
     scenes = [scene for scene in found if scene is not None]
     if scenes and len(scenes) < len(found):
-        raise InputError("", str(results[found.index(None)]), "is a study: open scenes and studies apart")
+        raise InputError("", str(results[found.index(None)]), "is a study: open scenes and studies separately")
     return scenes
 
 

@@ -141,7 +141,7 @@ def _kind(
         if wanted
     ]
     if len(asked) > 1:
-        raise InputError(asked[1], "given", f"conflicts with {asked[0]}: one of them at a time")
+        raise InputError(asked[1], "given", f"conflicts with {asked[0]}: give one of the two")
     if nonlinear:
         from gearbench.dynamics.nonlinear import nonlinear_response
 

@@ -60,7 +60,7 @@ def load_any(
 
     for name, value in (("stage", stage), ("load-case", load_case)):
         if value is not None:
-            raise InputError(f"--{name}", value, "only for REXS files: a scene file says so itself", str(path))
+            raise InputError(f"--{name}", value, "is for REXS files only", str(path))
     loaded = read_scene(path)
     return (loaded if torque is None else with_torque(loaded, torque)), ()
 

@@ -80,4 +80,4 @@ def settle(scene: Scene, around: Callable[[Any], tuple[Effect, ...]], lines: Con
         if constant or (before is not None and np.abs(solution.force - before).max() <= SETTLED * before.max()):
             return OnShafts(lines=lines, effects=acting, problem=problem, solution=solution, guess=guess, gears=gears)
         before, effects = solution.force, around(flank_loads(gears, lines, solution.force, weight))
-    raise ConvergenceError(f"bearings and contact not settled after {ROUNDS} rounds")
+    raise ConvergenceError(f"bearings and contact did not converge in {ROUNDS} iterations")

@@ -203,7 +203,7 @@ class Statics:
                 for now, old in zip((q, F, size), best, strict=True)
             )
         if best[2].max() > max(enough, ENOUGH):
-            raise ConvergenceError(f"balance of the meshes not found: {best[2].max():.1e} of the load is left")
+            raise ConvergenceError(f"no equilibrium of the meshes: residual {best[2].max():.1e} of the load")
         return best[0][..., :motions], best[1]
 
 
@@ -276,7 +276,7 @@ class Forces:
             next_ = np.where(change * before < 0, (force + found) / 2, found)
             # close to separation the tangent replaces the contact, so the growth is not limited
             force, before = np.where(next_ > least, np.minimum(next_, GROWTH * at), next_), change
-        raise ConvergenceError(f"forces of the meshes not settled after {STEPS} steps: {left:.1e} of the greatest")
+        raise ConvergenceError(f"forces of the meshes did not converge in {STEPS} steps: relative change {left:.1e}")
 
 
 def balance(meshes: Sequence[MeshAt], statics: Statics, bodies: Bodies | None = None) -> Balance:

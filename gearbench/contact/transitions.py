@@ -37,7 +37,7 @@ def mesh_phases(scene: Scene) -> tuple[NDArray, NDArray]:
     """Mesh phases τ and weights (position,) by the scene's resolution, on panels that do not depend on the load."""
     resolution = scene.one_load.resolution
     if resolution.accuracy is not None:
-        raise InputError("resolution.accuracy", resolution.accuracy, "is for simulate and robust; here give segments")
+        raise InputError("resolution.accuracy", resolution.accuracy, "is for simulate and robust: give segments")
     if resolution.positions is not None:
         return uniform_phases(resolution.positions)
     meshing, flanks = scene.pair.meshing, flank_separation(scene)

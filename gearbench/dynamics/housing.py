@@ -78,7 +78,7 @@ def housing_response(dataset: xr.Dataset, housing: xr.Dataset) -> xr.Dataset:
     known = list(map(str, housing["bearing"].values))
     for name in map(str, dataset["bearing"].values):
         if name not in known:
-            raise InputError("housing", f"no bearing {name}", f"must have all of the scene's: it has {known}")
+            raise InputError("housing", f"no bearing {name}", f"must contain every bearing; it contains {known}")
     directions = list(map(str, housing["direction"].values))
     if missing := [name for name in map(str, dataset["direction"].values) if name not in directions]:
         raise InputError("housing", f"no direction {missing[0]}", f"must have x, y and axial: it has {directions}")

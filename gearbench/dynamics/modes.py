@@ -65,7 +65,7 @@ class Modes:
         size = np.where((r == 0) & (w == 0), 1.0, size)
         if (size == 0).any():
             f = r[np.argwhere(size == 0)[0, -1]] / (2 * np.pi)
-            raise InputError("system.damping_ratio", 0.0, f"an order meets the mode at {f:.6g} Hz: give it damping")
+            raise InputError("system.damping_ratio", 0.0, f"an order excites the undamped mode at {f:.6g} Hz")
         return real / size, -imaginary / size
 
     def _between(self, left: NDArray, right: NDArray, omega: NDArray) -> NDArray:

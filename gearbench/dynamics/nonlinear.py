@@ -150,7 +150,7 @@ def moving(model: Model, highest: float) -> NDArray:
         slow = np.flatnonzero(modes.frequency > 0)[:1]
     found = np.sort(slow[np.argsort(-modes.participation[0, slow], kind="stable")[:MODES]])
     if (modes.damping_ratio[found] == 0).any():
-        raise InputError("system.damping_ratio", 0.0, "must be above 0: free motion would never fade")
+        raise InputError("system.damping_ratio", 0.0, "must be above 0: free vibration would not decay")
     return found
 
 

@@ -56,7 +56,7 @@ class ForceOverSpeed:
         group = model.groups[0]
         if getattr(errors, "centre_distance", None) is not None:
             key = "effects.manufacturing_errors.centre_distance"
-            raise InputError(key, "given", "is not for the force over speed: axes keep their distance")
+            raise InputError(key, "given", "is not supported for forces over speed: they keep the centre distance")
         if len(group.meshes) > 1:
             allowed = "the force over speed is for a pair of its own frequency"
             raise InputError("system.meshes", "of the same mesh frequency", allowed)

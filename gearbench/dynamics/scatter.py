@@ -47,7 +47,9 @@ def sample_problem(model: Model) -> RobustProblem:
     cycle = model.cycles[0]
     if require_errors(cycle.scene).centre_distance is not None:
         raise InputError(
-            "effects.manufacturing_errors.centre_distance", "given", "is for robust: here axes keep theirs"
+            "effects.manufacturing_errors.centre_distance",
+            "given",
+            "is supported by robust only",
         )
     phases = cycle.cycle.phases
     scene = replace(cycle.scene, resolution=replace(cycle.scene.resolution, gauss_points=phases.size))
@@ -141,7 +143,9 @@ def robust_response(
     model, workers = Model(scene=scene), threads or default_threads()
     group = model.groups[0]
     if len(group.meshes) > 1:
-        raise InputError("system.meshes", "of the same mesh frequency", "scatter is for a pair of its own frequency")
+        raise InputError(
+            "system.meshes", "of the same mesh frequency", "scatter needs a pair with its own mesh frequency"
+        )
     block = min(BLOCK, len(speeds))
     require_each(
         sample_memory(harmonics, block, model.cycles[0].rows),

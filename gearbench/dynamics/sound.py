@@ -39,7 +39,7 @@ def run_up(dataset: xr.Dataset, seconds: float = 10.0, at: str | None = None) ->
     """
     along = "order" if "order" in dataset.dims else "harmonic"
     if along not in dataset.dims:
-        raise InputError("sound", "no orders of the mesh frequency", "is for a response, not for its scatter")
+        raise InputError("sound", "no orders of the mesh frequency", "needs a response, not its scatter")
     if "sweep" in dataset.dims:
         dataset = dataset.sel(sweep="up")
     speeds = dataset["speed"].values
@@ -74,7 +74,7 @@ def _heard(dataset: xr.Dataset, at: str | None, part: str) -> xr.DataArray:
             known += [str(label) for label in dataset[dim].values]
             if at in dataset[dim].values:
                 return dataset[name].sel({dim: at})
-    raise InputError("sound_at", at, f"must be one of {known}" if known else "no bearing or point has its phases here")
+    raise InputError("sound_at", at, f"must be one of {known}" if known else "the result has no phases")
 
 
 def write_run_up(

@@ -350,5 +350,5 @@ def train_model(scene: Scene) -> TrainModel:
     solved = solve_train(scene)
     idle = [name for name, force in zip(solved.meshes, solved.balance.force.T, strict=True) if not force.any()]
     if idle:
-        raise InputError("load.torque", scene.load.torque, f"leaves {', '.join(idle)} without contact all the time")
+        raise InputError("load.torque", scene.load.torque, f"leaves {', '.join(idle)} without contact at all positions")
     return TrainModel(scene=scene, solved=solved)

@@ -66,9 +66,9 @@ class GearBody(ToothCompliance):
             raise InputError("", f"effects.tooth_bending.order = {list(order)}", "a ring needs 2 across the thickness")
         if self.model == "sainsot_velex":
             if pair.is_internal:
-                raise InputError("model", self.model, 'is of external gears: take model = "ring"')
+                raise InputError("model", self.model, 'supports external gears only: use model = "ring"')
             if any(web is not None for web in webs):
-                raise InputError("model", self.model, 'knows no webs (rim_thickness): take model = "ring"')
+                raise InputError("model", self.model, 'does not support webs (rim_thickness): use model = "ring"')
             from gearbench.compliance.sainsot_velex import shape_factors
 
             for name, gear, bore in zip(("pinion", "wheel"), pair.gears, bores, strict=True):

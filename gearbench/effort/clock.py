@@ -121,7 +121,7 @@ def apart(work: Callable[..., Any], scene: Scene, *given: Any) -> Any:
     with raising():
         done = subprocess.run(command, input=json.dumps(order), capture_output=True, text=True, check=False)
     if done.returncode != 0:
-        raise GearbenchError(f"in a process of its own: {(done.stderr.strip() or 'no answer').splitlines()[-1]}")
+        raise GearbenchError(f"timing in a process failed: {(done.stderr.strip() or 'no answer').splitlines()[-1]}")
     return json.loads(done.stdout.splitlines()[-1])
 
 

@@ -98,7 +98,7 @@ def cost(scene: Scene, repeats: int = REPEATS, seeds: int = 8, meshes: Meshes | 
     """
     scene = scene.one_load
     if (accuracy := scene.resolution.accuracy) is not None:
-        raise InputError("resolution.accuracy", accuracy, "is for simulate and robust; here give segments")
+        raise InputError("resolution.accuracy", accuracy, "is for simulate and robust: give segments")
 
     def curves() -> list[WorkPrecision]:
         """Curves of all settings of the scene."""

@@ -89,7 +89,7 @@ class Linkage:
         for shafts, what in zip(found, ("enters", "leaves"), strict=True):
             if len(shafts) != 1:
                 given = ", ".join(shafts) or "no shaft"
-                raise InputError("meshes", f"torque {what} at {given}", "must be one shaft, where paths are parallel")
+                raise InputError("meshes", f"torque {what} at {given}", "must be a single shaft if paths are parallel")
         return found[0][0], found[1][0]
 
     @cached_property

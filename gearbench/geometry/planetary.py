@@ -141,7 +141,7 @@ class Planetary:
 
     def __post_init__(self) -> None:
         if self.positions == ():
-            raise InputError("positions", [], "must be one angle or more, or left out")
+            raise InputError("positions", [], "must hold at least one angle, or be left out")
         for name in DEVIATIONS:
             if (given := getattr(self, name)) and len(given) != self.number:
                 raise InputError(name, f"{len(given)} numbers", f"must be one for each of the {self.number} planets")

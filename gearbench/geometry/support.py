@@ -51,7 +51,7 @@ class Support:
         if not self.lugs:
             for key, value in (("lug_length", self.lug_length), ("tooth", self.tooth or None)):
                 if value is not None:
-                    raise InputError(key, value, "belongs to lugs")
+                    raise InputError(key, value, "needs lugs")
             return
         if self.lug_length is None:
             raise InputError("lug_length", "missing", "is required with lugs")

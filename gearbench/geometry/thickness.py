@@ -98,7 +98,7 @@ class Thickness:
         m, alpha, change = section.normal_module, section.alpha_n, _MICROMETRE * deviation
         if self.span is not None and self.span_teeth is not None:
             if section.teeth < 0:
-                raise InputError("span", self.span, "is for external gears: give over_balls, the size between balls")
+                raise InputError("span", self.span, "is for external gears: give over_balls (between balls)")
             without = span(section, 0.0, self.span_teeth)
             return (self.span + change - without) / (2 * m * math.sin(alpha))
         if self._over is not None and self.measuring_diameter is not None:

@@ -285,7 +285,11 @@ class TrainTables:
             found[mesh.label] ^= first
             side = "coast" if found[mesh.label] else "drive"
             if mesh.flank not in (None, side):
-                raise InputError(f"meshes.{number}.flank", mesh.flank, f"must be {side}: a tooth is between two meshes")
+                raise InputError(
+                    f"meshes.{number}.flank",
+                    mesh.flank,
+                    f"must be {side}: a tooth lies between its flanks",
+                )
         return found
 
     def named(self, error: InputError, number: int) -> InputError:

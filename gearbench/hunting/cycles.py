@@ -45,7 +45,7 @@ def known_orders(phases: Phases, cycles: int, orders: float) -> int:
     if phases.size is None:
         known = min(known, (cycles * len(phases.phase) - 1) // 2)
         if not known:
-            raise InputError("resolution.positions", len(phases.phase), "must be 3 or more: they give no order at all")
+            raise InputError("resolution.positions", len(phases.phase), "must be 3 or more: fewer give no order")
     return known
 
 

@@ -120,7 +120,7 @@ def _spectra(phases: Phases, curves: Columns, orders: float) -> tuple[Columns, C
 def _all_cycles(scene: Scene, orders: float, threads: int) -> MeshCycle:
     """Transmission error and mesh stiffness of a pair in all mesh cycles, (cycle, position)."""
     if scene.has_shafts:
-        raise InputError("system.shafts", "given", "hunting cycles are of gears without shafts")
+        raise InputError("system.shafts", "given", "is not supported by hunting: remove the shafts")
     count = check_cycles(scene.pair.gears)
     phase, weight = mesh_phases(scene)
     turning = unlike(scene)

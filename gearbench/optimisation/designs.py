@@ -60,7 +60,7 @@ class Designs:
         text = str(self.dataset.attrs["study"])
         found = sha256(text.encode(errors="surrogatepass")).hexdigest()
         if self.dataset.attrs.get("study_sha256") not in (None, found):
-            raise InputError("", self.source, "is damaged or changed: its study is not that of its digest")
+            raise InputError("", self.source, "is damaged or changed: its study does not match its digest")
         try:
             return parse_study(tomllib.loads(text))
         except (ValueError, RecursionError) as error:  # an InputError is a ValueError too
@@ -87,7 +87,7 @@ class Designs:
         if len(found) == 1:
             return found[0]
         if found:
-            raise InputError(key, name, f"could be {' or '.join(found)}")
+            raise InputError(key, name, f"is ambiguous: {' or '.join(found)}")
         raise InputError(key, name, f"unknown quantity; known: {', '.join(self.names)}")
 
     def values(self, name: str, numbers: NDArray) -> NDArray:

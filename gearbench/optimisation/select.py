@@ -163,7 +163,7 @@ def select(
         numbers = numbers[condition.holds(designs.values(condition.name, numbers))]
         kept.append((str(condition), numbers))
     if avoid and designs.study.of_set:
-        raise InputError("avoid", str(avoid[0]), "is for pairs: the mesh frequency of a set depends on what is held")
+        raise InputError("avoid", str(avoid[0]), "is for pairs: the mesh frequency of a set depends on the held member")
     for resonance in avoid:
         numbers = numbers[resonance.avoided(designs.values("pinion_teeth", numbers))]
         kept.append((str(resonance), numbers))
@@ -203,7 +203,7 @@ def _score(designs: Designs, numbers: NDArray, ranking: Mapping[str, float]) -> 
         on_front = designs.values(name, front).astype(float)
         on_front = on_front[np.isfinite(on_front)]
         if on_front.size == 0:
-            raise InputError("rank", name, "is not known of any design on the front: were there samples?")
+            raise InputError("rank", name, "is unknown for this front: it needs error samples")
         spread = float(np.ptp(on_front)) or 1.0
         best = float(on_front.min() if weight > 0 else on_front.max())
         score += weight * (designs.values(name, numbers).astype(float) - best) / spread

@@ -248,7 +248,7 @@ class OptimisationStudy:
                 known = RESPONSES_OF_SET if self.of_set else RESPONSES
                 other = f"{known[1]}_{statistic}" if statistic else known[1]
                 kinds = ("a planetary set", "a pair") if of_set else ("a pair", "a planetary set")
-                raise InputError(key, name, f"is of {kinds[0]}, the base is {kinds[1]}: it has {other}, say")
+                raise InputError(key, name, f"belongs to {kinds[0]}, but the base is {kinds[1]}, with e.g. {other}")
         if self.of_set and "loads" in self.base:
             raise InputError("base.loads", "given", "are for pairs: give a planetary set one [base.load]")
 
@@ -260,7 +260,7 @@ class OptimisationStudy:
     def _check_speeds(self) -> None:
         asked = [name for name in (*self.responses, *self.constraints) if is_over_speed(name)]
         if not asked and self.speeds is not None:
-            raise InputError("speeds", "given", "belong to an objective or a limit of mesh_force: there is none")
+            raise InputError("speeds", "given", "need an objective or a limit of mesh_force")
         if not asked or self.speeds is None:
             if asked:
                 raise InputError("speeds", "missing", f"{asked[0]} needs [speeds]: lowest and highest [1/min]")

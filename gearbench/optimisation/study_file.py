@@ -77,10 +77,10 @@ def check_study(study: OptimisationStudy) -> None:
     driven: dict[str, str] = {}
     for variable in study.variables:
         if variable.name in DIMENSIONS or quantity(variable.name) is not None:
-            raise InputError(f"variables.{variable.name}", "reserved name", "results are called so: use another name")
+            raise InputError(f"variables.{variable.name}", "reserved name", "results have this name: use another one")
         for path in changed_keys(variable):
             if path in driven:
-                raise InputError(f"variables.{variable.name}", path, f"is changed by variables.{driven[path]} too")
+                raise InputError(f"variables.{variable.name}", path, f"is also changed by variables.{driven[path]}")
             driven[path] = variable.name
     if "loads" in study.base:
         _check_loads(study.base, driven)
@@ -108,7 +108,7 @@ def _check_numbers(study: OptimisationStudy, driven: Collection[str]) -> None:
             raise InputError("costs", name, "is real: give the variable a step, or values")
         for value in costs.keys() ^ set(map(str, grid)):
             missing = value not in costs
-            raise InputError(f"costs.{name}", value, "has no cost" if missing else "is no value of the variable")
+            raise InputError(f"costs.{name}", value, "has no cost" if missing else "is not a value of the variable")
     if COST in asked and not study.costs:
         raise InputError("costs", "missing", "is required where cost is an objective or a limit")
 
@@ -161,7 +161,7 @@ def _check_base(base: Mapping[str, Any], driven: Mapping[str, str]) -> None:
     own = KINDS["planetary" in base]
     for path in driven:
         if (head := path.partition(".")[0]) in KINDS and head != own:
-            raise InputError(f"variables.{driven[path]}", path, f"is no key of base.{own}")
+            raise InputError(f"variables.{driven[path]}", path, f"is not a key of base.{own}")
     tables: dict[str, Any] = {own: {}} | ({} if "loads" in base else {"load": {}})
     tables |= {name: table for name, table in base.items() if name not in ("name", "effects", "loads")}
     tables |= {f"effects.{name}": table for name, table in {**later, **effects}.items()}

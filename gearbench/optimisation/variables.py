@@ -76,7 +76,7 @@ class Variable:
                 raise InputError(key, getattr(self, key), f"conflicts with {one}: give one of the two")
         for name, keys in (self.sets or {}).items():
             if keys.keys() != set(self.paths):
-                raise InputError(f"sets.{name}", ", ".join(keys), f"must set {', '.join(self.paths)}, as the others")
+                raise InputError(f"sets.{name}", ", ".join(keys), f"must set {', '.join(self.paths)}, like others")
 
     def _check_range(self) -> None:
         for key in ("min", "max"):

@@ -74,7 +74,7 @@ class Phases:
         if self.size is None:
             return
         if len(self.phase) % self.size:
-            raise ValueError(f"{len(self.phase)} phases are no panels of {self.size}")
+            raise ValueError(f"{len(self.phase)} phases cannot be split into panels of {self.size}")
         (begin, end), t = self.edges.T, gauss(self.size)[0]
         whole = np.abs(np.append(begin, 1.0) - np.append(0.0, end)).max() < ON_PANEL
         nodes = (begin + end)[:, None] / 2 + (end - begin)[:, None] / 2 * t

@@ -257,5 +257,5 @@ def _checked(name: str, A: NDArray) -> NDArray:
         raise InputError(name, "not symmetric", "must be symmetric")
     d = np.sqrt(np.maximum(np.abs(np.diag(A)), 1e-12 * largest))
     if largest and np.linalg.eigvalsh((A + A.T) / 2 / d[:, None] / d)[0] < -ROUNDED * len(A):
-        raise InputError(name, "a negative eigenvalue", "must be that of an energy: no negative eigenvalue")
+        raise InputError(name, "a negative eigenvalue", "must have no negative eigenvalue")
     return (A + A.T) / 2

@@ -215,7 +215,7 @@ class Shaft:
             if ripple.position is None and self.coupling is None:
                 raise InputError(f"ripples.{number}.position", "missing", "the shaft has no coupling: give a position")
             if not self.gears:
-                raise InputError("ripples", "given", "need a gear on the shaft, which tells its speed")
+                raise InputError("ripples", "given", "need a gear on the shaft, which determines its speed")
         if self.coupling is not None and self.coupling.position > self.length:
             raise self._beyond("coupling.position", self.coupling.position)
         least = self.length / MOST_SLENDER

@@ -82,7 +82,7 @@ class Settled:
             u, residual, K = trial, new, K_new
         self._check_support(self._bearings(u)[1])
         names = ", ".join(model.shaft.name for model in self.structure.shafts.values())
-        raise GearbenchError(f"the bearings of shaft {names} find no balance")
+        raise GearbenchError(f"the bearings of shaft {names} have no equilibrium")
 
     def _residual(self, u: NDArray) -> tuple[NDArray, NDArray]:
         """Residual force and tangent stiffness of the free motions."""

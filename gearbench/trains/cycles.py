@@ -103,7 +103,7 @@ def check_train_cycles(scene: Scene) -> int:
     """
     assert scene.train is not None
     if scene.loads:
-        raise InputError("loads", f"{len(scene.loads)} loads", "are not for hunting: give one [load]")
+        raise InputError("loads", f"{len(scene.loads)} loads", "are not supported by hunting: give one [load]")
     gears = gears_apart(scene)
     if not gears:
         raise InputError("effects", "all teeth are alike", "must have pitch_errors or waviness")

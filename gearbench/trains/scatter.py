@@ -256,7 +256,7 @@ def sampled_train(scene: Scene, solved: SolvedTrain | None = None) -> SampledTra
         allowed = "robustness of a train needs it, or effects.manufacturing_errors: pin_tangential = 20.0, say"
         raise InputError("planetary.scatter", "missing", allowed)
     if scene.loads:
-        raise InputError("loads", f"{len(scene.loads)} loads", "are not for robust of a train: give one [load]")
+        raise InputError("loads", f"{len(scene.loads)} loads", "not supported by robust for trains: give one [load]")
     if of_flanks:
         check_flanks(scene)
     names = variables(scatter, short.keys.names) if short is not None and scatter is not None else {}

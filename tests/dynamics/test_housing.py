@@ -59,7 +59,7 @@ def test_orders_beyond_the_file_are_missing_and_noted(answer):
 
 
 def test_what_does_not_fit_is_one_line(answer, tmp_path):
-    with pytest.raises(InputError, match="no bearing A: must have all"):
+    with pytest.raises(InputError, match="no bearing A: must contain every"):
         housing_response(answer, housing(bearings=("B", "output 1", "output 2")))
     with pytest.raises(InputError, match="no bearing forces"):
         housing_response(response(spur_scene({}), speed=900.0, harmonics=2), housing())

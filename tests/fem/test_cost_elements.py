@@ -86,7 +86,7 @@ def test_all_meshes_end_below_the_unknowns_allowed(k):
 
 
 def test_what_fails_in_a_process_of_its_own_is_one_line():
-    with pytest.raises(GearbenchError, match=r"^in a process of its own: .*two hundred") as error:
+    with pytest.raises(GearbenchError, match=r"^timing in a process failed: .*two hundred") as error:
         apart(_fails, case(1), "two hundred")
     assert "\n" not in str(error.value)
 

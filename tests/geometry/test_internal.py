@@ -327,7 +327,7 @@ def test_a_ring_as_pinion_is_refused():
         ({"pair__pinion__support": {"radial": 0.0, "tangential": 1.0}}, "external gear"),
         ({"pair__wheel__support": {"radial": 1.0}}, "tangential"),
         ({"pair__wheel__support": {"lugs": [0.0, 120.0]}}, "lug_length"),
-        ({"pair__wheel__support": {"radial": 1.0, "tangential": 1.0, "tooth": 2}}, "belongs to lugs"),
+        ({"pair__wheel__support": {"radial": 1.0, "tangential": 1.0, "tooth": 2}}, "needs lugs"),
         ({"pair__wheel__support": {"lugs": [0.0, 360.0], "lug_length": 9.0}}, "same angle"),
         ({"pair__wheel__support": {"lugs": [0.0], "lug_length": 9.0, "radial": 0.0, "tangential": 1.0}}, "above 0"),
         ({"pair__wheel__support": {"lugs": [0.0, 5.0], "lug_length": 20.0}}, "lugs overlap: at most 9.599"),

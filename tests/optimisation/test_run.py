@@ -211,7 +211,7 @@ def test_the_command_runs_refuses_and_resumes(run, study_file, tmp_path, referen
     assert "wrote" in out
     code, out, err = run("optimise", study_file, "-o", folder)
     assert code == 2
-    assert err == f"gearbench: output = {folder}: the folder is not empty: continue it with --resume\n"
+    assert err == f"gearbench: output = {folder}: the folder is not empty: continue its search with --resume\n"
     code, out, err = run("optimise", study_file, "-o", folder, "--resume", "--json")
     assert (code, err) == (0, "")
     assert f'"on_front": {int(reference["on_front"].sum())}' in out

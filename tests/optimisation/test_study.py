@@ -198,7 +198,7 @@ def test_what_is_missing_may_be_a_variable():
 def test_two_variables_must_not_change_the_same_key():
     tables = tomllib.loads(SMALL)
     tables["variables"]["other"] = {"paths": ["pair.pinion.addendum"], "min": 0.5, "max": 1.0}
-    with pytest.raises(InputError, match=r"pair\.pinion\.addendum: is changed by variables\.addendum too"):
+    with pytest.raises(InputError, match=r"pair\.pinion\.addendum: is also changed by variables\.addendum"):
         parse_study(tables)
 
 

@@ -155,7 +155,7 @@ def test_no_shaft_is_thinner_than_a_micrometre(diameter):
 
 @pytest.mark.parametrize("thin", [{"diameter": 0.045}, {"diameter": 30.0, "end_diameter": 0.39}])
 def test_no_shaft_is_a_wire(thin):
-    """One of 45 µm under 200 N·m took a minute to find no balance."""
+    """One of 45 µm under 200 N·m took a minute to have no equilibrium."""
     sections = (ShaftSection(length=60.0, diameter=30.0), ShaftSection(length=60.0, **thin))
     with pytest.raises(Exception, match=r"sections.1.*at least 0\.4 mm, 1/300"):
         Shaft(name="s", sections=sections)
