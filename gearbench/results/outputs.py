@@ -106,12 +106,13 @@ def check_outputs(names: tuple[str, ...]) -> None:
 
 def _noise_floor(solved: Solved, curve: str) -> NDArray:
     """Estimate the errors of the amplitudes of a curve, in its unit, (…, harmonic)."""
-    coarse = MeshCycle.of(
-        solved.scene, solved.phases, solved.solution.coarse_approach, solved.solution.coarse_stiffness
-    )
-    values = getattr(solved.cycle, curve)
-    cut = CUT * values.mean(axis=-1) if curve == "mesh_stiffness" else 0.0
-    return curve_floor([solved], values, values - getattr(coarse, curve), cut)
+    if curve not in solved.floors:
+        solution = solved.solution
+        coarse = MeshCycle.of(solved.scene, solved.phases, solution.coarse_approach, solution.coarse_stiffness)
+        values = getattr(solved.cycle, curve)
+        cut = CUT * values.mean(axis=-1) if curve == "mesh_stiffness" else 0.0
+        solved.floors[curve] = curve_floor([solved], values, values - getattr(coarse, curve), cut)
+    return solved.floors[curve]
 
 
 def curve_floor(meshes: Sequence[Solved], values: NDArray, change: NDArray, cut: NDArray | float = 0.0) -> NDArray:

@@ -46,6 +46,11 @@ class Solved:
         return MeshCycle.of(self.scene, self.phases, self.solution.approach, self.solution.stiffness)
 
     @cached_property
+    def floors(self) -> dict[str, NDArray]:
+        """Noise floors of the harmonics that were computed so far, by curve."""
+        return {}
+
+    @cached_property
     def conforming(self) -> bool:
         """Whether the flanks touch along their whole lines, so that the phases of transitions are known in advance."""
         return conforming(self.scene.one_load)
