@@ -10,8 +10,8 @@ them, and the next, more expensive one is used if a method is not accurate enoug
 2. ``_between`` interpolates values at four x between two coarse phases;
 3. ``_refined`` evaluates the interference ever closer to the zero.
 
-Contact patches are short near a load transfer, so (2) and (3) use lines with many segments. A truncated smooth
-compliance is accurate enough.
+Contact patches are short near a load transfer, so (2) and (3) use lines with many cells where flanks may part along
+them. A truncated smooth compliance is accurate enough.
 
 If the gap is the same all along a line, the line begins to touch over a short ramp, because the other pairs bend the
 gears unevenly. Loads and approach are smooth before and after the ramp. Continued from both sides, they meet where the
@@ -289,10 +289,20 @@ def _interference_at(scene: Scene, x: NDArray, share: NDArray, *, exact: bool = 
 
 
 def _fine(scene: Scene, phase: NDArray, *, exact: bool) -> tuple[ContactProblem, ContactLines]:
-    """Problem and lines with many segments at mesh phases; the compliance is truncated unless ``exact``."""
-    lines = scene_lines(replace(scene, resolution=Resolution(positions=len(phase), segments=FINE_SEGMENTS)), phase)
+    """Problem and lines at mesh phases, with many segments if these are cells; the compliance is truncated.
+
+    With ``exact`` segments are many in any case, and the compliance is whole. A line that touches as a whole has no
+    short patches: coarse segments locate its load transfers to 1e-8.
+    """
+
+    def lines_of(segments: int, phase: NDArray) -> ContactLines:
+        return scene_lines(replace(scene, resolution=Resolution(positions=len(phase), segments=segments)), phase)
+
     if exact:
+        lines = lines_of(FINE_SEGMENTS, phase)
         return assemble(scene, lines), lines
+    cells = lines_of(COARSE_SEGMENTS, phase[:1]).cells
+    lines = lines_of(FINE_SEGMENTS if cells else COARSE_SEGMENTS, phase)
     nodes = round(math.sqrt(COARSE_SEGMENTS / FINE_SEGMENTS) * smooth_nodes(lines))
     return assemble(scene, lines, truncation=COARSE_TRUNCATION, nodes=nodes), lines
 
