@@ -28,6 +28,8 @@ from gearbench.contact.solver import ConvergenceError, Guess
 SETTLED, STEPS = 1e-11, 60
 #: Force over the nominal force below which the tangent replaces the contact of a mesh.
 LEAST = 1e-9
+#: A force oscillates if it changes back by more than this share of its change before.
+SWING = 0.25
 #: Maximum growth of a force in a step, since tangents of flanks under small loads are far too compliant.
 GROWTH = 8.0
 #: Stiffness of separated meshes in the matrices of Newton's method over that under load; it keeps them regular.
@@ -271,9 +273,10 @@ class Forces:
             change = np.where(force > least, found - force, np.maximum(found - at, 0.0))
             left = max(np.abs(change).max() / np.abs(found).max(), self.moved())
             if left <= (self.settled if step < STEPS - 1 else max(self.settled, ENOUGH)):
-                return force, q, k * (force > 0), step + 1
+                return found, q, k * (found > 0), step + 1
             # forces that oscillate about first contact go half of the way
-            next_ = np.where(change * before < 0, (force + found) / 2, found)
+            swings = (change * before < 0) & (np.abs(change) > SWING * np.abs(before))
+            next_ = np.where(swings, (force + found) / 2, found)
             # close to separation the tangent replaces the contact, so the growth is not limited
             force, before = np.where(next_ > least, np.minimum(next_, GROWTH * at), next_), change
         raise ConvergenceError(f"forces of the meshes did not converge in {STEPS} steps: relative change {left:.1e}")

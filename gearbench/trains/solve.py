@@ -237,7 +237,7 @@ def solve_train(
         share = np.where(heavy > HEAVIER, heavy, 1.0)
         scenes = {name: _under(own, by) for (name, own), by in zip(scenes.items(), share, strict=True)}
         at, found = _balanced(train, scenes, phases, statics, alike=alike)
-    meshes = {
+    contact_of = {
         name: Solved(
             scene=scenes[name],
             lines=lines,
@@ -249,7 +249,7 @@ def solve_train(
         for (name, (lines, mesh)), own, field in zip(at.items(), found.solutions, found.fields, strict=True)
     }
     contacts = tuple(mesh for _, mesh in at.values())
-    parts = {"meshes": meshes, "contacts": contacts, "own": found.statics, "balance": found}
+    parts = {"meshes": contact_of, "contacts": contacts, "own": found.statics, "balance": found}
     return SolvedTrain(scene=scene, linkage=linkage, phases=phases, even=even, **parts)
 
 

@@ -55,8 +55,8 @@ def cycle_errors(fast: xr.Dataset, reference: xr.Dataset) -> dict[str, tuple]:
             "mesh_load_factor": (("model",), np.array([a, b])),
             "mesh_load_factor_error": ((), relative_error(a, b)),
         }
-    shares = [side[shared_load(side)].values for side in sides]
-    largest, rms = load_share_error(*shares, fast["phase_weight"].values)
+    own, exact = (side[shared_load(side)].values for side in sides)
+    largest, rms = load_share_error(own, exact, fast["phase_weight"].values)
     return found | {"load_share_error_max": ((), largest), "load_share_error_rms": ((), rms)}
 
 
