@@ -33,7 +33,18 @@ def dataset_of(data: bytes) -> xr.Dataset:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
+            if engine == "h5netcdf":
+                _open_all(data)
             return xr.load_dataset(io.BytesIO(data), engine=engine, decode_times=False)
     except Exception as error:  # HDF5, h5py, h5netcdf, scipy and xarray raise all kinds
         reason = (str(error) or type(error).__name__).splitlines()[0]
         raise InputError("", "", f"must be a readable netCDF file ({reason})") from None
+
+
+def _open_all(data: bytes) -> None:
+    """Open all items of an HDF5 file first, because h5netcdf prints to stderr about items that it cannot open."""
+    import h5py
+
+    with h5py.File(io.BytesIO(data), "r") as file:
+        for item in (file, *(file[name] for name in file)):
+            _ = (dict(item.attrs), item.dtype if isinstance(item, h5py.Dataset) else None)
