@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
 from itertools import groupby
-from multiprocessing import get_context, parent_process
+from multiprocessing import active_children, get_context, parent_process
 from threading import Thread
 from types import ModuleType
 
@@ -33,6 +33,7 @@ def worker_processes(count: int) -> Iterator[Executor | None]:
     if count == 1:
         yield None
         return
+    others = {*active_children()}
     memory = f"{memory_limit() / count:.0f}"
     executor = ProcessPoolExecutor(count, mp_context=get_context("spawn"), initializer=_begin, initargs=(memory,))
     # started at once, and so that they do not run the program of this process again
@@ -45,7 +46,9 @@ def worker_processes(count: int) -> Iterator[Executor | None]:
     try:
         yield executor
     finally:
-        executor.shutdown(wait=False, cancel_futures=True)
+        for process in {*active_children()} - others:
+            process.kill()
+        executor.shutdown(cancel_futures=True)
 
 
 def _begin(memory: str) -> None:
