@@ -18,8 +18,8 @@ import numpy as np
 from gearbench.effort.figures import cheapest
 from gearbench.results.netcdf import open_result
 from studies.s07_accuracy_cost.data import ACCURACIES
-from studies.s07_accuracy_cost.findings import TIMES, diagram, meshed, met, ratios, scaling_part
-from studies.s07_accuracy_cost.pictures import cheapest_mesh, pareto
+from studies.s07_accuracy_cost.findings import TIMES, diagram, met, ratios, scaling_part
+from studies.s07_accuracy_cost.pictures import pareto
 from studies.s07_accuracy_cost.scaling import exponent
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ NAME = "s07_accuracy_cost"
 #: Folder of the tables, and the Dataset that they were written from.
 TABLES = DOCS / "data"
 DATA = TABLES / f"{NAME}.nc"
-FIGURES = ("work_precision_time", "front", "work_precision_memory", "promises", "scaling", "elements", "gears")
+FIGURES = ("work_precision_time", "front", "work_precision_memory", "promises", "scaling", "gears")
 
 Row = tuple[str, ...]
 
@@ -45,17 +45,6 @@ def settings(dataset: xr.Dataset) -> Iterator[Row]:
             seen = " ".join(_order(p) for p in part["observed_order"].sel(knob=setting).values)
             times = [_milliseconds(cheapest(part, setting, error)) for error in (0.01, 0.001)]
             yield name, setting.replace("_", " "), str(part["expected_order"].sel(knob=setting).values), seen, *times
-
-
-def elements(dataset: xr.Dataset) -> Iterator[Row]:
-    """Types of finite elements and meshes: what reaches 1 % and 0.3 % of the compliance."""
-    cost = ("mesh", "unknowns", "time [s]", "memory [MB]")
-    yield "scene", "elements", "observed order", *(f"{part} for {e} %" for e in ("1", "0.3") for part in cost)
-    for name, part in meshed(dataset).items():
-        for setting in part["knob"].values.tolist():
-            order = _order(float(part["compliance_order"].sel(knob=setting)))
-            cheap = [cell for error in (0.01, 0.003) for cell in _mesh(cheapest_mesh(part, setting, error))]
-            yield name, setting.replace("_", " "), order, *cheap
 
 
 def models(dataset: xr.Dataset) -> Iterator[Row]:
@@ -112,14 +101,7 @@ def _milliseconds(seconds: float | None) -> str:
     return "" if seconds is None else f"{1e3 * seconds:.3g}"
 
 
-def _mesh(row: xr.Dataset | None) -> Row:
-    if row is None:
-        return ("",) * 4
-    cost = f"{float(row['processor_seconds']):.2g}", _number(float(row["megabytes"]))
-    return str(row["level"].values), str(int(row["unknowns"])), *cost
-
-
-PARTS = (settings, elements, models, accuracies, scaling)
+PARTS = (settings, models, accuracies, scaling)
 
 
 def write_tables(dataset: xr.Dataset, folder: Path) -> list[Path]:

@@ -174,13 +174,5 @@ SOLID_ORDER = Setting(
     size=lambda level: level[1],
     prepares=True,
 )
-FE_ACCURACY = Setting(
-    name="fe accuracy",
-    levels=lambda scene: (0.1, 0.01, 0.005, 0.002) if tooth_bending(scene.effects_by_name, "finite_elements") else (),
-    with_level=lambda scene, level: with_effect(scene, "tooth_bending", accuracy=level),
-    order="1 in the accuracy asked of the mesh",
-    size=lambda level: 1 / level,
-)
-#: Settings of a single simulation by name, whose work–precision is measured. ``gearbench.effort.elements`` measures the
-#: accuracy of finite elements.
+#: Settings of a single simulation by name, whose work–precision is measured.
 SETTINGS = {setting.name: setting for setting in (SEGMENTS, GAUSS_POINTS, POSITIONS, PLATE_ORDER, SOLID_ORDER)}

@@ -14,8 +14,6 @@ if TYPE_CHECKING:
 
     from gearbench.scene import Scene
 
-#: Columns that only scenes with finite elements have.
-FLANK = ("compliance_error", "compliance_error_bar", "unknowns")
 Folder = Annotated[
     Path | None, typer.Option("--output", "-o", metavar="DIR", help="Write cost.nc and plots into this folder.")
 ]
@@ -31,8 +29,6 @@ def cost(
     json: Json = False,
 ) -> None:
     """Measure error against time for every setting of SCENE.
-
-    For a scene with finite elements this includes all element types on several meshes and takes some minutes.
 
     Example: gearbench cost examples/sc.toml -o cost
     """
@@ -67,7 +63,6 @@ def _print_json(scene: Scene, dataset: xr.Dataset, written: list[Path]) -> None:
             "seconds": float(row["seconds"]),
             "megabytes": float(row["megabytes"]),
             **{key: dict(zip(names, row[key].values.tolist(), strict=True)) for key in ("error", "error_bar")},
-            **{key: float(row[key]) for key in FLANK if key in row and row[key].notnull()},
         }
         for row in (dataset.isel(setting=i) for i in range(dataset.sizes["setting"]))
     ]
@@ -85,9 +80,6 @@ def _print(scene: Scene, dataset: xr.Dataset, written: list[Path]) -> None:
     print("error: the largest of mean STE, RMS STE, mean k, RMS k, relative; ±: of its reference")
     print("order: of each of the four, – where errors are not clear of their reference")
     print("time, memory: of a run with the other settings as in the scene; medians")
-    if "compliance_error" in dataset:
-        print("meshes by cells across the tooth; compliance: error of the flanks' compliance, and its order")
-        print("finite elements: of a process of its own, both gears meshed and solved, memory beside libraries")
     for path in written:
         say(f"wrote {path}")
 
@@ -96,26 +88,19 @@ def _print_table(title: str, dataset: xr.Dataset) -> None:
     """Print one row per level; the first row of a setting also has its observed orders."""
     from gearbench.cli.table import print_columns
 
-    elements = "compliance_error" in dataset
-    compliance = ("compliance",) if elements else ()
-    names = ("setting", "level", "error", "±", *compliance, "time", "memory", "order observed")
+    names = ("setting", "level", "error", "±", "time", "memory", "order observed")
     table = []
     for setting in dataset["knob"].values:
         rows = dataset.isel(setting=dataset["setting_knob"].values == setting)
-        orders = [*rows["observed_order"].sel(knob=setting).values]
-        if elements and rows["compliance_error"].notnull().any():
-            orders.append(rows["compliance_order"].sel(knob=setting).values)
-        order = ", ".join(f"{p:.1f}" if p == p else "–" for p in orders)
+        order = ", ".join(f"{p:.1f}" if p == p else "–" for p in rows["observed_order"].sel(knob=setting).values)
         for i in range(rows.sizes["setting"]):
             row = rows.isel(setting=i)
             worst = int(row["error"].values.argmax())
-            flank = f"{float(row['compliance_error']):.1e}" if elements and row["compliance_error"].notnull() else ""
             cells = (
                 str(setting) if i == 0 else "",
                 str(row["level"].values),
                 f"{float(row['error'][worst]):.1e}",
                 f"{float(row['error_bar'][worst]):.0e}",
-                *((flank,) if elements else ()),
                 f"{1e3 * float(row['seconds']):.2f} ms",
                 f"{float(row['megabytes']):.2f} MB",
                 order if i == 0 else "",

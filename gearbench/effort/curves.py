@@ -37,16 +37,12 @@ class Point:
         Relative errors of the four numbers of ``gearbench.accuracy.measure``, (4,).
     cost
         Cost of one run.
-    compliance_error, unknowns
-        For finite elements, relative error of the flanks' compliance, and unknowns of the larger mesh; else NaN.
     """
 
     label: str
     size: float
     errors: NDArray
     cost: Cost
-    compliance_error: float = float("nan")
-    unknowns: float = float("nan")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,15 +57,12 @@ class WorkPrecision:
         Levels of the setting, coarse to fine.
     bar
         Relative uncertainty of the reference, (4,).
-    compliance_bar
-        Relative uncertainty of the reference's flank compliance.
     """
 
     setting: str
     expected: str
     points: tuple[Point, ...]
     bar: NDArray
-    compliance_bar: float = float("nan")
 
     @property
     def errors(self) -> NDArray:
@@ -85,11 +78,6 @@ class WorkPrecision:
         """Observed order of convergence of the four numbers, (4,); see ``observed_order``."""
         sizes = self.column("size")
         return np.array([observed_order(sizes, e, bar) for e, bar in zip(self.errors.T, self.bar, strict=True)])
-
-    @property
-    def compliance_order(self) -> float:
-        """Observed order of convergence of the flanks' compliance; NaN unless the setting is one of finite elements."""
-        return observed_order(self.column("size"), self.column("compliance_error"), self.compliance_bar)
 
 
 def observed_order(sizes: NDArray, errors: NDArray, bar: float, points: int = 6) -> float:
@@ -160,10 +148,6 @@ def as_dataset(curves: Sequence[WorkPrecision]) -> xr.Dataset:
         **{name: ("setting", rows(name)) for name in ("seconds", "processor_seconds", "megabytes")},
         "observed_order": (("knob", "quantity"), np.array([c.order for c in curves])),
     }
-    if np.isfinite(rows("compliance_error")).any():
-        table |= {name: ("setting", rows(name)) for name in ("compliance_error", "unknowns")}
-        table["compliance_error_bar"] = ("setting", np.repeat([c.compliance_bar for c in curves], lengths))
-        table["compliance_order"] = ("knob", np.array([c.compliance_order for c in curves]))
     names = {"error": "setting_error", "error_bar": "setting_error_bar"}
     return xr.Dataset(
         {name: (*given, QUANTITIES[names.get(name, name)].attrs) for name, given in table.items()},

@@ -15,7 +15,6 @@ from gearbench.accuracy.measure import relative_errors, scales
 from gearbench.accuracy.settings import SETTINGS
 from gearbench.effort.clock import measured, timed
 from gearbench.effort.curves import Point, WorkPrecision, as_dataset, setting_curve
-from gearbench.effort.elements import Meshes, element_curves
 from gearbench.errors import InputError
 from gearbench.results.provenance import provenance
 from gearbench.robustness.montecarlo import prepare_scene, respond
@@ -70,8 +69,8 @@ def sample_curves(
 REPEATS = 7
 
 
-def cost(scene: Scene, repeats: int = REPEATS, seeds: int = 8, meshes: Meshes | None = None) -> xr.Dataset:
-    """Measure the work–precision of all settings of ``scene``: ``settings.SETTINGS``, finite elements, error samples.
+def cost(scene: Scene, repeats: int = REPEATS, seeds: int = 8) -> xr.Dataset:
+    """Measure the work–precision of all settings of ``scene``: ``settings.SETTINGS`` and error samples.
 
     Parameters
     ----------
@@ -81,15 +80,12 @@ def cost(scene: Scene, repeats: int = REPEATS, seeds: int = 8, meshes: Meshes | 
         Number of timed runs per level; the median counts.
     seeds
         Number of draws of the error samples; their errors are RMS values over the draws.
-    meshes
-        Meshes to measure if the scene has finite elements; by default ``all_meshes``.
 
     Returns
     -------
     Dataset over ``setting`` (one entry per level of every setting), ``knob`` (one entry per setting) and ``quantity``:
     relative ``error`` and ``error_bar`` (setting, quantity), ``seconds``, ``processor_seconds`` and ``megabytes``
-    (setting), ``observed_order`` (knob, quantity). If the scene has finite elements, also ``compliance_error``, its
-    error bar and ``unknowns`` (setting), and ``compliance_order`` (knob); they are NaN for other settings.
+    (setting), ``observed_order`` (knob, quantity).
 
     Raises
     ------
@@ -104,7 +100,6 @@ def cost(scene: Scene, repeats: int = REPEATS, seeds: int = 8, meshes: Meshes | 
         """Curves of all settings of the scene."""
         return [
             *(setting_curve(scene, setting, repeats) for setting in SETTINGS.values() if setting.applies(scene)),
-            *element_curves(scene, meshes),
             *sample_curves(scene, repeats, seeds),
         ]
 

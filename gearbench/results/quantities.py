@@ -171,10 +171,6 @@ GROUPS: Mapping[str, Mapping[str, Quantity]] = MappingProxyType(
             "processor_seconds": Quantity("s", "t_p", "processor time of a run, median of repeats"),
             "megabytes": Quantity("MB", "M", "largest memory taken during a run"),
             "observed_order": Quantity("1", "p", "observed order of convergence"),
-            "compliance_error": Quantity("1", "ε_C", "relative error of the flank compliance of the worse gear"),
-            "compliance_error_bar": Quantity("1", "Δε_C", "uncertainty of its reference"),
-            "compliance_order": Quantity("1", "p_C", "observed order of convergence of the flank compliance"),
-            "unknowns": Quantity("1", "N", "unknowns of the larger mesh"),
         },
         "over speed": {
             "speed": Quantity("1/min", "n", "speed of the pinion"),

@@ -14,8 +14,7 @@ from gearbench.accuracy.measure import MEASURED, relative_errors
 from gearbench.accuracy.settings import SOLID_ORDER, label, with_resolution
 from gearbench.effects.base import Effect
 from gearbench.effects.tooth_bending import ToothBending
-from gearbench.effort.curves import as_dataset, run
-from gearbench.effort.elements import Meshes, element_curves
+from gearbench.effort.curves import run
 from gearbench.effort.workprecision import cost
 from gearbench.library.garambois2017 import case, gear
 from gearbench.scene import Scene
@@ -44,10 +43,8 @@ ACCURACIES, SOLID_ACCURACY, ROBUST_ACCURACY = (0.03, 0.01), 0.03, 0.02
 PROMISES = {"promise": (SEED, 60), "solid": (SOLID_SEED, 12), "robust": (ROBUST_SEED, 40)}
 #: Accuracies of the finite elements in the front, and of the reference of the fast models.
 FE_LEVELS, FE_REFERENCE = (0.1, 0.05, 0.02, 0.01), 0.003
-#: Ending of the names of scenes with finite elements; scenes and meshes of the quick size.
-MESHED = "finite elements"
-QUICK = ("case 2", f"case 1, {MESHED}")
-FEW_MESHES = Meshes(levels={"hex8": (2, 3), "hex20": (2, 3)}, reference=(3, 4, 5), accuracies=(0.1,))
+#: Scene of the quick size.
+QUICK = "case 2"
 PLATES: dict[str, ToothBending] = {
     "plate, paper": ToothBending(basis="paper"),
     "plate (3, 3)": ToothBending(order=(3, 3), fillet=True, load="component"),
@@ -63,12 +60,11 @@ def with_teeth(scene: Scene, teeth: Effect) -> Scene:
 
 
 def scenes() -> dict[str, Scene]:
-    """Scenes of the diagrams: the paper's with solid teeth and finite elements, random errors, gears in use."""
+    """Scenes of the diagrams: the paper's, with solid teeth, with random errors, and gears in use."""
     plain = {"SC": gear("SC").scene(), "case 1": case(1), "case 2": case(2)}
     cases = [(name, plain[name]) for name in ("case 1", "case 2")]
     solid = {f"{name}, solid": with_teeth(scene, SOLID) for name, scene in cases}
-    meshed = {f"{name}, {MESHED}": with_teeth(scene, MESHED_TOOTH) for name, scene in cases}
-    return {**plain, **solid, **meshed, "gear 55, errors": gear("55").scene(errors=True), **gears()}
+    return {**plain, **solid, "gear 55, errors": gear("55").scene(errors=True), **gears()}
 
 
 def scene(name: str = "case 1") -> Scene:
@@ -88,7 +84,7 @@ def _parts(quick: bool) -> Iterator[tuple[str, Callable[[], xr.Dataset]]]:
     """Yield the names of the parts, with functions that compute them."""
     repeats = 1 if quick else 7
     for name, scene in scenes().items():
-        if not quick or name in QUICK:
+        if not quick or name == QUICK:
             yield f"diagram {name}", partial(_diagram, name, scene, repeats)
     yield "scaling", partial(_scaling, repeats)
     for kind in PROMISES:
@@ -111,13 +107,7 @@ def join(parts: list[xr.Dataset]) -> xr.Dataset:
 
 def _diagram(name: str, scene: Scene, repeats: int) -> xr.Dataset:
     """Compute the work–precision of a scene, with its settings along ``curve``."""
-    quick = repeats == 1
-    if name in gears():
-        found = gear_cost(scene)
-    elif name.endswith(MESHED):  # other settings behave as with solid teeth, but are slow
-        found = as_dataset(element_curves(scene, FEW_MESHES if quick else None))
-    else:
-        found = cost(scene, repeats=repeats, seeds=3 if quick else 12)
+    found = gear_cost(scene) if name in gears() else cost(scene, repeats=repeats, seeds=3 if repeats == 1 else 12)
     found = found.rename_dims(knob="curve").reset_index("knob").rename(knob="curve_knob")
     named = {d: (d, np.full(found.sizes[d], name)) for d in ("setting", "curve")}
     return found.assign_coords({f"{d}_scene": v for d, v in named.items()})

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from studies.s07_accuracy_cost.data import MESHED
 from studies.s07_accuracy_cost.scaling import DIMENSIONS, exponent
 
 if TYPE_CHECKING:
@@ -15,20 +14,12 @@ if TYPE_CHECKING:
 #: Limits: least share of the scenes whose true error is within the requested accuracy, and largest ratio of the time,
 #: search included, to that of the best setting.
 MET, TIMES = 0.95, 6.0
-#: Variables that only scenes with finite elements have.
-FLANK = ("compliance_error", "compliance_error_bar", "compliance_order", "unknowns")
-
-
-def meshed(dataset: xr.Dataset) -> dict[str, xr.Dataset]:
-    """Scene with finite elements → diagram of its elements and meshes; empty if the Dataset has none."""
-    names = [name for name in dict.fromkeys(dataset["setting_scene"].values.tolist()) if name.endswith(MESHED)]
-    return {name: diagram(dataset, name) for name in names}
 
 
 def diagram(dataset: xr.Dataset, scene: str) -> xr.Dataset:
     """Work–precision of one scene, as ``cost`` returned it."""
-    names = ("error", "error_bar", "processor_seconds", "seconds", "megabytes", "observed_order", "curve_knob", *FLANK)
-    rows = dataset[[name for name in names if name in dataset]]
+    names = ("error", "error_bar", "processor_seconds", "seconds", "megabytes", "observed_order", "curve_knob")
+    rows = dataset[list(names)]
     rows = rows.isel(setting=dataset["setting_scene"].values == scene, curve=dataset["curve_scene"].values == scene)
     return rows.assign_coords(knob=("curve", rows["curve_knob"].values)).swap_dims({"curve": "knob"})
 
@@ -65,10 +56,6 @@ def checks(dataset: xr.Dataset) -> list[tuple[str, bool]]:
     order = _order(dataset, "case 2", "segments")
     # contact lines are loaded over their whole length, so the quadrature over segments converges exponentially
     found.append((f"case 2: order {order:.2f} in the segments", order > 4))
-    for name, part in meshed(dataset).items():
-        if part["knob"].isin("mesh, hex20").any():
-            order = float(part["compliance_order"].sel(knob="mesh, hex20"))
-            found.append((f"{name}: order {order:.2f} of the compliance of 20-node hexahedra", order > 2))
     for name in DIMENSIONS[:3]:
         slope = exponent(scaling_part(dataset), name)
         found.append((f"time grows with {name} to the power {slope:.2f}", slope < 1.3))

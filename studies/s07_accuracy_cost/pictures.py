@@ -1,4 +1,4 @@
-"""Figures: work–precision diagrams, finite elements, front of all models, promises and scaling."""
+"""Figures: work–precision diagrams, front of all models, promises and scaling."""
 
 from __future__ import annotations
 
@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gearbench.effort.figures import LEAST, STYLES, cheapest, work_precision_diagram
+from gearbench.effort.figures import LEAST, cheapest, work_precision_diagram
 from gearbench.plotting import BLUE, GREEN, GREY, ORANGE, PURPLE, new_figure, write_figure
-from studies.s07_accuracy_cost.data import MESHED
-from studies.s07_accuracy_cost.findings import TIMES, diagram, meshed, met, ratios, scaling_part
+from studies.s07_accuracy_cost.findings import TIMES, diagram, met, ratios, scaling_part
 from studies.s07_accuracy_cost.gears import gears
 from studies.s07_accuracy_cost.scaling import exponent, speed_up
 
@@ -22,19 +21,17 @@ FAMILIES = {"plate": (BLUE, "o"), "solid": (ORANGE, "s"), "finite elements": (GR
 
 
 def figures(dataset: xr.Dataset, folder: Path) -> None:
-    """Draw work–precision diagrams, finite elements, front of all models, promises and scaling."""
+    """Draw work–precision diagrams, front of all models, promises and scaling."""
     draw_diagrams(dataset, folder)
     if "model" in dataset.dims:
         draw_front(dataset, folder)
-    if meshed(dataset):
-        draw_elements(dataset, folder)
     draw_promises(dataset, folder)
     draw_scaling(scaling_part(dataset), folder)
 
 
 def draw_diagrams(dataset: xr.Dataset, folder: Path) -> None:
     """Draw error over time and over memory for the scenes, with the gears in use in a separate figure."""
-    names = [name for name in dict.fromkeys(dataset["setting_scene"].values.tolist()) if not name.endswith(MESHED)]
+    names = dict.fromkeys(dataset["setting_scene"].values.tolist())
     paper, in_use = ([name for name in names if (name in gears()) == own] for own in (False, True))
     time = "Gauss panels, segments and the solver reach rounding; models and samples are what costs"
     memory = "About a megabyte is enough for a plate; solid teeth of high order take hundreds"
@@ -70,58 +67,6 @@ def _within_one_percent(part: xr.Dataset) -> str:
         words = {"segments": "segments", "gauss_points": "Gauss panels", "solid order": "order"}
     found = {setting: cheapest(part, setting, 0.01) for setting in words}
     return "1 % by " + ", ".join(f"{words[k]} {f'{_number(1e3 * t)} ms' if t else '–'}" for k, t in found.items())
-
-
-def draw_elements(dataset: xr.Dataset, folder: Path) -> None:
-    """Draw errors of the compliance and of the four numbers by element type and mesh, over time and memory."""
-    from matplotlib.ticker import FormatStrFormatter, LogLocator
-
-    parts = meshed(dataset)
-    figure, axes = new_figure(len(parts), 3, (15, 0.6 + 4.4 * len(parts)))
-    for row, (name, part) in zip(axes, parts.items(), strict=True):
-        four = part["error"].max("quantity")
-        columns = (
-            (row[0], part["processor_seconds"], part["compliance_error"], "processor time [s]", "compliance"),
-            (row[1], part["megabytes"], part["compliance_error"], "memory [MB]", "compliance"),
-            (row[2], part["processor_seconds"], four, "processor time [s]", "STE and k, largest of four"),
-        )
-        for axis, x, y, across, of in columns:
-            for (colour, marker), setting in zip(STYLES, part["knob"].values, strict=False):
-                mine = part["setting_knob"].values == setting
-                axis.plot(x.values[mine], y.values[mine], marker=marker, color=colour, ms=5, lw=1.3, label=str(setting))
-            axis.set(xscale="log", yscale="log", xlabel=across, ylabel=f"relative error: {of} [–]")
-            if "memory" in across:  # the range is less than a decade: label with numbers instead of powers
-                axis.xaxis.set_minor_locator(LogLocator(subs=(2, 3, 5)))
-                axis.xaxis.set_minor_formatter(FormatStrFormatter("%g"))
-                axis.xaxis.set_major_formatter(FormatStrFormatter("%g"))
-            axis.grid(alpha=0.3)
-        for axis in row[:2]:
-            bar = float(part["compliance_error_bar"].max())
-            axis.axhline(bar, color=PURPLE, lw=1, ls=":", label="uncertainty of the reference")
-        row[0].set_title(element_finding(name, part), fontsize=10, loc="left")
-        row[2].axhline(float(part["error_bar"].max()), color=PURPLE, lw=1, ls=":")
-    axes[0, 0].legend(frameon=False, fontsize=8)
-    figure.suptitle("Hexahedra of 20 or 27 nodes come to 1 % in seconds, linear hexahedra and tetrahedra do not")
-    write_figure(figure, folder / "elements.png")
-
-
-def element_finding(name: str, part: xr.Dataset, error: float = 0.01) -> str:
-    """Text with the times that the element types need for an error of the compliance."""
-    words = []
-    for setting in part["knob"].values.tolist():
-        first = cheapest_mesh(part, setting, error)
-        if setting.startswith("mesh"):
-            taken = "no mesh" if first is None else f"{float(first['processor_seconds']):.2g} s"
-            words.append(f"{setting.removeprefix('mesh, ')} {taken}")
-    return f"{name}: {100 * error:g} % of the compliance by {', '.join(words)}"
-
-
-def cheapest_mesh(part: xr.Dataset, setting: str, error: float) -> xr.Dataset | None:
-    """First level of a setting from which on the compliance is within ``error``; None if there is none."""
-    rows = part.isel(setting=part["setting_knob"].values == setting)
-    above = np.flatnonzero(rows["compliance_error"].values > error)
-    first = above[-1] + 1 if above.size else 0
-    return rows.isel(setting=first) if first < rows.sizes["setting"] else None
 
 
 def draw_front(dataset: xr.Dataset, folder: Path) -> None:

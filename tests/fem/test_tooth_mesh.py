@@ -14,9 +14,11 @@ from numpy.testing import assert_allclose
 from fem_reference import tooth_mesh as module
 from fem_reference.elasticity import Space, surface_points
 from fem_reference.flank import Flank
+from fem_reference.mesh_family import mesh_cells
 from fem_reference.tooth_mesh import Body, Cells, MeshingError, tooth_mesh
 from gearbench.errors import InputError
 from gearbench.geometry.gear import Gear
+from gearbench.library.garambois2017 import case
 from tests.support.gears import standard_gear
 
 CELLS = Cells(thickness=4, flank=4, fillet=3, width=3, foot=2, land=1, rim=4, rest=(2, 4))
@@ -185,3 +187,11 @@ def test_gmsh_in_a_thread_and_in_a_spawned_worker():
     import gmsh
 
     assert not gmsh.isInitialized()
+
+
+@pytest.mark.parametrize("m", [5, 6])
+def test_tetrahedra_beside_the_clamped_root_are_not_turned_inside_out(m):
+    """Meshes that had one such element in the cusp of fillet and root circle, seen where matrices are integrated."""
+    for gear in case(1).pair.gears:
+        body = Body(gear=gear)
+        assert tooth_mesh(body, mesh_cells(body, m), "tet10").quality > 0
