@@ -44,7 +44,7 @@ def folder(tmp_path_factory):
         robustness=Robustness(samples=8),
     )
     path = tmp_path_factory.mktemp("select") / "front"
-    optimise(study, directory=path, threads=2)
+    optimise(study, directory=path, threads=1)
     return path
 
 
