@@ -211,7 +211,7 @@ def modal_variables(model: LinearModel, speeds: NDArray, harmonics: int) -> Vari
 
 def notes(model: LinearModel, speeds: NDArray, harmonics: int, variables: Variables) -> list[str]:
     """Notes for the reader of the result, one line each."""
-    lines = model.remarks(speeds)
+    lines = model.remarks(speeds, harmonics)
     if unlike(model.scene):
         lines.append("teeth differ from one another: one mesh cycle stands for all, side bands need a revolution")
     if len(model.groups) > 1:

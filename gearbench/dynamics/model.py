@@ -17,12 +17,16 @@ from gearbench.dynamics.balance import Excitation, receptances
 from gearbench.dynamics.loaded_mesh import FRICTION, LoadedMesh, loaded_mesh
 from gearbench.dynamics.modes import Modes, modes
 from gearbench.errors import InputError
+from gearbench.results.outputs import output
 from gearbench.scene import Scene
 from gearbench.system.mechanics import DIRECTIONS, Mechanics, mechanics, shafts_at_rest, two_wheels
 from gearbench.system.static import Settled
 
 #: Relative motions of gears on shafts: approach, tilt, bending. Bearing forces are off by 5 % with two, 2 % with three.
 ROWS = 3
+
+#: Share of an order of the static transmission error from which its noise floor is worth a remark.
+UNCERTAIN, ERROR = 0.1, "transmission_error"
 
 #: Variables of a Dataset: dimensions and values.
 Variables = dict[str, tuple[tuple[str, ...], Any]]
@@ -154,8 +158,8 @@ class LinearModel(ABC):
         """Variables of the modes ``which`` (numbers)."""
 
     @abstractmethod
-    def remarks(self, speeds: NDArray) -> list[str]:
-        """Omissions and assumptions of the model at these speeds, one line each."""
+    def remarks(self, speeds: NDArray, harmonics: int) -> list[str]:
+        """Omissions and assumptions of the model at these speeds and orders, one line each."""
 
     @cached_property
     def modes(self) -> Modes:
@@ -320,12 +324,18 @@ class Model(LinearModel):
         """Strain energies of the parts, and mode shapes of the shafts."""
         return surroundings.of_modes(self, which) if self.scene.has_shafts else {}
 
-    def remarks(self, speeds: NDArray) -> list[str]:
-        """Size of the omitted friction, and the assumptions about ripples."""
+    def remarks(self, speeds: NDArray, harmonics: int) -> list[str]:
+        """Size of the omitted friction, orders of the excitation that are uncertain, and assumptions about ripples."""
         lines, largest = [], self.friction(1)[:, 0]
         for name, force, mean in zip(self.names, largest, self.force, strict=True):
             size = f"{force:.3g} N at the mesh frequency, {100 * force / mean:.2g} % of the mean force"
             lines.append(f"mesh {name}: friction (coefficient {FRICTION}) acts across the line of action with {size}; it is left out")  # fmt: skip  # noqa: E501
+        for name, cycle in zip(self.names, self.cycles, strict=True):
+            names = f"{ERROR}_amplitude", f"{ERROR}_amplitude_noise_floor"
+            size, floor = (output(cycle.solved, each)[1][:harmonics] for each in names)
+            if (unsure := floor > UNCERTAIN * size).any():
+                orders = ", ".join(str(n + 1) for n in np.flatnonzero(unsure))
+                lines.append(f"mesh {name}: orders {orders} of its excitation may be off by more than {100 * UNCERTAIN:.0f} %, by its noise floor")  # fmt: skip  # noqa: E501
         if self.scene.has_shafts and len(self.modes.push):
             lines.append("ripples meet meshes of their mean stiffness, and are not part of the mesh forces and peaks")
         return lines

@@ -313,7 +313,7 @@ class TrainModel(LinearModel):
         """Kind of each mode."""
         return kinds(self.modes.bearing, self.bodies, self.linkage.carried)
 
-    def remarks(self, speeds: NDArray) -> list[str]:
+    def remarks(self, speeds: NDArray, harmonics: int) -> list[str]:
         """Omissions and assumptions of the model, one line each."""
         if self.linkage.carrier is None:
             return []

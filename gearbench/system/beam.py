@@ -15,7 +15,7 @@ from numpy.polynomial.legendre import leggauss
 from numpy.typing import ArrayLike, NDArray
 
 #: Gauss nodes and weights for the flexibility, which are exact where the section does not change, and for the mass.
-_TAPERED, _UNIFORM, _MASS = leggauss(12), leggauss(2), leggauss(6)
+_TAPERED, _UNIFORM, _MASS = leggauss(12), leggauss(3), leggauss(6)
 
 
 @dataclass(frozen=True, kw_only=True)

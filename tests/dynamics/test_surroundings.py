@@ -1,17 +1,20 @@
 """Shafts at rest, energies of modes, ripples, damping by mode, friction: closed forms and limits."""
 
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from gearbench import read_scene
 from gearbench.dynamics.analysis import response
 from gearbench.dynamics.figures import draw_response
 from gearbench.dynamics.loaded_mesh import FRICTION, loaded_mesh
 from gearbench.dynamics.model import Model
 from gearbench.errors import InputError
+from gearbench.scene import Resolution
 from gearbench.schema import read
 from gearbench.system.schema import System
 from tests.support.systems import shafts, spur_scene
@@ -111,3 +114,15 @@ def test_figures_of_modes_and_ripples_are_drawn(tmp_path):
     names = [path.name for path in draw_response(response(scene, speed=[500.0, 3000.0], harmonics=3), tmp_path)]
     assert {"modes.png", "ripples.png", "waterfall_pair.png"} <= {*names}
     assert all((tmp_path / name).stat().st_size > 5000 for name in names)
+
+
+def test_orders_whose_excitation_is_uncertain_are_named():
+    """All orders that finer phases and segments change by more than a tenth are among them, and there are some."""
+    scene = read_scene("examples/shafts.toml")
+    finer = replace(scene, resolution=Resolution(segments=45, gauss_points=9))
+    found, expected = (2 * np.abs(Model(scene=each).at_rest(10)[0, 1:]) for each in (scene, finer))
+    wrong = np.flatnonzero(np.abs(found / expected - 1) > 0.1) + 1
+    (line,) = (each for each in Model(scene=scene).remarks(np.array([1000.0]), 10) if "noise floor" in each)
+    named = {int(each) for each in re.findall(r"\d+", line.partition(" of its")[0])}
+    assert len(wrong) >= 1
+    assert set(wrong.tolist()) <= named < set(range(3, 11))
