@@ -20,12 +20,12 @@ from gearbench.geometry.action import ContactLines
 from gearbench.scene import Scene
 
 #: Convergence: change of a segment's force over the largest force, and maximum number of iterations.
-SETTLED, ROUNDS = 1e-9, 50
+TOLERANCE, MAX_ITERATIONS = 1e-9, 50
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class OnShafts:
-    """Contact of a pair whose shafts rest in their bearings under its mean load.
+    """Contact of a pair whose shafts are in equilibrium with their bearings under the mean load.
 
     Parameters
     ----------
@@ -51,33 +51,34 @@ class OnShafts:
         return resultants(self.problem, self.lines, self.solution, self.guess, rows)
 
 
-def settle(scene: Scene, around: Callable[[Any], tuple[Effect, ...]], lines: ContactLines, weight: NDArray) -> OnShafts:
+def solve_on_shafts(
+    scene: Scene, shaft_effects: Callable[[Any], tuple[Effect, ...]], lines: ContactLines, weight: NDArray
+) -> OnShafts:
     """Solve the contact of ``scene`` on its shafts.
 
     Parameters
     ----------
     scene
         Pair, load and effects.
-    around
-        Function that gives the effects of the shafts from the load of the flanks on the nodes of both (None: an even
-        load).
+    shaft_effects
+        Function that gives the effects of the shafts from the loads on the nodes of both gears (None: an even load).
     lines, weight
         Contact lines, and the weights of their positions.
 
     Raises
     ------
     ConvergenceError
-        If the forces do not settle.
+        If the forces do not converge.
     """
-    effects, before = around(None), None
-    for _ in range(ROUNDS):
+    effects, before = shaft_effects(None), None
+    for _ in range(MAX_ITERATIONS):
         acting = (*scene.flank_effects, *effects)
         problem = assemble(scene, lines, acting)
         guess = Guess.empty(problem)
         solution = solve_patches(problem, guess)
         gears = next(effect for effect in effects if isinstance(effect, Shafts)).gears
         constant = len(effects) == 1
-        if constant or (before is not None and np.abs(solution.force - before).max() <= SETTLED * before.max()):
+        if constant or (before is not None and np.abs(solution.force - before).max() <= TOLERANCE * before.max()):
             return OnShafts(lines=lines, effects=acting, problem=problem, solution=solution, guess=guess, gears=gears)
-        before, effects = solution.force, around(flank_loads(gears, lines, solution.force, weight))
-    raise ConvergenceError(f"bearings and contact did not converge in {ROUNDS} iterations")
+        before, effects = solution.force, shaft_effects(flank_loads(gears, lines, solution.force, weight))
+    raise ConvergenceError(f"bearings and contact did not converge in {MAX_ITERATIONS} iterations")

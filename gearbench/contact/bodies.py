@@ -1,4 +1,4 @@
-"""Gear bodies that are loaded by several meshes: a load in one mesh moves the flanks in the others.
+"""Gear bodies that are loaded by several meshes: a load in one mesh displaces the flanks in the others.
 
 With polynomials φ on the flanks and compliance blocks C_d between teeth d pitches apart, the loads P of one mesh open
 the gap
@@ -26,9 +26,10 @@ class Side:
     mesh
         Number of the mesh.
     cells
-        Means over the segments that carry the forces (position, pair, segment, function) [1/mm].
+        Means of the polynomials over the segments that carry the forces (position, pair, segment, function) [1/mm].
     nodes
-        Values at the nodes of gaps (position, pair, node, function) [1/mm], see ``assemble.with_field``.
+        Their values at the nodes at which gaps are needed (position, pair, node, function) [1/mm], see
+        ``assemble.with_field``.
     """
 
     mesh: int
@@ -63,13 +64,13 @@ class Bodies:
         Sides at which the bodies are loaded.
     links
         Links between different sides of a body.
-    own
-        Links of the sides with themselves: the body's part of the compliance that the contact of a mesh already has.
+    self_links
+        Links of the sides with themselves: the part of the body in the compliance of a mesh.
     """
 
     sides: tuple[Side, ...]
     links: tuple[Link, ...]
-    own: tuple[Link, ...]
+    self_links: tuple[Link, ...]
 
     def fields(self, loads: Sequence[NDArray]) -> list[NDArray | None]:
         """Gaps that loads in other meshes open in each mesh.
@@ -84,31 +85,31 @@ class Bodies:
         Gap of each mesh (position, pair, node) [mm]; None for meshes that no body connects with others.
         """
         generalised = self._generalised_loads(loads)
-        moved = [np.zeros_like(each) for each in generalised]
+        displaced = [np.zeros_like(loaded) for loaded in generalised]
         for link in self.links:
             one, other = link.sides
             for at, C in link.groups:
-                moved[one][at] += generalised[other][at] @ C.T
-                moved[other][at] += generalised[one][at] @ C
-        found: dict[int, NDArray] = {}
-        for side, u in zip(self.sides, moved, strict=True):
+                displaced[one][at] += generalised[other][at] @ C.T
+                displaced[other][at] += generalised[one][at] @ C
+        gaps: dict[int, NDArray] = {}
+        for side, u in zip(self.sides, displaced, strict=True):
             by_pair = u.reshape(*side.nodes.shape[:2], -1, 1)
-            found[side.mesh] = found.get(side.mesh, 0.0) + (side.nodes @ by_pair)[..., 0]
-        return [found.get(m) for m in range(len(loads))]
+            gaps[side.mesh] = gaps.get(side.mesh, 0.0) + (side.nodes @ by_pair)[..., 0]
+        return [gaps.get(m) for m in range(len(loads))]
 
     def compliance(self, loads: Sequence[NDArray]) -> NDArray:
-        """Compliance C (position, mesh, mesh) [mm/N] between meshes, each under ``loads`` with the sum 1 N."""
+        """Compliance C (position, mesh, mesh) [mm/N] between meshes, if the ``loads`` of each mesh sum to 1 N."""
         generalised = self._generalised_loads(loads)
-        found = np.zeros((len(loads[0]), len(loads), len(loads)))
-        for link in (*self.links, *self.own):
+        compliance = np.zeros((len(loads[0]), len(loads), len(loads)))
+        for link in (*self.links, *self.self_links):
             one, other = link.sides
             m, n = self.sides[one].mesh, self.sides[other].mesh
             for at, C in link.groups:
                 c = np.sum((generalised[one][at] @ C) * generalised[other][at], axis=1)
-                found[at, m, n] += c
-                found[at, n, m] += 0.0 if m == n else c
-        return found
+                compliance[at, m, n] += c
+                compliance[at, n, m] += 0.0 if m == n else c
+        return compliance
 
     def _generalised_loads(self, loads: Sequence[NDArray]) -> list[NDArray]:
-        """Σ φ_i P_i of all tooth pairs, for every side, (position, pair × function)."""
+        """Generalised loads Σ φ_i P_i of all tooth pairs, for every side, (position, pair × function)."""
         return [(loads[side.mesh][..., None, :] @ side.cells).reshape(len(side.cells), -1) for side in self.sides]

@@ -24,24 +24,24 @@ from gearbench.contact.patches import solve_patches
 from gearbench.contact.problem import ContactProblem, ContactSolution, under_shares
 from gearbench.contact.solver import ConvergenceError, Guess
 
-#: Newton's method ends if forces change by less than this share of the greatest force; maximum number of steps.
-SETTLED, STEPS = 1e-11, 60
+#: Newton's method ends if no force changes by more than this share of the greatest force; maximum number of steps.
+FORCE_TOLERANCE, STEPS = 1e-11, 60
 #: Force over the nominal force below which the tangent replaces the contact of a mesh.
 LEAST = 1e-9
-#: A force oscillates if it changes back by more than this share of its change before.
+#: A force oscillates if it changes back by more than this share of its previous change.
 SWING = 0.25
 #: Maximum growth of a force in a step, since tangents of flanks under small loads are far too compliant.
 GROWTH = 8.0
-#: Stiffness of separated meshes in the matrices of Newton's method over that under load; it keeps them regular.
-PARTED = 1e-6
+#: Stiffness of separated meshes over that under load; it keeps the matrices of Newton's method regular.
+SEPARATED_STIFFNESS = 1e-6
 #: Allowed residual of the balance over the load, maximum number of inner steps, and of halvings of a step.
-_BALANCED, _INNER, _HALVED = 1e-13, 30, 30
-#: Largest residual accepted if rounding at flanks that just touch keeps it above ``SETTLED``.
-ENOUGH = 1e-9
-#: ``SETTLED`` for elastic bodies, whose gaps come from the load distribution of the previous solution.
-SPREAD = 1e-9
-#: Minimum share of the compliance of a mesh that remains after its body's part is taken out.
-LENT = 0.05
+_RESIDUAL, _MAX_INNER, _MAX_HALVINGS = 1e-13, 30, 30
+#: Maximum residual that is accepted after the last step, since rounding at flanks that just touch may limit it.
+ACCEPTED_RESIDUAL = 1e-9
+#: ``FORCE_TOLERANCE`` for elastic bodies, whose gaps lag one iteration behind the load distribution.
+BODY_TOLERANCE = 1e-9
+#: Minimum share of the compliance of a mesh that remains without the part that is shifted to the balance.
+MIN_REMAINING = 0.05
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,7 +62,7 @@ class MeshAt:
     nominal: float
     cos_b: float
 
-    def answer(
+    def under(
         self, force: NDArray, guess: Guess, field: NDArray | None = None
     ) -> tuple[NDArray, NDArray, ContactSolution]:
         """Approach δ [mm], ∂F_bt/∂δ [N/mm] and solution under forces F_bt (position,) [N].
@@ -123,9 +123,9 @@ class Statics:
     elastic
         E (position, mesh, n) [√(mm/N)] with E Eᵀ = C + D, where C is the compliance of bodies between meshes. Its
         columns are additional motions with amplitudes η, held by springs of stiffness 1.
-    lent
-        Diagonal D (position, mesh) [mm/N]: compliance of bodies that is moved from the meshes to the balance, so that
-        the balance is the minimum of a convex function. The approaches of the meshes leave it out.
+    shifted
+        Diagonal D (position, mesh) [mm/N]: compliance of bodies that is shifted from the meshes to the balance, so
+        that the balance is the minimum of a convex function. The approaches of the meshes do not contain it.
     """
 
     rows: NDArray
@@ -133,10 +133,10 @@ class Statics:
     force: NDArray
     offset: NDArray
     elastic: NDArray | None = None
-    lent: NDArray | float = 0.0
+    shifted: NDArray | float = 0.0
 
     @cached_property
-    def whole(self) -> tuple[NDArray, NDArray, NDArray]:
+    def with_bodies(self) -> tuple[NDArray, NDArray, NDArray]:
         """B, K and f for rigid motions q and elastic amplitudes η together."""
         if self.elastic is None:
             return self.rows, self.stiffness, self.force
@@ -146,29 +146,29 @@ class Statics:
         stiffness[:motions, :motions] = self.stiffness
         return np.concatenate([rows, self.elastic], axis=-1), stiffness, np.append(self.force, np.zeros(n))
 
-    def stiffer(self, k: NDArray) -> NDArray:
-        """Stiffness (…, mesh) of meshes after the compliance ``lent`` is taken out."""
-        return k / np.maximum(1 - self.lent * k, LENT)
+    def without_shifted(self, k: NDArray) -> NDArray:
+        """Stiffness (…, mesh) of meshes without the compliance ``shifted`` to the balance."""
+        return k / np.maximum(1 - self.shifted * k, MIN_REMAINING)
 
     def matrix(self, k: NDArray) -> NDArray:
         """K + Bᵀ k B (position, motion, motion) for meshes with the stiffness k (position, mesh)."""
-        B, K, _ = self.whole
-        return K + (np.swapaxes(B, -1, -2) * self.stiffer(k)[:, None]) @ B
+        B, K, _ = self.with_bodies
+        return K + (np.swapaxes(B, -1, -2) * self.without_shifted(k)[:, None]) @ B
 
     def balanced(
         self, response: Callable[[NDArray], tuple[NDArray, NDArray]], q: NDArray, enough: float = 0.0
     ) -> tuple[NDArray, NDArray]:
-        """Motions q (…, motion) and forces F (…, mesh) in balance, if ``response`` gives F and ∂F/∂δ > 0 from δ.
+        """Motions q (…, motion) and forces F (…, mesh) in balance.
 
-        The balance is the minimum of a convex function. Newton's method starts from ``q`` and halves steps that go too
-        far.
+        ``response`` gives F and ∂F/∂δ > 0 under approaches δ (…, mesh). The balance is the minimum of a convex
+        function. Newton's method starts from ``q`` and halves steps that go too far.
 
         Raises
         ------
         ConvergenceError
-            If the residual over the load stays above both ``ENOUGH`` and ``enough``.
+            If the residual over the load stays above both ``ACCEPTED_RESIDUAL`` and ``enough``.
         """
-        B, K, f = self.whole
+        B, K, f = self.with_bodies
         motions = q.shape[-1]
         q = np.concatenate([q, np.zeros((*q.shape[:-1], len(f) - motions))], axis=-1)
         lever = np.abs(B).reshape(-1, len(f)).max(axis=0)  # lever arms turn torques into forces
@@ -177,21 +177,21 @@ class Statics:
 
         def state(q: NDArray) -> tuple[NDArray, NDArray, NDArray]:
             F, k = response(_times(B, q) + self.offset)
-            return F, k, f - q @ K - _pulled(F, B)
+            return F, k, f - q @ K - _generalised_force(F, B)
 
         F, k, rest = state(q)
         size = np.abs(rest / lever).max(axis=-1) / load
         best = q, F, size
-        for _ in range(_INNER):
-            left = best[2] > max(enough, _BALANCED)
+        for _ in range(_MAX_INNER):
+            left = best[2] > max(enough, _RESIDUAL)
             if not left.any():
                 break
             step = np.zeros_like(rest)
-            own = B if B.ndim == 2 else np.broadcast_to(B, (*left.shape, *B.shape[-2:]))[left]
-            matrix = K + (np.swapaxes(own, -1, -2) * k[left][:, None]) @ own
+            rows = B if B.ndim == 2 else np.broadcast_to(B, (*left.shape, *B.shape[-2:]))[left]
+            matrix = K + (np.swapaxes(rows, -1, -2) * k[left][:, None]) @ rows
             step[left] = np.linalg.solve(matrix, rest[left][..., None])[..., 0]
             slope, t, new = np.einsum("...i,...i->...", rest, step), np.ones(q.shape[:-1]), q
-            for _ in range(_HALVED):
+            for _ in range(_MAX_HALVINGS):
                 new = q + t[..., None] * step
                 F, k, rest = state(new)
                 far = np.einsum("...i,...i->...", rest, step) < -0.5 * slope
@@ -204,7 +204,7 @@ class Statics:
                 np.where(better.reshape(better.shape + (1,) * (now.ndim - better.ndim)), now, old)
                 for now, old in zip((q, F, size), best, strict=True)
             )
-        if best[2].max() > max(enough, ENOUGH):
+        if best[2].max() > max(enough, ACCEPTED_RESIDUAL):
             raise ConvergenceError(f"no equilibrium of the meshes: residual {best[2].max():.1e} of the load")
         return best[0][..., :motions], best[1]
 
@@ -214,7 +214,7 @@ def _times(B: NDArray, q: NDArray) -> NDArray:
     return q @ B.T if B.ndim == 2 else (B @ q[..., None])[..., 0]
 
 
-def _pulled(F: NDArray, B: NDArray) -> NDArray:
+def _generalised_force(F: NDArray, B: NDArray) -> NDArray:
     """Bᵀ F (…, motion), with B (mesh, motion) or (position, mesh, motion)."""
     return F @ B if B.ndim == 2 else (F[..., None, :] @ B)[..., 0, :]
 
@@ -222,34 +222,34 @@ def _pulled(F: NDArray, B: NDArray) -> NDArray:
 def _tangents(approach: NDArray, *, k: NDArray, free: NDArray) -> tuple[NDArray, NDArray]:
     """Forces and stiffness of springs that only push, F = max(0, k (δ − free))."""
     s = approach - free
-    return np.maximum(0.0, k * s), np.where(s > 0, k, PARTED * k)
+    return np.maximum(0.0, k * s), np.where(s > 0, k, SEPARATED_STIFFNESS * k)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Forces:
+class ForceSearch:
     """Search for the forces of the meshes.
 
     Parameters
     ----------
-    answer
+    meshes_under
         Function that gives approach [mm] and stiffness [N/mm] (…, mesh) under positive forces (…, mesh) [N].
     nominal
         F_bt of each mesh, (mesh,) [N].
     least
         Force over the nominal force below which the tangent replaces the contact of a mesh.
-    settled
+    tolerance
         The search ends if forces change by less than this share of the greatest force.
-    moved
-        Function that gives the remaining change of the gaps between meshes, which must also fall below ``settled``.
+    gap_change
+        Function that gives the remaining change of the gaps between meshes, which must also fall below ``tolerance``.
     """
 
-    answer: Callable[[NDArray], tuple[NDArray, NDArray]]
+    meshes_under: Callable[[NDArray], tuple[NDArray, NDArray]]
     nominal: NDArray
     least: float = LEAST
-    settled: float = SETTLED
-    moved: Callable[[], float] = float
+    tolerance: float = FORCE_TOLERANCE
+    gap_change: Callable[[], float] = float
 
-    def found(
+    def solve(
         self, statics: Statics, force: NDArray, q: NDArray | None = None
     ) -> tuple[NDArray, NDArray, NDArray, int]:
         """F, q and ∂F/∂δ in balance, and the number of steps; starts from ``force`` and, if given, ``q``.
@@ -257,28 +257,28 @@ class Forces:
         Raises
         ------
         ConvergenceError
-            If the forces do not settle.
+            If the forces do not converge.
         """
         least = self.least * self.nominal
-        before, left = np.zeros(1), 0.0
+        previous, left = np.zeros(1), 0.0
         for step in range(STEPS):
             at = np.maximum(force, least)
-            approach, k = self.answer(at)
-            approach, own = approach - statics.lent * at, statics.stiffer(k)
+            approach, k = self.meshes_under(at)
+            approach, stiffness = approach - statics.shifted * at, statics.without_shifted(k)
             if q is None:  # start as if all meshes were loaded
-                B, _, f = statics.whole
-                right = f - _pulled(own * (statics.offset - approach) + at, B)
+                B, _, f = statics.with_bodies
+                right = f - _generalised_force(stiffness * (statics.offset - approach) + at, B)
                 q = np.linalg.solve(statics.matrix(k), right[..., None])[..., : len(statics.force), 0]
-            q, found = statics.balanced(partial(_tangents, k=own, free=approach - at / own), q)
-            change = np.where(force > least, found - force, np.maximum(found - at, 0.0))
-            left = max(np.abs(change).max() / np.abs(found).max(), self.moved())
-            if left <= (self.settled if step < STEPS - 1 else max(self.settled, ENOUGH)):
-                return found, q, k * (found > 0), step + 1
+            q, new = statics.balanced(partial(_tangents, k=stiffness, free=approach - at / stiffness), q)
+            change = np.where(force > least, new - force, np.maximum(new - at, 0.0))
+            left = max(np.abs(change).max() / np.abs(new).max(), self.gap_change())
+            if left <= (self.tolerance if step < STEPS - 1 else max(self.tolerance, ACCEPTED_RESIDUAL)):
+                return new, q, k * (new > 0), step + 1
             # forces that oscillate about first contact go half of the way
-            swings = (change * before < 0) & (np.abs(change) > SWING * np.abs(before))
-            next_ = np.where(swings, (force + found) / 2, found)
+            swings = (change * previous < 0) & (np.abs(change) > SWING * np.abs(previous))
+            damped = np.where(swings, (force + new) / 2, new)
             # close to separation the tangent replaces the contact, so the growth is not limited
-            force, before = np.where(next_ > least, np.minimum(next_, GROWTH * at), next_), change
+            force, previous = np.where(damped > least, np.minimum(damped, GROWTH * at), damped), change
         raise ConvergenceError(f"forces of the meshes did not converge in {STEPS} steps: relative change {left:.1e}")
 
 
@@ -288,7 +288,7 @@ def balance(meshes: Sequence[MeshAt], statics: Statics, bodies: Bodies | None = 
     Raises
     ------
     ConvergenceError
-        If the forces do not settle, or the contact of a mesh is not solved.
+        If the forces do not converge, or the contact of a mesh is not solved.
     """
     nominal = np.array([mesh.nominal for mesh in meshes])
     cos_b = np.array([mesh.cos_b for mesh in meshes])
@@ -299,47 +299,50 @@ def balance(meshes: Sequence[MeshAt], statics: Statics, bodies: Bodies | None = 
 
     def loads(force: NDArray) -> list[NDArray]:
         """Forces of each mesh (position, pair, segment) [N], distributed as in the last solution."""
-        unit = (each.force / each.force.sum(axis=(1, 2), keepdims=True) for each in solutions)
-        return [own * total[:, None, None] for own, total in zip(unit, (force / cos_b).T, strict=True)]
+        shares = (one.force / one.force.sum(axis=(1, 2), keepdims=True) for one in solutions)
+        return [share * total[:, None, None] for share, total in zip(shares, (force / cos_b).T, strict=True)]
 
-    def answer(force: NDArray) -> tuple[NDArray, NDArray]:
+    def meshes_under(force: NDArray) -> tuple[NDArray, NDArray]:
         if bodies is not None and solutions:
             fields[:] = bodies.fields(loads(force))
         answers: list[tuple[NDArray, NDArray, ContactSolution]] = []
-        known: dict[tuple[int, bytes, bytes], int] = {}
+        solved: dict[tuple[int, bytes, bytes], int] = {}
         for m, (mesh, F, guess, field) in enumerate(zip(meshes, force.T, guesses, fields, strict=True)):
             # planets in phase under the same force have the same contact
-            twin = known.setdefault((id(mesh), F.tobytes(), b"" if field is None else field.tobytes()), m)
-            if twin < m:
-                guess.q[:], guess.delta[:] = guesses[twin].q, guesses[twin].delta
-            answers.append(answers[twin] if twin < m else mesh.answer(F, guess, field))
+            same = solved.setdefault((id(mesh), F.tobytes(), b"" if field is None else field.tobytes()), m)
+            if same < m:
+                guess.q[:], guess.delta[:] = guesses[same].q, guesses[same].delta
+            answers.append(answers[same] if same < m else mesh.under(F, guess, field))
         solutions[:] = [solution for _, _, solution in answers]
         approach, k = (np.stack(each, axis=1) for each in list(zip(*answers, strict=True))[:2])
         return approach - (between @ force[..., None])[..., 0], k
 
-    def moved() -> float:
+    def gap_change() -> float:
         """Change of the gaps under the last loads, relative to the approach."""
         if bodies is None:
             return 0.0
-        now = bodies.fields(loads(cos_b * np.stack([each.force.sum(axis=(1, 2)) for each in solutions], axis=1)))
+        now = bodies.fields(
+            loads(cos_b * np.stack([solution.force.sum(axis=(1, 2)) for solution in solutions], axis=1))
+        )
         pairs = [(a, b) for a, b in zip(now, fields, strict=True) if a is not None and b is not None]
-        most = max(float(np.abs(each.approach).max()) for each in solutions)
+        most = max(float(np.abs(solution.approach).max()) for solution in solutions)
         return max((float(np.abs(a - b).max()) for a, b in pairs), default=0.0) / most
 
     even = np.tile(nominal, (len(meshes[0].problem.gap), 1))
-    settled = SETTLED
+    tolerance = FORCE_TOLERANCE
     if bodies is not None:
-        answer(even)
-        whole = bodies.compliance(loads(np.ones_like(even) * cos_b)) / np.multiply.outer(cos_b, cos_b)
-        value, vector = np.linalg.eigh(whole)
+        meshes_under(even)
+        compliance = bodies.compliance(loads(np.ones_like(even) * cos_b)) / np.multiply.outer(cos_b, cos_b)
+        value, vector = np.linalg.eigh(compliance)
         elastic = vector * np.sqrt(np.maximum(value, 0.0))[:, None]
-        whole = elastic @ np.swapaxes(elastic, 1, 2)
-        lent = np.diagonal(whole, axis1=1, axis2=2)
-        between, settled = whole - lent[:, None] * np.eye(len(meshes)), SPREAD
-        statics = replace(statics, elastic=elastic, lent=lent)
-    search = Forces(answer=answer, nominal=nominal, settled=settled, moved=moved)
-    force, q, k, steps = search.found(statics, even)
-    alone = [np.where(loaded, 1.0, 0.0) for loaded in (force > 0).T]  # separated flanks were solved under a tiny load
-    own = (replace(a, force=a.force * one[:, None, None]) for a, one in zip(solutions, alone, strict=True))
-    parts = {"solutions": tuple(own), "fields": tuple(fields), "statics": statics, "steps": steps}
+        compliance = elastic @ np.swapaxes(elastic, 1, 2)
+        shifted = np.diagonal(compliance, axis1=1, axis2=2)
+        between, tolerance = compliance - shifted[:, None] * np.eye(len(meshes)), BODY_TOLERANCE
+        statics = replace(statics, elastic=elastic, shifted=shifted)
+    search = ForceSearch(meshes_under=meshes_under, nominal=nominal, tolerance=tolerance, gap_change=gap_change)
+    force, q, k, steps = search.solve(statics, even)
+    # separated flanks were solved under a tiny load
+    loaded = zip(solutions, (force > 0).T[..., None, None], strict=True)
+    cleared = tuple(replace(solution, force=solution.force * mask) for solution, mask in loaded)
+    parts = {"solutions": cleared, "fields": tuple(fields), "statics": statics, "steps": steps}
     return Balance(force=force, motion=q, stiffness=k, **parts)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from gearbench.contact.assemble import assemble
 from gearbench.contact.batch import Batch, BatchSolution
-from gearbench.contact.bearings import OnShafts, settle
+from gearbench.contact.bearings import OnShafts, solve_on_shafts
 from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.patches import solve_patches
 from gearbench.contact.resultants import Resultants, resultants, resultants_of_samples
@@ -214,7 +214,7 @@ def loaded_mesh(scene: Scene, mesh: str = PAIR, rows: int = 1) -> LoadedMesh:
     phase, weight, size = loaded_phases(seen)
     lines = scene_lines(seen, phase)
     if seen.has_shafts:
-        on_shafts = settle(seen, seen.shaft_effects, lines, weight)
+        on_shafts = solve_on_shafts(seen, seen.shaft_effects, lines, weight)
         problem, solution = on_shafts.problem, on_shafts.solution
     else:
         problem = assemble(seen, lines)

@@ -185,7 +185,7 @@ class TrainModel(LinearModel):
         k, statics = balance.stiffness[..., None] * one, balance.statics
         if statics.elastic is None:
             return k
-        C = statics.elastic @ np.swapaxes(statics.elastic, 1, 2) - np.expand_dims(statics.lent, -1) * one
+        C = statics.elastic @ np.swapaxes(statics.elastic, 1, 2) - np.expand_dims(statics.shifted, -1) * one
         K = np.linalg.solve(one + k @ C, k)
         return (K + np.swapaxes(K, 1, 2)) / 2
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from gearbench.budget import cycles_memory, require
 from gearbench.contact.batch import Batch, chunks, on_threads, prepare
 from gearbench.contact.coarse_solution import scene_lines
-from gearbench.contact.equilibrium import Forces, MeshAt
+from gearbench.contact.equilibrium import ForceSearch, MeshAt
 from gearbench.errors import InputError
 from gearbench.geometry.gear import Gear
 from gearbench.geometry.planetary import RING
@@ -26,7 +26,7 @@ from gearbench.scene import Scene
 from gearbench.threads import single_threaded_blas
 from gearbench.trains.flanks import Flanks
 from gearbench.trains.revolution import eccentric, turned
-from gearbench.trains.scatter import LEAST, SETTLED, Curves, curves, levels
+from gearbench.trains.scatter import FORCE_TOLERANCE, LEAST, Curves, curves, levels
 from gearbench.trains.solve import SolvedTrain, mesh_scenes, solve_train
 
 #: Change of a mesh force, relative to the largest, at which a mesh cycle counts as converged.
@@ -152,10 +152,10 @@ def _some_cycles(
 ) -> tuple[NDArray, NDArray]:
     """Motions q (cycle, position, motion) and forces F (cycle, position, mesh) in the mesh cycles ``cycles``."""
     statics = solved.statics(eccentric(solved, _times(solved, cycles)))
-    q, F = statics.balanced(forces, solved.begun(len(cycles)), SETTLED)
-    answer = partial(flanks.answer, [each[cycles] for each in amounts])
-    own = Forces(answer=answer, nominal=flanks.force, least=LEAST, settled=TOUCHED)
-    F, q, _, _ = own.found(statics, F, q)
+    q, F = statics.balanced(forces, solved.begun(len(cycles)), FORCE_TOLERANCE)
+    meshes_under = partial(flanks.under, [each[cycles] for each in amounts])
+    search = ForceSearch(meshes_under=meshes_under, nominal=flanks.force, least=LEAST, tolerance=TOUCHED)
+    F, q, _, _ = search.solve(statics, F, q)
     return q, F
 
 

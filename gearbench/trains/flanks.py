@@ -71,7 +71,7 @@ class Flanks:
         force, cos_b = (np.array([getattr(mesh, name) for mesh in solved.contacts]) for name in ("nominal", "cos_b"))
         return cls(batches=batches, force=force, cos_b=cos_b, share=share, missed=np.array(missed))
 
-    def answer(self, amounts: Sequence[NDArray], force: NDArray) -> tuple[NDArray, NDArray]:
+    def under(self, amounts: Sequence[NDArray], force: NDArray) -> tuple[NDArray, NDArray]:
         """Approach [mm] and ∂F_bt/∂δ [N/mm], (sample, position, mesh), under forces F_bt (sample, position, mesh) [N].
 
         ``amounts``: amplitudes of the gap modes of each mesh, (sample, mode). Forces below the lowest level of
@@ -149,10 +149,10 @@ class FlankErrors:
         drawn = [f * law.quantile(unit[:, i]) for i, (f, law) in enumerate(laws)]
         return np.stack(drawn, axis=-1)
 
-    def answer(self, errors: NDArray, force: NDArray) -> tuple[NDArray, NDArray]:
-        """Approach and stiffness with ``errors`` (sample, error) under ``force``; shapes as for ``Flanks.answer``."""
+    def under(self, errors: NDArray, force: NDArray) -> tuple[NDArray, NDArray]:
+        """Approach and stiffness with ``errors`` (sample, error) under ``force``; shapes as for ``Flanks.under``."""
         own = zip(self.expansions, self.columns, strict=True)
-        return self.flanks.answer([each.amounts(errors[:, list(columns)]) for each, columns in own], force)
+        return self.flanks.under([each.amounts(errors[:, list(columns)]) for each, columns in own], force)
 
 
 def _named(scene: Scene, mesh: str, both: set[str]) -> dict[str, ErrorMode]:

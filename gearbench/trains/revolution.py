@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.results.points import Columns
-from gearbench.trains.scatter import SETTLED, curves
+from gearbench.trains.scatter import FORCE_TOLERANCE, curves
 from gearbench.trains.solve import SolvedTrain
 
 #: Number of carrier positions over one revolution relative to the ring.
@@ -27,7 +27,7 @@ def revolution_columns(solved: SolvedTrain) -> tuple[Columns, Columns]:
     ring = solved.linkage.train.meshes[-1].pair.wheel
     offset = eccentric(solved, abs(ring.teeth) * turns)
     forces = curves(solved, float(short.keys.number))
-    _, F = solved.statics(offset[:, None]).balanced(forces, solved.begun(POINTS), SETTLED)
+    _, F = solved.statics(offset[:, None]).balanced(forces, solved.begun(POINTS), FORCE_TOLERANCE)
     sharing: NDArray = (F / solved.even).max(axis=1).T
     coords: Columns = {"revolution": (("revolution",), turns)}
     return coords, {"load_sharing_over_revolution": (("mesh", "revolution"), sharing)}

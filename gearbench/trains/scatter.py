@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.contact.batch import chunks, on_threads
-from gearbench.contact.equilibrium import PARTED, Forces, MeshAt, Statics
+from gearbench.contact.equilibrium import SEPARATED_STIFFNESS, ForceSearch, MeshAt, Statics
 from gearbench.contact.problem import part_of
 from gearbench.contact.solver import Guess
 from gearbench.effects.distributions import DISTRIBUTIONS
@@ -45,7 +45,7 @@ LEVELS, LEAST, CHUNK = 32, 1e-3, 50
 #: quadratic: forces are then known to 1e-5.
 TOUCHED = 5e-4
 #: Residual of the equilibrium, relative to the load, at which a sample counts as converged.
-SETTLED = 1e-9
+FORCE_TOLERANCE = 1e-9
 #: Responses for which statistics and sensitivities are computed.
 STUDIED = ("mesh_load_factor", "train_transmission_error_rms")
 
@@ -70,8 +70,8 @@ class Curves:
     @cached_property
     def _own(self) -> tuple[NDArray, NDArray]:
         """Approach and slope without the lent compliance."""
-        lent = np.expand_dims(np.transpose(self.statics.lent), -1)
-        return self.approach - lent * self.force, self.statics.stiffer(self.slope.T).T
+        shifted = np.expand_dims(np.transpose(self.statics.shifted), -1)
+        return self.approach - shifted * self.force, self.statics.without_shifted(self.slope.T).T
 
     def __call__(self, x: NDArray) -> tuple[NDArray, NDArray]:
         """Force [N] and stiffness [N/mm] at the approach x [mm], all (sample, position, mesh)."""
@@ -98,7 +98,7 @@ class Curves:
         f, k = f + (t - inside) * np.where(t > 1, k1, k0), np.where(t > 1, k1, np.where(t < 0, k0, k)) / h
         separated = f <= 0
         return np.moveaxis(np.where(separated, 0.0, f), 0, -1), np.moveaxis(
-            np.where(separated, PARTED * self.slope.max(), k), 0, -1
+            np.where(separated, SEPARATED_STIFFNESS * self.slope.max(), k), 0, -1
         )
 
 
@@ -116,7 +116,7 @@ def curves(solved: SolvedTrain, most: float) -> Curves:
         problem = part_of(mesh.problem, np.tile(np.arange(count), LEVELS))
         force = np.repeat(shares, count) * mesh.nominal
         whole = MeshAt(problem=problem, nominal=mesh.nominal, cos_b=mesh.cos_b)
-        approach, slope, _ = whole.answer(force, Guess.empty(problem))
+        approach, slope, _ = whole.under(force, Guess.empty(problem))
         found.append([each.reshape(LEVELS, count).T for each in (approach, force, slope)])
     approach, force, slope = (np.stack(each) for each in zip(*found, strict=True))
     return Curves(approach=approach, force=force, slope=slope, statics=solved.own)
@@ -233,11 +233,11 @@ class SampledTrain:
     def _cycle(self, errors: NDArray) -> TrainCycle:
         solved, count = self.solved, len(self.names)
         statics = solved.statics(offsets(solved, self.names, errors)[:, None])
-        q, F = statics.balanced(self.forces, solved.begun(len(errors)), SETTLED)
+        q, F = statics.balanced(self.forces, solved.begun(len(errors)), FORCE_TOLERANCE)
         if self.flanks is not None:
-            answer = partial(self.flanks.answer, errors[:, count:])
-            own = Forces(answer=answer, nominal=self.flanks.flanks.force, least=LEAST, settled=TOUCHED)
-            F, q, _, _ = own.found(statics, F, q)
+            under = partial(self.flanks.under, errors[:, count:])
+            search = ForceSearch(meshes_under=under, nominal=self.flanks.flanks.force, least=LEAST, tolerance=TOUCHED)
+            F, q, _, _ = search.solve(statics, F, q)
         return replace(solved.cycle, force=F, motion=q)
 
 
