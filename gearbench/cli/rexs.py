@@ -32,6 +32,14 @@ SceneOut = Annotated[
     tuple[str, Path] | None,
     typer.Option("--scene", metavar="N OUT.toml", help="Write stage N, on its shafts and bearings, as a scene file."),
 ]
+Written = Annotated[
+    tuple[Path, Path] | None,
+    typer.Option("--write", metavar="RESULT.nc OUT.rexs", help="Write a copy of FILE with the results of --stage N."),
+]
+
+To = Annotated[
+    Path | None, typer.Option("--to", metavar="OUT.rexs", help="Write the planetary set of a scene file FILE as REXS.")
+]
 
 
 def load_any(
@@ -80,23 +88,47 @@ def with_torque(scene: Scene, torque: float) -> Scene:
 def rexs(
     file: RexsFile,
     scene: SceneOut = None,
+    stage: StageName = None,
+    write: Written = None,
+    to: To = None,
     torque: Torque = None,
     load_case: LoadCase = None,
     quiet: Quiet = False,
     verbose: Verbose = False,
     json: Json = False,
 ) -> None:
-    """List the stages of a REXS FILE, or write one as a scene file.
+    """List the stages of a REXS FILE, write one as a scene file, or write results back into a copy.
 
     Example: gearbench rexs gearbox.rexs, then gearbench simulate gearbox.rexs --stage 2 -o stage2.nc
     """
     from gearbench.exchange.rexs_document import read_document
 
-    document = read_document(file)
-    if scene is None:
-        _list(document, torque, load_case, json=json)
+    if to is not None:
+        from gearbench.exchange.rexs_write import write_planetary
+        from gearbench.scene_file import read_scene
+
+        written, notes = write_planetary(read_scene(file), to)
+        _say(file, [written], notes, quiet=quiet, json=json)
         return
-    files, notes = _write_scene(document, *scene, torque, load_case)
+    document = read_document(file)
+    notes = ()
+    files: list[Path] = []
+    if scene is not None:
+        files, notes = _write_scene(document, *scene, torque, load_case)
+    if write is not None:
+        from gearbench.exchange.rexs import find_stage
+        from gearbench.exchange.rexs_results import write_results
+        from gearbench.results.netcdf import open_result
+
+        files.append(write_results(document, find_stage(document, stage), open_result(write[0]), write[1]))
+    if not files:
+        _list(document, torque, load_case, json=json)
+    else:
+        _say(document.path, files, notes, quiet=quiet, json=json)
+
+
+def _say(file: Path, files: list[Path], notes: tuple[str, ...], *, quiet: bool, json: bool) -> None:
+    """Print the files written from ``file``, and notes."""
     if json:
         from gearbench.cli.summary import print_mapping
 

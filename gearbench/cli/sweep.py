@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -59,6 +62,8 @@ def sweep(
     Example: gearbench sweep examples/case2.toml --torque 20:300:20 -o case2_loads.nc --plots plots
 
     Two keys: gearbench sweep SCENE --torque 50,100 --set effects.crowning.amount=0:8:2 -o grid.nc
+
+    Completed points are saved to OUT.nc from time to time.
     """
     from gearbench.errors import naming
     from gearbench.results.netcdf import save
@@ -70,8 +75,8 @@ def sweep(
     ranges = {} if torque is None else {"torque": parse_range("torque", torque)}
     ranges |= dict(map(parse_setting, set_ or ()))
     folder = plot_folder(plots)
-    with progress_line(quiet=quiet, json=json) as tell, naming(scene):
-        options = {"samples": samples, "seed": seed, "threads": threads}
+    with progress_line(quiet=quiet, json=json) as tell, naming(scene), _keeping(output) as keep:
+        options = {"samples": samples, "seed": seed, "threads": threads, "keep": keep}
         dataset = run(loaded, ranges, progress=lambda done, of: tell(f"{done} of {of} points"), **options)
     written = [save(dataset, output)] if output is not None else []
     if folder is not None and "torque" in dataset.dims and not samples:
@@ -103,3 +108,17 @@ def _print(scene: Scene, dataset: xr.Dataset) -> None:
     print_points(scene, dataset)
     if rows := result_rows(dataset):
         print_table("over the loads", rows)
+
+
+@contextmanager
+def _keeping(output: Path | None) -> Iterator[Callable[[xr.Dataset], object] | None]:
+    """Context with a function that saves completed points in ``output``; if the sweep fails, a message says so."""
+    from gearbench.results.netcdf import save
+
+    kept: list[Path] = []
+    try:
+        yield None if output is None else lambda dataset: kept.append(save(dataset, output))
+    except Exception:
+        if kept:
+            print(f"gearbench: {output} holds the points done before the fault; the others are NaN", file=sys.stderr)
+        raise

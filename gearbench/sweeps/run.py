@@ -40,6 +40,9 @@ if TYPE_CHECKING:
     from gearbench.robustness.sampling import Sampler
     from gearbench.trains.solve import SolvedTrain
 
+#: Pause between two saves of the partial Dataset: a multiple of the duration of a save, and a least number of seconds.
+KEEP_SHARE, KEEP_LEAST = 20.0, 2.0
+
 
 def sweep(
     scene: Scene,
@@ -51,6 +54,7 @@ def sweep(
     sampler: Sampler = "sobol",
     threads: int | None = None,
     progress: Callable[[int, int], None] = lambda done, of: None,
+    keep: Callable[[xr.Dataset], object] | None = None,
     **keys: Sequence[float] | NDArray,
 ) -> xr.Dataset:
     """Simulate ``scene`` at every point of the grid of some of its numeric keys.
@@ -66,8 +70,9 @@ def sweep(
     outputs, samples, seed, sampler, threads
         As for ``simulate``. With ``samples`` every point is computed like ``robust``, with the same samples at all
         points, and ``outputs`` are responses.
-    progress
-        Called with the number of points done and of all points.
+    progress, keep
+        ``progress`` is called with the number of points done and of all points. ``keep`` is called from time to time
+        with the Dataset so far, so that an interruption loses little.
 
     Returns
     -------
@@ -101,16 +106,35 @@ def sweep(
     solver = _solver(scene, outputs, {"samples": samples, "seed": seed, "sampler": sampler}, threads)
     groups = _groups(scene, axes, sampled=samples > 0)
 
-    found = _solved(groups, solver, lambda done: progress(done, total))
-    attrs = provenance(scene, wall_time=time.perf_counter() - start) | solver.draws | solver.attrs
-    paths = [each.path for each in axes] + [MESH] * scene.coupled
-    attrs |= {"swept": paths, "complete": int(len(found) == total)} | _warning(scene, axes)
-    return keeping(over_loads(combined(found, axes).assign_attrs(attrs), spectrum), scene)
+    def whole(found: Mapping[tuple[float, ...], Point]) -> xr.Dataset:
+        attrs = provenance(scene, wall_time=time.perf_counter() - start) | solver.draws | solver.attrs
+        paths = [each.path for each in axes] + [MESH] * scene.coupled
+        attrs |= {"swept": paths, "complete": int(len(found) == total)} | _warning(scene, axes)
+        return keeping(over_loads(combined(found, axes).assign_attrs(attrs), spectrum), scene)
+
+    return whole(_solved(groups, solver, lambda done: progress(done, total), _Keeper(keep=keep, whole=whole)))
+
+
+@dataclass(kw_only=True)
+class _Keeper:
+    """Saves the partial Dataset from time to time."""
+
+    keep: Callable[[xr.Dataset], object] | None
+    whole: Callable[[Mapping[tuple[float, ...], Point]], xr.Dataset]
+    due: float = field(default_factory=lambda: time.perf_counter() + KEEP_LEAST)
+
+    def look(self, found: Mapping[tuple[float, ...], Point]) -> None:
+        """Save the points ``found`` if the pause since the last save is over."""
+        if self.keep is None or (begun := time.perf_counter()) < self.due:
+            return
+        self.keep(self.whole(found))
+        now = time.perf_counter()
+        self.due = now + max(KEEP_LEAST, KEEP_SHARE * (now - begun))
 
 
 @single_threaded_blas()
 def _solved(
-    groups: Sequence[dict[tuple[float, ...], Scene]], solver: _Solver, advance: Callable[[int], None]
+    groups: Sequence[dict[tuple[float, ...], Scene]], solver: _Solver, advance: Callable[[int], None], keeper: _Keeper
 ) -> dict[tuple[float, ...], Point]:
     """Solve the groups: values along the axes → result. After Ctrl-C the points done so far are returned."""
     found: dict[tuple[float, ...], Point] = {}
@@ -119,6 +143,7 @@ def _solved(
             for at, point in zip(group, solver.solve(list(group.values())), strict=True):
                 found[at] = point
                 advance(len(found))
+                keeper.look(found)
     except KeyboardInterrupt:
         if not found:
             raise

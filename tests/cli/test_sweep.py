@@ -5,7 +5,9 @@ import json
 import pytest
 import xarray as xr
 
+from gearbench.errors import GearbenchError
 from gearbench.sweeps import figures
+from gearbench.sweeps import run as sweep_run
 from tests.support.paths import EXAMPLES
 
 SCENE = EXAMPLES / "case2.toml"
@@ -64,6 +66,25 @@ def texts(figure) -> set[str]:
     axes = figure.axes
     found = [each.get_title() for each in axes] + [text.get_text() for each in figure.legends for text in each.texts]
     return {line for text in (*found, figure.get_suptitle()) for line in text.split("\n")}
+
+
+def test_a_sweep_that_fails_says_that_its_file_holds_a_part(run, tmp_path, monkeypatch):
+    target, solve, calls = tmp_path / "part.nc", sweep_run.solve_group, []
+
+    def failing(*given):
+        calls.append(given)
+        if len(calls) > 1:
+            raise GearbenchError("the contact problem is not solved")
+        return solve(*given)
+
+    monkeypatch.setattr(sweep_run, "solve_group", failing)
+    monkeypatch.setattr(sweep_run, "KEEP_LEAST", 0.0)
+    code, _, err = run("sweep", SCENE, "--set", "effects.crowning.amount=2,8", "-o", target)
+    assert code == 1
+    assert f"{target} holds the points done before the fault" in err
+    with xr.open_dataset(target, engine="h5netcdf") as dataset:
+        assert dataset["transmission_error_mean"].notnull().values.tolist() == [True, False]
+        assert dataset.attrs["complete"] == 0
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@
 import base64
 import json
 import zipfile
+from dataclasses import replace
 from xml.etree.ElementTree import parse
 
 import numpy as np
@@ -12,7 +13,10 @@ from gearbench.errors import InputError
 from gearbench.exchange import is_rexs
 from gearbench.exchange.rexs import read_rexs, stages
 from gearbench.exchange.rexs_document import read_document
+from gearbench.exchange.rexs_results import write_results
 from gearbench.exchange.rexs_system import system_scene
+from gearbench.scene import Resolution
+from gearbench.simulation import simulate
 from tests.support.paths import DATA
 
 SEW = DATA / "sew_3_stage_cylindrical_gearbox_1.0.rexs"
@@ -127,6 +131,21 @@ def test_load_cases_come_from_the_spectrum(tmp_path):
     several = converted(STAGE)
     several["model"]["load_spectrum"] = [several["model"]["load_spectrum"], {"id": 2, "load_cases": [{"id": 9}]}]
     assert list(read_document(written(tmp_path, several)).load_cases) == [7, 8]
+
+
+def test_results_of_a_stage_go_into_the_xml_form(tmp_path):
+    path = written(tmp_path, converted(STAGE))
+    document = read_document(path)
+    dataset = simulate(replace(read_rexs(path), resolution=Resolution(positions=8, segments=4)))
+    again = read_document(write_results(document, stages(document)[0], dataset, tmp_path / "out.rexs"))
+    (stage,) = stages(again)
+    kept = {a.get("id") for a in stage.component.element}
+    assert {"center_distance", "meshing_stiffness_characteristic"} <= kept
+    with pytest.raises(InputError, match=r"must end in \.rexs"):
+        write_results(document, stages(document)[0], dataset, tmp_path / "out.rexsj")
+    for text in ("[pair", "[pair]\npinion = 3", "", '[pair]\npinion.teeth = "a"\nwheel.teeth = 3'):
+        with pytest.raises(InputError, match=r"^result = scene: its scene cannot be read$"):
+            write_results(document, stages(document)[0], dataset.assign_attrs(scene=text), tmp_path / "no.rexs")
 
 
 def changed(change):

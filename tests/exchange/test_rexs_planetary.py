@@ -1,4 +1,4 @@
-"""REXS: planetary stages."""
+"""REXS: planetary stages, written and read."""
 
 import re
 from xml.etree import ElementTree
@@ -8,10 +8,12 @@ import pytest
 from numpy.testing import assert_allclose
 
 from gearbench import simulate
+from gearbench.errors import InputError
 from gearbench.exchange.rexs import find_stage, read_rexs, stage_scene, stages
 from gearbench.exchange.rexs_document import read_document
+from gearbench.exchange.rexs_results import write_results
+from gearbench.exchange.rexs_write import write_planetary
 from gearbench.scene_file import parse_scene
-from tests.support.rexs_write import write_planetary
 
 EFFECTS = {"tooth_bending": {}, "hertz": {}}
 
@@ -30,7 +32,7 @@ def scene(**keys):
 
 
 def written(folder, whole, change=None):
-    path = write_planetary(whole, folder / "set.rexs")
+    path, _ = write_planetary(whole, folder / "set.rexs")
     if change is not None:
         text = path.read_text(encoding="utf-8")
         path.write_text(change(text), encoding="utf-8")
@@ -112,8 +114,36 @@ def test_unlike_planets_stay_pairs(tmp_path):
     assert all(stage.planetary is None for stage in found)
 
 
+def test_results_go_into_the_stages_of_the_set(tmp_path):
+    whole = scene()
+    path = written(tmp_path, whole)
+    document = read_document(path)
+    result = simulate(whole)
+    copy = read_document(write_results(document, find_stage(document, None), result, tmp_path / "results.rexs"))
+    for name, part in zip(result["mesh"].values, find_stage(copy, None).planetary.parts, strict=True):
+        assert part.name == name
+        own = {attribute.get("id"): attribute for attribute in part.element}
+        curve = [float(each.text) for each in own["custom_gearbench_meshing_stiffness_characteristic"].iter("c")]
+        assert_allclose(curve, 1e3 * result["mesh_stiffness"].sel(mesh=name), rtol=1e-12)
+    other = simulate(scene(sun={"teeth": 35}, planet={"teeth": 31}, ring={"teeth": -97}))
+    with pytest.raises(InputError, match="must have the teeth of stage 1"):
+        write_results(document, find_stage(document, None), other, tmp_path / "other.rexs")
+
+
+def test_only_sets_are_written(tmp_path):
+    gears = {"pinion": {"teeth": 20}, "wheel": {"teeth": 30}}
+    pair = {"pair": {"normal_module": 2.0, "face_width": 20.0, "centre_distance": 50.5, **gears}}
+    with pytest.raises(InputError, match="of planetary sets"):
+        write_planetary(parse_scene({**pair, "load": {"torque": 50.0}, "effects": EFFECTS}), tmp_path / "pair.rexs")
+    with pytest.raises(InputError, match="must end in"):
+        write_planetary(scene(), tmp_path / "set.xml")
+
+
 def test_at_the_command_line(tmp_path, run):
-    _, said, _ = run("rexs", written(tmp_path, scene()))
+    (tmp_path / "set.toml").write_text(scene().to_toml(), encoding="utf-8")
+    _, said, _ = run("rexs", tmp_path / "set.toml", "--to", tmp_path / "set.rexs")
+    assert "not written: effects.hertz, effects.tooth_bending" in said
+    _, said, _ = run("rexs", tmp_path / "set.rexs")
     assert "36/30/-96" in said
     run("rexs", tmp_path / "set.rexs", "--scene", "1", tmp_path / "back.toml")
     assert np.isclose(float(re.search(r"torque = (\S+)", (tmp_path / "back.toml").read_text()).group(1)), 200.0)

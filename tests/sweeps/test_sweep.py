@@ -235,6 +235,20 @@ def test_an_interruption_before_the_first_point_is_not_passed_over_in_silence(mo
         sweep(example("gear55_robust"), torque=[5.0], samples=samples)
 
 
+def test_what_is_done_is_kept_now_and_then(monkeypatch):
+    monkeypatch.setattr("gearbench.sweeps.run.KEEP_LEAST", 0.0)
+    monkeypatch.setattr("gearbench.sweeps.run.KEEP_SHARE", 0.0)
+    kept = []
+    whole = sweep(RELIEVED, {"effects.crowning.amount": [2.0, 8.0]}, torque=[50.0, 100.0], keep=kept.append)
+    done = [int(each["transmission_error_mean"].notnull().sum()) for each in kept]
+    assert done == [1, 2, 3, 4]
+    assert [each.attrs["complete"] for each in kept] == [0, 0, 0, 1]
+    first = kept[2]["transmission_error"]
+    # other points have more positions
+    same = whole["transmission_error"].isel(position=slice(first.sizes["position"]))
+    np.testing.assert_allclose(first.where(first.notnull(), same), same)
+
+
 def test_an_unmodified_pair_scales_with_the_load():
     # without gaps and with a constant contact law contact is linear
     scene = with_tables(example(), hertz={"law": "yang_sun"})

@@ -1,4 +1,4 @@
-"""Writer of a planetary scene as a REXS 1.1 file, for tests: stage, gears, shafts, carrier, pin bearings, load."""
+"""Writer of a planetary scene as a REXS 1.1 file: stage, gears, shafts, carrier, pin bearings, load."""
 
 from __future__ import annotations
 
@@ -8,6 +8,9 @@ from pathlib import Path
 from typing import Any
 from xml.etree.ElementTree import Element, ElementTree, SubElement, indent
 
+from gearbench.errors import InputError
+from gearbench.exchange import PLAIN
+from gearbench.files import check_target, replacing
 from gearbench.geometry.cutter import standard_cutter
 from gearbench.geometry.planetary import CARRIER, RING, SUN, PlanetarySet
 from gearbench.scene import Scene
@@ -47,9 +50,20 @@ class _Model:
             SubElement(relation, "ref", id=str(number), role=role, hint=self.kinds[number])
 
 
-def write_planetary(scene: Scene, target: Path) -> Path:
-    """Write the planetary set of a scene as a REXS file, without errors and effects."""
-    short = scene.train.planetary
+def write_planetary(scene: Scene, target: str | Path) -> tuple[Path, tuple[str, ...]]:
+    """Write the planetary set of a scene as a REXS file; return the file, and notes on what REXS cannot represent.
+
+    Raises
+    ------
+    InputError
+        If the scene is not a planetary set, or the target cannot be written.
+    """
+    target = check_target(target)
+    if not target.name.lower().endswith(PLAIN):
+        raise InputError("output", str(target), "must end in .rexs")
+    short = None if scene.train is None else scene.train.planetary
+    if short is None:
+        raise InputError("planetary", "missing", "REXS files are written of planetary sets")
     model = _Model()
     unit, casing = model.component("gear_unit", scene.name), model.component("gear_casing")
     stage, carrier = model.component("planetary_stage", scene.name), model.component("planet_carrier")
@@ -70,8 +84,9 @@ def write_planetary(scene: Scene, target: Path) -> Path:
     gears = _gears(model, scene, short, shafts)
     _planets(model, short, stage, shafts, gears)
     indent(model.root)
-    ElementTree(model.root).write(target, encoding="utf-8", xml_declaration=True)
-    return target
+    with replacing(target) as part:
+        ElementTree(model.root).write(part, encoding="utf-8", xml_declaration=True)
+    return target, _left_out(scene, short)
 
 
 def _central(model: _Model, short: PlanetarySet, name: str, casing: int) -> int:
@@ -160,3 +175,10 @@ def _planets(model: _Model, short: PlanetarySet, stage: int, shafts: dict[str, i
         )
         model.relate("assembly", assembly=stage, part=part)
         model.relate("stage", stage=part, gear_1=gears[driver], gear_2=gears[driven])
+
+
+def _left_out(scene: Scene, short: PlanetarySet) -> tuple[str, ...]:
+    keys = ("pin_tangential", "pin_radial", "planet_thickness", "run_out", "scatter")
+    left = [f"planetary.{key}" for key in keys if getattr(short.keys, key)]
+    names = sorted({effect.name for mesh in scene.meshes.values() for effect in mesh.effects})
+    return (f"not written: {', '.join([*left, *(f'effects.{name}' for name in names)])}",)
