@@ -20,7 +20,9 @@ if TYPE_CHECKING:
 
 Speed = Annotated[
     str,
-    typer.Option("--speed", metavar="A:B[:N]", help="Speed of the pinion or sun [1/min], or N speeds (200) from A to B."),
+    typer.Option(
+        "--speed", metavar="A:B[:N]", help="Speed of the pinion or sun [1/min], or N speeds (200) from A to B."
+    ),
 ]
 Harmonics = Annotated[int, typer.Option(metavar="H", help="Number of harmonics of the mesh frequency.")]
 Sound = Annotated[Path | None, to_file("OUT.wav", "Write a run-up of 10 s as sound.", "--sound")]
