@@ -64,6 +64,7 @@ from .optimisation.conditions import Condition as Condition
 from .optimisation.conditions import parse_condition as parse_condition
 from .optimisation.designs import Designs as Designs
 from .optimisation.designs import design_scene as design_scene
+from .optimisation.refinement import polish as polish
 from .optimisation.run import optimise as optimise
 from .optimisation.select import Selection as Selection
 from .optimisation.select import chosen_scene as chosen_scene

@@ -35,6 +35,7 @@ COMMANDS = (
     "optimise",
     "select",
     "explore",
+    "polish",
     "verify",
 )
 COMMANDS += ("validate", "plan", "cost", "rexs", "doctor")

@@ -1,27 +1,38 @@
 """Evaluation of designs side by side: by processes of this machine, or by any executor of ``concurrent.futures``.
 
 Workers are processes, because most of an evaluation is Python code, which runs on one thread per process at a time.
+They must run the same software as the calling process: every task carries its versions and the hash of its sources.
 """
 
 from __future__ import annotations
 
+import hashlib
 import os
+import platform
 import signal
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
+from functools import cache, partial
+from importlib.util import find_spec
 from itertools import groupby
 from multiprocessing import active_children, get_context, parent_process
+from pathlib import Path
 from threading import Thread
 from types import ModuleType
+from typing import Any, TypeVar
 
 from gearbench.budget import VARIABLE, memory_limit
-from gearbench.errors import GearbenchError
+from gearbench.effects.registry import installed
+from gearbench.errors import GearbenchError, InputError
 from gearbench.optimisation.problem import Evaluation, evaluate, macro_geometry
 from gearbench.optimisation.racing import Incumbents
 from gearbench.optimisation.study import Design, OptimisationStudy
+from gearbench.results.provenance import versions
 from gearbench.threads import single_threaded_blas
+
+Result = TypeVar("Result")
 
 #: Largest number of designs with the same macro-geometry that one worker evaluates one after the other.
 TOGETHER = 8
@@ -33,22 +44,43 @@ def worker_processes(count: int) -> Iterator[Executor | None]:
     if count == 1:
         yield None
         return
-    others = {*active_children()}
-    memory = f"{memory_limit() / count:.0f}"
-    executor = ProcessPoolExecutor(count, mp_context=get_context("spawn"), initializer=_begin, initargs=(memory,))
-    # started at once, and so that they do not run the program of this process again
-    program, sys.modules["__main__"] = sys.modules["__main__"], ModuleType("__main__")
-    try:
-        for _ in range(count):
-            executor.submit(os.getpid)
-    finally:
-        sys.modules["__main__"] = program
-    try:
-        yield executor
-    finally:
-        for process in {*active_children()} - others:
+    with _Processes(count) as processes:
+        yield processes
+
+
+class _Processes(Executor):
+    """Executor of ``count`` processes; all are started again for the first task after one of them has ended."""
+
+    def __init__(self, count: int) -> None:
+        self._count, self._others = count, {*active_children()}
+        self._start()
+
+    def _start(self) -> None:
+        memory = f"{memory_limit() / self._count:.0f}"
+        options = {"mp_context": get_context("spawn"), "initializer": _begin, "initargs": (memory,)}
+        self._pool = ProcessPoolExecutor(self._count, **options)
+        # started at once, and so that they do not run the program of this process again
+        program, sys.modules["__main__"] = sys.modules["__main__"], ModuleType("__main__")
+        try:
+            for _ in range(self._count):
+                self._pool.submit(os.getpid)
+        finally:
+            sys.modules["__main__"] = program
+
+    def submit(self, function: Callable[..., Any], /, *arguments: Any, **options: Any) -> Future[Any]:
+        """See ``Executor``."""
+        try:
+            return self._pool.submit(function, *arguments, **options)
+        except BrokenExecutor:
+            self.shutdown()
+            self._start()
+            return self._pool.submit(function, *arguments, **options)
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = True) -> None:
+        """End the processes, even if they are busy."""
+        for process in {*active_children()} - self._others:
             process.kill()
-        executor.shutdown(cancel_futures=True)
+        self._pool.shutdown(wait, cancel_futures=cancel_futures)
 
 
 def _begin(memory: str) -> None:
@@ -71,30 +103,51 @@ def evaluations(
     designs: Sequence[Design],
     incumbents: Incumbents | None = None,
 ) -> Iterator[tuple[Design, Evaluation]]:
-    """Yield designs with their evaluations as they are finished; see ``problem.evaluate``.
-
-    Without ``executor``, this process evaluates them.
-
-    Raises
-    ------
-    GearbenchError
-        If a worker process ends.
-    """
+    """Yield designs with their evaluations as they are finished; see ``problem.evaluate`` and ``side_by_side``."""
     # designs of the same teeth go to one worker, which computes the compliance of these teeth once
     ordered = sorted(designs, key=lambda design: macro_geometry(study, design))
     alike = [list(group) for _, group in groupby(ordered, key=lambda design: macro_geometry(study, design))]
     shares = [group[i : i + TOGETHER] for group in alike for i in range(0, len(group), TOGETHER)]
+    return side_by_side(executor, study, partial(evaluate, study, incumbents=incumbents), shares)
+
+
+def side_by_side(
+    executor: Executor | None,
+    study: OptimisationStudy,
+    function: Callable[[Design], Result],
+    shares: Sequence[Sequence[Design]],
+) -> Iterator[tuple[Design, Result]]:
+    """Yield designs of ``study`` with ``function(design)`` as they are finished.
+
+    One worker takes a share, one design after the other. Without ``executor``, this process does the work.
+
+    Raises
+    ------
+    GearbenchError
+        If a worker process ends, and another one ends when it is given one of the lost designs alone.
+    InputError
+        If a worker runs other software than this process.
+    """
     if executor is None:
-        for share in shares:
-            for design in share:
-                yield design, _evaluate(study, [design], incumbents)[0]
+        for design in (design for share in shares for design in share):
+            yield design, _apply(identity(), function, [design])[0]
         return
-    futures: dict[Future[list[Evaluation]], list[Design]] = {}
+    futures: dict[Future[list[Result]], Sequence[Design]] = {}
+    lost: list[Design] = []
     try:
-        futures |= {executor.submit(_evaluate, study, share, incumbents): share for share in shares}
+        futures |= {executor.submit(_apply, identity(), function, share): share for share in shares}
         for future in as_completed(futures):
-            yield from zip(futures[future], future.result(), strict=True)
-    except BrokenExecutor:
+            if isinstance(future.exception(), BrokenExecutor):
+                lost += futures[future]
+            else:
+                yield from zip(futures[future], future.result(), strict=True)
+        for design in lost:  # one at a time: a second loss is due to this design, and all the memory is free for it
+            again = executor.submit(_apply, identity(), function, [design])
+            if isinstance(again.exception(), BrokenExecutor):
+                values = ", ".join(f"{name} = {value}" for name, value in study.values(design).items())
+                raise GearbenchError(f"the design {values} ended two worker processes: too little memory?")
+            yield design, again.result()[0]
+    except BrokenExecutor:  # an executor that does not start its workers again
         raise GearbenchError("a worker process has ended: too little memory? --resume continues the search") from None
     finally:
         for future in futures:
@@ -102,5 +155,42 @@ def evaluations(
 
 
 @single_threaded_blas()
-def _evaluate(study: OptimisationStudy, designs: Sequence[Design], incumbents: Incumbents | None) -> list[Evaluation]:
-    return [evaluate(study, design, incumbents) for design in designs]
+def _apply(asked_by: dict[str, str], function: Callable[[Design], Result], designs: Sequence[Design]) -> list[Result]:
+    """Apply ``function`` to ``designs`` in a worker that runs the software of the calling process."""
+    require_same(asked_by)
+    return [function(design) for design in designs]
+
+
+@cache
+def identity() -> dict[str, str]:
+    """Software of this process: versions of Python and packages, and the SHA-256 of the sources.
+
+    The sources are those of gearbench, fem_reference, and the effects of installed packages.
+    """
+    package = Path(__file__).parents[1]
+    paths = [*package.rglob("*.py"), *(package.parent / "fem_reference").rglob("*.py")]
+    origins = (find_spec(entry.module) for entry in installed().values())
+    paths += [Path(spec.origin) for spec in origins if spec is not None and spec.origin is not None]
+    files = sorted(hashlib.sha256(path.read_bytes()).digest() for path in paths)
+    return {"versions": versions(), "sources": hashlib.sha256(b"".join(files)).hexdigest()}
+
+
+#: The hash is computed when this process loads its code, because the files may change while it runs.
+identity()
+
+
+def require_same(asked_by: dict[str, str]) -> None:
+    """Refuse tasks from a process that runs other software.
+
+    Raises
+    ------
+    InputError
+        If the software differs; names the machine, and the versions if they differ.
+    """
+    ours = identity()
+    if asked_by == ours:
+        return
+    fault = "has other source files of gearbench"
+    if asked_by["versions"] != ours["versions"]:
+        fault = f"has {ours['versions']}, the search {asked_by['versions']}"
+    raise InputError("worker", f"on {platform.node()}", f"{fault}: install the same there, and restart it")

@@ -276,6 +276,7 @@ GROUPS: Mapping[str, Mapping[str, Quantity]] = MappingProxyType(
                 "index of a variable's value, or the value if real",
             ),
             "objective": Quantity("1", "", "objectives, minimised"),
+            "objective_before": Quantity("1", "", "objectives before polishing"),
             "violation": Quantity("1", "", "sum of the relative violations of the limits"),
             "feasible": Quantity("1", "", "whether the design keeps all limits"),
             "reason": Quantity("1", "", "why the design is not feasible"),

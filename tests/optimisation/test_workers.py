@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 import subprocess
 import sys
 import time
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from dataclasses import replace
+from functools import partial
+from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
@@ -16,12 +19,13 @@ import pytest
 
 from gearbench import optimise, read_study
 from gearbench.budget import memory_limit
-from gearbench.errors import GearbenchError
+from gearbench.errors import GearbenchError, InputError
+from gearbench.optimisation import workers
 from gearbench.optimisation.front import non_dominated
 from gearbench.optimisation.problem import Evaluation, evaluate
 from gearbench.optimisation.racing import Incumbents
-from gearbench.optimisation.study import Algorithm, Robustness
-from gearbench.optimisation.workers import evaluations, worker_processes
+from gearbench.optimisation.study import Algorithm, Design, Robustness
+from gearbench.optimisation.workers import evaluations, identity, require_same, side_by_side, worker_processes
 from tests.support.paths import ROOT
 
 STUDY = replace(read_study(ROOT / "examples" / "optimise_small.toml"), robustness=Robustness(samples=256, racing=True))
@@ -60,12 +64,84 @@ def test_any_executor_gives_the_same_result():
         assert optimise(SMALL, executor=threads).equals(optimise(SMALL, threads=1))
 
 
-def test_a_worker_that_ends_is_one_line():
+def first(design: Design) -> int:
+    return int(design[0])
+
+
+class Mortal(Executor):
+    """Executor that works at once, and loses a worker with the share of a deadly design, once for every mention."""
+
+    def __init__(self, *deadly: Design) -> None:
+        self.deadly, self.shares = [*deadly], []
+
+    def submit(self, function, /, asked_by, work, share):
+        self.shares.append(share)
+        future = Future()
+        killer = next((design for design in share if design in self.deadly), None)
+        if killer is None:
+            future.set_result(function(asked_by, work, share))
+        else:
+            self.deadly.remove(killer)
+            future.set_exception(BrokenExecutor())
+        return future
+
+
+def test_designs_of_a_lost_worker_are_evaluated_again_alone_and_one_that_loses_two_is_named():
+    shares = [DESIGNS[:3], DESIGNS[3:5], DESIGNS[5:]]
+    mortal = Mortal(DESIGNS[4])
+    assert sorted(side_by_side(mortal, STUDY, first, shares)) == [(design, design[0]) for design in DESIGNS]
+    assert mortal.shares == [*shares, [DESIGNS[3]], [DESIGNS[4]]]
+    done = []
+    with pytest.raises(GearbenchError, match=r"^the design teeth = 16, .* ended two worker processes: too little mem"):
+        done += side_by_side(Mortal(DESIGNS[4], DESIGNS[4]), STUDY, first, shares)
+
+
+def deadly(folder: Path, how: str, design: Design) -> int:
+    """Kill the process that works: on one design the first time, on another one each time if so told."""
+    if (design == DESIGNS[3] and not (folder / "killed").exists()) or (design == DESIGNS[7] and how == "twice"):
+        (folder / "killed").write_text("")
+        os.kill(os.getpid(), signal.SIGKILL)
+    return first(design)
+
+
+@pytest.mark.slow  # starts eight processes
+def test_workers_that_are_killed_lose_no_design_and_a_design_that_kills_two_is_named(tmp_path):
+    shares = [[design] for design in DESIGNS]
     with worker_processes(2) as some:
-        assert some is not None
-        assert some.submit(os.abort).exception() is not None
+        found = side_by_side(some, STUDY, partial(deadly, tmp_path, "once"), shares)
+        assert sorted(found) == [(design, design[0]) for design in DESIGNS]
+        assert (tmp_path / "killed").exists()
+        values = ", ".join(f"{name} = {value}" for name, value in STUDY.values(DESIGNS[7]).items())
+        with pytest.raises(GearbenchError, match=f"^the design {re.escape(values)} ended two worker processes"):
+            dict(side_by_side(some, STUDY, partial(deadly, tmp_path, "twice"), shares))
+        assert dict(side_by_side(some, STUDY, first, shares[:1])) == {DESIGNS[0]: DESIGNS[0][0]}
+
+
+def test_an_executor_that_ends_with_its_worker_is_one_line():
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
+        assert pool.submit(os.abort).exception() is not None
         with pytest.raises(GearbenchError, match=r"^a worker process has ended: too little memory\?"):
-            dict(evaluations(some, SMALL, DESIGNS[:2]))
+            dict(evaluations(pool, SMALL, DESIGNS[:2]))
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "line"),
+    [
+        ("versions", "numpy 1.26", r"has python 3.* gearbench .*, the search numpy 1\.26: install"),
+        ("sources", "0", "has other source files of gearb"),
+    ],
+)
+def test_a_worker_refuses_to_work_for_other_code(monkeypatch, name, value, line):
+    asked_by = identity() | {name: value}
+    require_same(identity())
+    with pytest.raises(InputError, match=line) as fault:
+        require_same(asked_by)
+    assert len(str(fault.value)) < 290
+    with ThreadPoolExecutor(1) as thread:
+        thread.submit(lambda: None).result()
+        monkeypatch.setattr(workers, "identity", iter([asked_by, identity()]).__next__)
+        with pytest.raises(InputError, match=line):
+            dict(evaluations(thread, SMALL, DESIGNS[:1]))
 
 
 @pytest.mark.parametrize("how", [signal.SIGKILL, pytest.param(signal.SIGINT, marks=pytest.mark.slow)])

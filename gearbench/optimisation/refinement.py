@@ -1,0 +1,225 @@
+"""Refinement of a front: a local search over the continuous variables improves every design in all objectives at once.
+
+A search keeps to a grid of stepped variables, and only approaches the optimum of real ones. From every design of the
+front, the refinement minimises Σ_j f_j/s_j (s_j: the front's extent in objective j) subject to the limits and to no
+objective getting worse. The result therefore dominates the design it started from. All evaluations use the same error
+samples, so the objectives are smooth in the amounts and lengths of micro-geometry. COBYQA (Ragonneau & Zhang
+2022-2024, in SciPy) models them by quadratics in a trust region, without derivatives.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.errors import InputError
+from gearbench.optimisation.dataset import designs_dataset
+from gearbench.optimisation.designs import Designs
+from gearbench.optimisation.front import hypervolume, non_dominated
+from gearbench.optimisation.problem import Evaluation, evaluate
+from gearbench.optimisation.study import Design, OptimisationStudy
+from gearbench.optimisation.variables import Variable
+from gearbench.optimisation.workers import side_by_side, worker_processes
+from gearbench.results.responses import described
+from gearbench.threads import default_threads
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: Most evaluations per design; first and last radius of the trust region, as shares of the variables' ranges.
+EVALUATIONS, RADIUS, LEAST_RADIUS = 60, 0.05, 1e-4
+#: An objective may get worse by no more than this share of its extent (rounding).
+ROUNDING = 1e-12
+#: Value of every objective, over its extent, of a design that is not feasible.
+NO_ANSWER = 1e3
+
+
+def continuous(study: OptimisationStudy) -> OptimisationStudy:
+    """Return the study with real variables in place of stepped decimal ones, and without racing.
+
+    Raises
+    ------
+    InputError
+        If the resulting study has no real variable.
+    """
+    variables = tuple(_released(variable) for variable in study.variables)
+    if all(variable.kind != "real" for variable in variables):
+        raise InputError("variables", "all whole or listed", "nothing to refine: a variable of decimals is needed")
+    return replace(study, variables=variables, robustness=replace(study.robustness, racing=False))
+
+
+def _released(variable: Variable) -> Variable:
+    """Return the variable as a real one between the ends of its grid, if its grid holds decimals."""
+    grid = variable.grid
+    if variable.min is None or grid is None or not all(isinstance(value, float) for value in grid) or len(grid) < 2:
+        return variable
+    return replace(variable, min=float(grid[0]), max=float(grid[-1]), step=None)
+
+
+def polish(
+    designs: Designs,
+    *,
+    evaluations: int = EVALUATIONS,
+    threads: int | None = None,
+    progress: Callable[[int, int], None] = lambda *_: None,
+) -> xr.Dataset:
+    """Refine the front of a stored optimisation.
+
+    Parameters
+    ----------
+    designs
+        From ``gearbench.optimisation.select.open_designs``.
+    evaluations
+        Maximum number of evaluations per design.
+    threads
+        As in ``optimise``; does not change the result.
+    progress
+        Called with the number of designs done and the number of all designs.
+
+    Returns
+    -------
+    Dataset like that of an optimisation of ``continuous(study)``. Its designs are the refined designs of the front,
+    with ``on_front`` (Pareto-optimal among them), ``objective_before``, and ``number`` (in the stored optimisation).
+    Attributes ``hypervolume_before`` and ``hypervolume_after`` are shares of the box below the front's reference point.
+
+    Raises
+    ------
+    InputError
+        If no variable is continuous, or no design is feasible.
+    """
+    start = time.perf_counter()
+    study = continuous(designs.study)
+    numbers = designs.require_feasible("on_front")
+    first = [_as_continuous(designs, study, int(number)) for number in numbers]
+    F = designs.dataset["objective"].values[numbers]
+    extent = np.where(np.ptp(F, axis=0) > 0, np.ptp(F, axis=0), np.abs(F).max(axis=0))
+    work = partial(refine_design, study, extent=extent, evaluations=evaluations)
+    found: dict[Design, tuple[Design, Evaluation, Evaluation]] = {}
+    with worker_processes(threads or default_threads()) as workers:
+        for design, answer in side_by_side(workers, study, work, [[design] for design in first]):
+            found[design] = answer
+            progress(len(found), len(first))
+    dataset = _dataset(study, numbers, [found[design] for design in first], designs.dataset["reference_point"].values)
+    return dataset.assign_attrs(wall_time_s=time.perf_counter() - start)
+
+
+def _as_continuous(designs: Designs, study: OptimisationStudy, number: int) -> Design:
+    """Convert a design of the stored study to codes of the continuous study."""
+    codes = designs.design(number)
+    return tuple(
+        float(old.value(code)) if new.kind == "real" else code  # pyright: ignore[reportArgumentType]
+        for old, new, code in zip(designs.study.variables, study.variables, codes, strict=True)
+    )
+
+
+def refine_design(
+    study: OptimisationStudy, design: Design, *, extent: NDArray, evaluations: int
+) -> tuple[Design, Evaluation, Evaluation]:
+    """Refine a design; return the best design, its evaluation, and the evaluation of ``design``.
+
+    ``extent`` is the front's extent, (objective,). If nothing is better, the best design is ``design`` itself.
+    """
+    from scipy.optimize import NonlinearConstraint, minimize
+
+    run = _Run(study=study, design=design, extent=extent, seen={})
+    before = run.evaluated(run.start)
+    if not before.feasible:
+        return design, before, before
+    f_0 = np.array(before.objectives(study)) / extent
+
+    def excess(x: NDArray) -> NDArray:
+        return np.append(run.objectives(x) - f_0, run.evaluated(x).violation)
+
+    zero = np.zeros(len(extent) + 1)
+    minimize(
+        lambda x: float(run.objectives(x).sum()),
+        run.start,
+        method="COBYQA",
+        bounds=[(0.0, 1.0)] * len(run.start),
+        constraints=NonlinearConstraint(excess, -np.inf, zero),
+        options={"maxfev": evaluations, "initial_tr_radius": RADIUS, "final_tr_radius": LEAST_RADIUS},
+    )
+    best = min(run.better_than(f_0), key=lambda key: run.total(key), default=run.start.tobytes())
+    return run.codes(np.frombuffer(best)), run.seen[best], before
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Run:
+    """Refinement of one design; x are its continuous codes as shares of their ranges, (variable,)."""
+
+    study: OptimisationStudy
+    design: Design
+    extent: NDArray
+    seen: dict[bytes, Evaluation]
+
+    @property
+    def _real(self) -> list[tuple[int, float, float]]:
+        """Index, lower end and range of every continuous variable."""
+        ends = [(i, *v.bounds) for i, v in enumerate(self.study.variables) if v.kind == "real"]
+        return [(i, float(low), float(high - low)) for i, low, high in ends]
+
+    @property
+    def start(self) -> NDArray:
+        """Start point x: the design to refine."""
+        return np.array([(self.design[i] - low) / span for i, low, span in self._real])
+
+    def codes(self, x: NDArray) -> Design:
+        """Convert x to the codes of a design."""
+        found = list(self.design)
+        for (i, low, span), share in zip(self._real, x, strict=True):
+            found[i] = low + span * float(np.clip(share, 0.0, 1.0))
+        return tuple(found)
+
+    def evaluated(self, x: NDArray) -> Evaluation:
+        """Evaluate x, with a cache."""
+        key = np.asarray(x, dtype=float).tobytes()
+        if key not in self.seen:
+            # the start design keeps its codes to the bit
+            known = self.design if np.array_equal(x, self.start) else self.codes(x)
+            self.seen[key] = replace(evaluate(self.study, known), values=None)
+        return self.seen[key]
+
+    def objectives(self, x: NDArray) -> NDArray:
+        """Objectives divided by their extents, (objective,)."""
+        result = self.evaluated(x)
+        if not result.feasible:
+            return np.full(len(self.extent), NO_ANSWER)
+        return np.array(result.objectives(self.study)) / self.extent
+
+    def better_than(self, f_0: NDArray) -> Sequence[bytes]:
+        """Evaluated x, as bytes, that are feasible and in no objective worse than ``f_0``."""
+        return [
+            key
+            for key, result in self.seen.items()
+            if result.feasible and np.all(np.array(result.objectives(self.study)) / self.extent <= f_0 + ROUNDING)
+        ]
+
+    def total(self, key: bytes) -> float:
+        """Sum to minimise, at an evaluated x given as bytes."""
+        return float(np.sum(np.array(self.seen[key].objectives(self.study)) / self.extent))
+
+
+def _dataset(
+    study: OptimisationStudy, numbers: NDArray, found: Sequence[tuple[Design, Evaluation, Evaluation]], box: NDArray
+) -> xr.Dataset:
+    """Dataset of the refined designs; ``box`` is the reference point of the front."""
+    from gearbench.results.provenance import run_provenance
+
+    refined = [design for design, _, _ in found]
+    dataset = designs_dataset(study, refined, [after for _, after, _ in found], [1] * len(found))
+    before = np.array([each.objectives(study) for _, _, each in found])
+    after = dataset["objective"].values
+    more = {
+        "objective_before": (("design", "objective_name"), before),
+        "number": ("design", numbers),
+        "on_front": ("design", non_dominated(after).astype("int8")),
+        "reference_point": ("objective_name", box),
+    }
+    attrs = {"hypervolume_before": hypervolume(before / box), "hypervolume_after": hypervolume(after / box)}
+    return dataset.assign(described(more)).assign_attrs(attrs | run_provenance(wall_time=0.0))
