@@ -56,9 +56,9 @@ def solve_lines(scene: Scene, lines: ContactLines, weight: NDArray, size: int | 
     """
     _LOG.debug("contact problem: %d positions, %d pairs, %d segments", *lines.shape)
     if scene.has_shafts:
-        from gearbench.contact.bearings import settle
+        from gearbench.contact.bearings import solve_on_shafts
 
-        rest = settle(scene, scene.shaft_effects, lines, weight)
+        rest = solve_on_shafts(scene, scene.shaft_effects, lines, weight)
         problem, solution = rest.problem, rest.solution
     else:
         problem = assemble(scene, lines)

@@ -302,7 +302,7 @@ def _applied(real: NDArray, x: NDArray) -> NDArray:
 def _work(first: NDArray, second: NDArray) -> NDArray:
     """Re Σ first̄ᵀ second over harmonics and amplitudes (harmonic, amplitude, functional), (functional, functional)."""
     rows = first.shape[0] * first.shape[1]
-    parts = ((x.real.reshape(rows, -1), x.imag.reshape(rows, -1)) for x in (first, second))
+    parts = ((np.real(x).reshape(rows, -1), np.imag(x).reshape(rows, -1)) for x in (first, second))
     (a, b), (c, d) = parts
     return a.T @ c + b.T @ d
 

@@ -58,8 +58,8 @@ def draw_modes(figure: Any, dataset: xr.Dataset) -> str:
             axes.plot(*spoke.T, color=colour, linewidth=0.9)
         axes.set_aspect("equal")
         axes.invert_yaxis()
-        axes.set_title(f"{hertz(f[k])}, {kinds[k]}", fontsize="small")
-    return f"modes up to {hertz(f.max())}" if len(f) else "no mode is excited"
+        axes.set_title(f"{hertz(float(f[k]))}, {kinds[k]}", fontsize="small")
+    return f"modes up to {hertz(float(f.max()))}" if len(f) else "no mode is excited"
 
 
 def draw_sharing(figure: Any, dataset: xr.Dataset) -> str:

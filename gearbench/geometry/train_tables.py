@@ -322,8 +322,9 @@ def in_set(error: InputError) -> InputError:
     else:
         key = f"planetary.{below}" if head == "meshes" and below else error.key
     # a message may name a key that is missing
-    own = isinstance(error.value, str)
-    value = re.sub(r"\bgears\.(sun|planet|ring)[ \d]*\.", r"planetary.\1.", error.value) if own else error.value
+    value = error.value
+    if isinstance(value, str):
+        value = re.sub(r"\bgears\.(sun|planet|ring)[ \d]*\.", r"planetary.\1.", value)
     return InputError(key, value, error.allowed, error.file)
 
 

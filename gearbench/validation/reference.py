@@ -117,15 +117,15 @@ class SolvedTeeth(Tooth):
         """None: the fast model's ring is not joined to these teeth."""
         return None
 
-    def compliance(self, lines: ContactLines, beside: Effects) -> LowRank | Dense:
+    def compliance(self, lines: ContactLines, effects: Effects) -> LowRank | Dense:
         """Factors of both teeth concatenated, or the dense matrix of all pairs if the gears have bodies."""
-        return Flanks(both=self.both, coupled=GearBody.name in beside).on(lines)
+        return Flanks(both=self.both, coupled=GearBody.name in effects).on(lines)
 
     def flank(self, pair: Pair, index: int, effects: Effects, coast: bool = False) -> FlankCompliance:
         """The given flank of a gear."""
         return self.both[index]
 
-    def tooth_factor(self, pair: Pair, index: int, height: NDArray, y: NDArray, beside: Effects) -> NDArray:
+    def tooth_factor(self, pair: Pair, index: int, height: NDArray, y: NDArray, effects: Effects) -> NDArray:
         """Factor Ψ of one tooth; see ``ToothCompliance``."""
         return self.both[index].factor(height, y)
 
