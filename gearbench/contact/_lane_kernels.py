@@ -1,6 +1,6 @@
 """Common parts of the two compiled solvers for many samples: gaps, contact law, initial guess.
 
-The last axis of arrays is the lane. Each lane holds one sample and is independent of the others.
+Arrays of samples end with the axis ``lane``. A lane holds one sample and is independent of the others.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from gearbench.contact.law import STEEPEST, WHOLE
 
 #: Number of samples solved side by side.
 LANES = 128
-#: Smallest half variation of the gap along a cell; points have this one.
+#: Smallest σ, half the variation of the compression along a cell; segments that are points have this σ.
 POINT = 1e-30
 
 
 class Gaps(NamedTuple):
-    """Gaps and laws of a ``Batch`` under the same names; ``existing`` is its ``count``."""
+    """Gaps and contact laws of a ``Batch``, under its names except for ``existing``, which is its ``count``."""
 
     existing: NDArray
     ahead: NDArray
@@ -33,9 +33,9 @@ class Gaps(NamedTuple):
 
 
 class Answers(NamedTuple):
-    """Arrays to fill: δ, ∂F/∂δ and whether the lane converged, (position, lane).
+    """Results that the solvers fill in: δ, ∂F/∂δ, and ``done``, 1 where the lane converged, (position, lane).
 
-    Also forces and slopes of the segments (position, segment, lane), unless these arrays have no positions.
+    ``force`` and ``slope`` of the segments (position, segment, lane) are filled unless they have no positions.
     """
 
     delta: NDArray
@@ -46,11 +46,11 @@ class Answers(NamedTuple):
 
 
 class Lanes(NamedTuple):
-    """Gaps, compressions, forces and slopes of a position, (segment, lane), and numbers of each lane, (lane,).
+    """State of the samples at one position: arrays of the segments, (segment, lane), and numbers, (lane,).
 
-    ``sigma``: half of what the compression varies along each cell, and the inverse of twice that, (2, segment, lane);
-    ``level`` (3, lane) scratch of the law; ``least`` the smallest gap, from which gaps and δ are counted; ``load``
-    (position, lane) is ΣP.
+    ``s``, ``p`` and ``w`` are compression, force and slope dp/ds. ``sigma`` holds σ, half the variation of s along a
+    cell, and 1/2σ, (2, segment, lane). Gaps and δ are counted from the smallest gap, ``least``. ``load`` is the
+    prescribed ΣP, (position, lane). ``level`` is scratch of the law, (3, lane).
     """
 
     gap: NDArray
@@ -69,7 +69,7 @@ class Lanes(NamedTuple):
 
     @classmethod
     def of(cls, segments: int, load: NDArray) -> Lanes:
-        """Lanes for a number of segments under ``load`` (position, lane), in units of the load of the problem."""
+        """Empty lanes for a number of segments; the unit of ``load`` (position, lane) is the load of the problem."""
         gap, s, p, w, sigma, inverse = np.empty((6, segments, LANES))
         least, total, slope, residual, done, step = np.empty((6, LANES))
         sigma, level = np.stack([sigma, inverse]), np.empty((3, LANES))
@@ -151,7 +151,7 @@ def keep_forces(t, n, lanes, answers):
 
 @part(FUSED)
 def open_gaps(t, gaps, draws, lanes):
-    """Fill the gaps of the samples at position t, minus the smallest gap of the sample.
+    """Fill ``sigma`` and the gaps of the samples at position t, counted from the smallest gap of the sample.
 
     The gap of a cell is that of the end which touches first.
     """
@@ -173,7 +173,7 @@ def open_gaps(t, gaps, draws, lanes):
 
 @part(FUSED)
 def apply_laws(n, laws, lanes):
-    """Fill forces p and slopes w of the first n segments, compressed by s; rows of ``laws``: a, h, κ, edge, 1/h."""
+    """Fill forces p and slopes w of the first n segments, compressed by s; ``laws`` has the rows of ``Batch.laws``."""
     s, sigma, p, w, level = lanes.s, lanes.sigma, lanes.p, lanes.w, lanes.level
     for i in range(n):
         h, kappa, edge, per_h = laws[1, i], laws[2, i], laws[3, i], laws[4, i]
@@ -189,7 +189,7 @@ def apply_laws(n, laws, lanes):
                 level[1, j], level[2, j] = level_start(max(min(x, edge), LEAST), kappa)
             for j in range(LANES):
                 p[i, j], w[i, j], _ = log_law(level[0, j], level[1, j], level[2, j], edge, kappa, h, per_h, False)
-        # cells of which only the part t is loaded
+        # only the part t of a cell is loaded
         for j in range(LANES):
             t = min(max(s[i, j] * sigma[1, i, j], 0.0), 1.0)
             w[i, j] = 2.0 * p[i, j] * t * sigma[1, i, j] if t < 1.0 else w[i, j]
@@ -198,7 +198,7 @@ def apply_laws(n, laws, lanes):
 
 @part(FUSED)
 def steepen(n, laws, lanes):
-    """Slopes w of cells as their stiffness has them: times ``law.steepening``."""
+    """Multiply the slopes w of cells by the factor of ``law.steepening``, which gives the slopes for the stiffness."""
     s, sigma, w = lanes.s, lanes.sigma, lanes.w
     for i in range(n):
         h = laws[1, i]
@@ -208,6 +208,6 @@ def steepen(n, laws, lanes):
                 r = 1.0 / max(2.0 * t - 1.0, 1.0)
                 square = r * r
                 whole = 1.0 + hw * square * (1.0 / 6.0 + WHOLE * square * square * square)
-                level = max(t - hw, hw)  # of a part, over that of 1/hw
+                level = max(t - hw, hw)  # h w (L − 1) of a partly loaded cell
                 part = max(level - hw * logarithm(2.0 * t), STEEPEST * level)
                 w[i, j] *= (level if t < 1.0 else 1.0) / (part if t < 1.0 else whole)

@@ -47,8 +47,8 @@ def convolution(stiffness: NDArray, index: NDArray | None = None, along: int = 0
     stiffness
         Orders 0 … 2H of k(t), (…, 2H + 1).
     index
-        Orders as multiples of several frequencies (S, frequency); 0 … H of one frequency if absent. The first is zero;
-        of any other order s and −s, one is listed.
+        Orders as multiples of several frequencies (S, frequency); by default 0 … H of one frequency. The first order is
+        zero. Of two orders s and −s only one is listed.
     along
         Number of the frequency at which k(t) varies.
     """
@@ -93,7 +93,7 @@ def receptances(modes: Modes, rows: NDArray, omega: NDArray, orders: int) -> NDA
 
 
 def block_rows(h: NDArray) -> NDArray:
-    """Real matrices (…, M, 2H+1, M, 2H+1) of ĥ_c (…, H + 1, M, M) acting on the orders of M rows."""
+    """Real matrices (…, M, 2H+1, M, 2H+1) by which ĥ_c (…, H + 1, M, M) acts on orders as real numbers (M, 2H+1)."""
     H, M = h.shape[-3] - 1, h.shape[-1]
     out = np.zeros((*h.shape[:-3], M, 2 * H + 1, M, 2 * H + 1))
     out[..., :, 0, :, 0] = np.real(h[..., 0, :, :])
@@ -120,7 +120,7 @@ def solve(excitation: Excitation, h: NDArray, mean: NDArray) -> tuple[NDArray, N
     K, rest = convolution(excitation.stiffness), excitation.motion
     M, N = K.shape[0], K.shape[-1]
     vary = K - mean[..., None, None] * np.eye(N)
-    # f_s − K̄ x_s, which has no order 0
+    # f_s − K̄ x_s without order 0, which is in static balance
     push = excitation.force - mean @ rest
     push[:, 0] = 0.0
     moved = np.swapaxes(np.einsum("snij,jn->sni", h, push), 1, 2)
@@ -152,7 +152,7 @@ def least_residual(
     x, left
         First guess and its residual b − A x.
     product
-        Inner product of each problem; the axes summed over keep the length 1.
+        Function that returns the inner product of each problem; the axes it sums over remain, with length 1.
     enough
         Square of the allowed norm of the residual of each problem.
     steps

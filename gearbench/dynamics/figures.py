@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 
 #: Modes with a smaller share in the compliance of a mesh are not drawn.
 SHOWN = 0.01
-#: Modes in a figure; share of the energy of a mode above which a part is named; frequency bins of a waterfall.
+#: Largest number of modes in a figure; share of a mode's energy above which a part is named; bins of a waterfall.
 PANELS, LEAST_SHARE, BINS = 6, 0.05, 500
-#: Width of the name of an order over the width of a figure; height of a name over that of a figure.
+#: Space for names in a Campbell diagram: width for an order over the speed range, height for a mode over the axis.
 ROOM, LINE = 0.09, 0.03
 
 
@@ -29,8 +29,8 @@ def draw_response(dataset: xr.Dataset, folder: Path) -> list[Path]:
     One set for each mesh: ``force_…`` shows the dynamic factor and the RMS of mesh force and dynamic transmission error
     over speed; ``orders_…`` the amplitude of every order over speed; ``campbell_…`` orders and the modes they meet,
     coloured by the mesh force; ``waterfall_…`` the mesh force over frequency and speed; ``bearings_…`` the forces on
-    the bearings and ``housing_…`` the motion of points of the housing over speed; ``bands_…`` the orders of a
-    revolution. One plot for all meshes: ``modes`` shows mode shapes of the shafts and energies of the parts,
+    the bearings and ``housing_…`` the motion of points of the housing over speed; ``bands_…`` mesh orders and
+    their side bands. One plot for all meshes: ``modes`` shows mode shapes of the shafts and energies of the parts,
     ``ripples`` the mesh forces that torque ripples cause, ``scatter`` the percentiles over error samples.
     """
     if "percentile" in dataset.dims:
@@ -47,7 +47,7 @@ def draw_response(dataset: xr.Dataset, folder: Path) -> list[Path]:
         whole = (("modes", _modes),) if dataset.get("shaft_mode_shape", np.empty(0)).size else ()
         whole += (("ripples", _ripples),) if "ripple" in dataset.dims else ()
     first: list[tuple[str, Any, xr.Dataset]] = []
-    if "mode_kind" in dataset:  # a planetary set: figures of all meshes together, and of the mesh that carries most
+    if "mode_kind" in dataset:  # a planetary set: of all its meshes together, and of that with the largest factor
         of_set = [("modes", draw_modes), ("sharing", draw_sharing), ("bearings", _bearings)]
         of_set += [("ring", draw_ring)] if "lobes" in dataset.dims else []
         first = [(name, draw, dataset) for name, draw in of_set]

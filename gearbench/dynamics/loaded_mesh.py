@@ -37,8 +37,8 @@ FRICTION = 0.05
 class Flanks:
     """Quasi-static state of teeth and gear bodies over the mesh cycle, without the shafts.
 
-    Row 0 is the approach of the gears and its force; rows 1, 2 … are tilt and bending over the face and the resultants
-    that work on them (W11). Further axes, such as samples, come first.
+    Row 0 is the approach of the gears and the force that does work on it; rows 1, 2 … are tilt and bending over the
+    face and their resultants (W11). A further axis, for example of samples, comes first.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ class Flanks:
 
     @classmethod
     def off_shafts(cls, force: NDArray, stiffness: NDArray, error: NDArray, compliance: NDArray) -> Flanks:
-        """Remove the compliance C of the shafts from S and from the transmission error (…, position) [mm] (W14)."""
+        """Remove the shafts' ``compliance`` C from S = ``stiffness`` and from ``error`` (…, position) [mm] (W14)."""
         motion = -force @ compliance
         motion[..., 0] += error
         # K = (1 − S C)⁻¹ S
@@ -83,7 +83,7 @@ class LoadedMesh:
     solved
         Contact over the mesh cycle, including the shafts if there are any.
     on_shafts
-        The same contact with its settled shafts; None without shafts.
+        Shafts and bearings in equilibrium with this contact; None without shafts.
     most
         Number of relative motions (rows) of gears on shafts, see ``resultants``. Gears without shafts have one.
     """
@@ -115,7 +115,7 @@ class LoadedMesh:
 
     @cached_property
     def _resultants(self) -> Resultants:
-        """Force, moment and third resultant on the shafts, and S = ∂f/∂x, including the shafts."""
+        """Resultants f on the shafts, and S = ∂f/∂x with the compliance of the shafts included."""
         if self.on_shafts is None or self.rows == 1:
             return _one_row(self.scene, self.cycle)
         return self.on_shafts.resultants(self.rows)
@@ -154,7 +154,7 @@ class LoadedMesh:
     def samples(self, batch: Batch, lines: ContactLines, solution: BatchSolution) -> Flanks:
         """Teeth and bodies (sample, position, …) of error samples, from their contact on ``lines``.
 
-        Several rows need a ``solution`` with the forces of its segments. Bearings keep their stiffness without errors.
+        With several rows, ``solution`` must hold segment forces. Bearings keep their stiffness without errors.
         """
         cycle = MeshCycle.of(self.scene, self.cycle.phases, solution.approach.T, solution.stiffness.T)
         found = None if self.rows == 1 else resultants_of_samples(batch, lines, solution, self.rows)

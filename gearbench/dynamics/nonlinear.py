@@ -30,19 +30,19 @@ if TYPE_CHECKING:
 
     from gearbench.dynamics._kernels import Balance, Curve
 
-#: Phases of the force table: minimum, and number per order.
+#: Number of phases of the force table: its minimum, and phases per order.
 STEPS, PER_ORDER = 128, 8
 #: Directions in which the speed changes.
 SWEEPS = ("up", "down")
-#: Modes integrated over time: their maximum number (those with the largest shares in the mesh compliance), and their
-#: highest frequency over the highest excited order. The other modes follow quasi-statically.
+#: Maximum number of modes integrated over time, and their highest frequency over that of the highest excited order.
+#: Modes with the largest shares in the mesh compliance are taken; the others follow quasi-statically.
 MODES, FASTEST = 12, 1.5
-#: Maximum phase of a mode per step [rad], and minimum number of steps between phases.
+#: Maximum phase by which a mode advances in a time step [rad], and minimum number of time steps per phase of the table.
 RESOLVED, WITHIN = 0.3, 2
-#: Maximum number of periods after which a motion may repeat; change over the mean deflection below which it repeats for
-#: certain, and below which it counts as repeating at the end.
+#: Maximum number of mesh periods after which a motion may repeat. It repeats if it then differs by less than ``SAME``
+#: times the mean deflection, which ends the integration, or by less than ``NEAR`` times it when the integration ends.
 REPEATS, SAME, NEAR = 8, 1e-7, 3e-4
-#: A motion may take until its slowest mode has faded by e^−FADED; minimum and maximum number of periods.
+#: The integration ends at the latest when the slowest mode has faded by e^−FADED; bounds of this number of periods.
 FADED, LEAST, MOST = 40.0, 300, 20_000
 #: Rising and falling speed give two responses if their RMS forces differ by more than this share of the mean force.
 APART = 0.01
@@ -55,11 +55,11 @@ class Sweep:
     Parameters
     ----------
     model
-        The dynamic model; its other meshes are springs of their mean stiffness.
+        The dynamic model; its other meshes are springs with their mean stiffness.
     curve
         F(x, τ).
     kept
-        Numbers of the modes that are integrated over time.
+        Indices of the modes that are integrated over time.
     """
 
     model: Model
@@ -137,7 +137,7 @@ def _brake(damping: NDArray, dt: float) -> NDArray:
 
 
 def moving(model: Model, highest: float) -> NDArray:
-    """Numbers of the modes to integrate: up to the ``highest`` frequency [rad/s], those with the largest shares.
+    """Indices of the modes to integrate: among those up to ``highest`` [rad/s], those with the largest shares.
 
     Raises
     ------

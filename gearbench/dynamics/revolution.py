@@ -148,7 +148,7 @@ def side_bands(revolution: Revolution, h: NDArray, mean: NDArray) -> tuple[NDArr
     revolution
         Excitation.
     h
-        ĥ_c at the orders 0, 1/P … H (order, row, row) [mm/N], with the mean stiffness.
+        Receptance ĥ_c of the system with its mean stiffness at the orders 0, 1/P … H (order, row, row) [mm/N].
     mean
         Mean stiffness K̄ (row, row) [N/mm].
     """
@@ -235,8 +235,8 @@ def revolution_response(
 
     Returns
     -------
-    Dataset with the dimensions ``speed``, ``mesh``, ``order``, ``bearing``, ``direction``. ``order`` counts in mesh
-    frequencies, in steps of 1/P for a revolution of P mesh cycles.
+    Dataset with the dimensions ``speed``, ``mesh``, ``order``, ``bearing``, ``direction``. ``order`` is a
+    multiple of the mesh frequency, in steps of 1/P for a revolution of P mesh cycles.
 
     Raises
     ------

@@ -79,7 +79,7 @@ def sample_cycles(
 
 
 def excitation(mesh: LoadedMesh, problem: RobustProblem, solution: BatchSolution, harmonics: int) -> Excitation:
-    """Excitation (sample, row, …) by a chunk of samples of ``mesh``; several rows need the forces of segments."""
+    """Excitation (sample, row, …) by a chunk of samples; with several rows, ``solution`` must hold segment forces."""
     flanks = mesh.samples(problem.batch, problem.lines, solution)
     return flanks.orders(order_rows(problem.phases, 2 * harmonics))
 
@@ -106,8 +106,8 @@ def robust_response(
 ) -> xr.Dataset:
     """Mesh force over speed under random manufacturing errors.
 
-    Percentiles, averaged over speed, are accurate to 1 %, without relief or on shafts to 2 %. The notes of the result
-    say which.
+    Percentiles averaged over speed are accurate to 1 %, but to 2 % if the gears are on shafts or have no relief. The
+    notes of the result say so.
 
     Parameters
     ----------

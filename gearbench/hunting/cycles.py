@@ -1,4 +1,4 @@
-"""All mesh cycles until the same teeth meet again: pitch errors, run-out and waviness, with their side bands.
+"""Contact over all mesh cycles until the same teeth meet again: side bands of pitch errors, run-out and waviness.
 
 Mesh cycles differ only in their gaps. Compliance and contact lines are computed once, and each cycle is one gap vector
 for the batch solver. The solver starts from the solution without the errors and its derivatives. Nothing is linearised:
@@ -30,7 +30,7 @@ from gearbench.schema import changed
 MOST_CYCLES = 100_000
 #: Default highest mesh order of a spectrum.
 ORDERS = 3.0
-#: Contact problems in memory at the same time: one on cells, and one on patches, which corrects the first.
+#: Peak memory over that of one contact problem: the problem on cells and its correction on patches exist together.
 OF_CONTACT = 2.5
 
 
@@ -101,7 +101,7 @@ def teeth_alike(scene: Scene) -> Scene:
 
 
 def turning_modes(effects: Sequence[GapEffect], lines: ContactLines) -> GapModes:
-    """Gap modes of all mesh cycles."""
+    """Gap modes of the effects; all mesh cycles have the same modes."""
     return GapModes.on(lines, lambda each: np.concatenate([p.modes for p in _turning(effects, each, 1)], axis=-1))
 
 
@@ -111,7 +111,7 @@ def turning_amounts(effects: Sequence[GapEffect], lines: ContactLines, count: in
 
 
 def _turning(effects: Sequence[GapEffect], lines: ContactLines, count: int) -> list[Turning]:
-    """Gaps of the effects in the first ``count`` mesh cycles; one mode without a gap if there are none."""
+    """Gaps of the effects in the first ``count`` mesh cycles; a single mode of zeros if no effect changes."""
     found = (effect.turning(lines, np.arange(count)) for effect in effects)
     none = Turning(modes=np.zeros((*lines.shape, 1)), amounts=np.zeros((count, 1)))
     return [part for part in found if part is not None] or [none]
@@ -130,10 +130,9 @@ def solve_cycles(scene: Scene, phases: Phases, batch: Batch, amounts: NDArray, t
 def order_coefficients(phases: Phases, values: NDArray, count: int) -> NDArray:
     """Fourier coefficients c_ν (F8) of ``values`` (cycle, position) for the orders ν = 1/N … count/N, (order,).
 
-    N is the number of mesh cycles. c_{q/N} = 1/N Σ_n e^{−2πi q n/N} ∫₀¹ x_n(τ) e^{−2πi (q/N) τ} dτ is computed by a
-    Fourier transform over the cycles at each mesh phase, which repeats after N orders, followed by one over the phase.
-    With uniform phases all cycles form one equidistant series, and orders from half its number of points on are
-    meaningless.
+    N is the number of mesh cycles. c_{q/N} = 1/N Σ_n e^{−2πi q n/N} ∫₀¹ x_n(τ) e^{−2πi (q/N) τ} dτ is computed in
+    two steps: a Fourier transform over the cycles at each mesh phase, whose result repeats after N orders, and an
+    integral over the phase. With uniform phases, orders from half the number of all points on are meaningless.
     """
     N, q = len(values), np.arange(1, count + 1)
     by_phase, parts = np.fft.fft(values, axis=0) / N, -(-count // ORDERS_AT_ONCE)

@@ -16,22 +16,22 @@ from gearbench.robustness.sampling import Sampler
 from gearbench.robustness.statistics import average_error
 from gearbench.scene import Scene
 
-#: Share of the allowed error for the resolution; the samples converge more slowly and get the rest.
+#: Share of the allowed error that the resolution may use; the samples get the rest, as they converge more slowly.
 RESOLUTION_SHARE = 0.4
-#: Estimated error over the difference to a coarser run; above 1 because panels do not end at the changes of contact of
-#: every sample.
+#: Estimated error of a run over its difference from a coarser run. It is above 1 because the contact of a sample may
+#: change inside a panel.
 LEFT = 1.5
 #: Number of samples for the choice of the resolution; all runs use the same samples, so that their scatter cancels.
 TRIAL_SAMPLES = 128
-#: Minimum and maximum number of samples, and number of standard errors that count as the error of a mean. The largest
-#: error of the four means counts.
+#: Minimum and maximum number of samples, and number of standard errors that count as the error of a mean.
 FEWEST, MOST, STANDARD_ERRORS = 64, 2**20, 3.0
 
 
 def choose_robust(scene: Scene, *, seed: int, sampler: Sampler, threads: int) -> tuple[Choice[NDArray], int]:
     """Settings whose estimated error is within the accuracy of ``scene``, and the number of samples.
 
-    The error is the largest of those of four sample means (mean and RMS of STE and stiffness) under all loads.
+    A sample has four responses: mean and RMS of STE and of stiffness. The error is the largest relative error of their
+    means over the samples, under any load.
 
     Raises
     ------
