@@ -6,7 +6,7 @@ import sys
 
 from gearbench.cli import main
 
-#: Packages that NumPy, numba and xarray import only because they are installed; of the commands only explore needs any.
+#: Packages that NumPy, numba and xarray import only because they are installed; explore and dask schedulers need some.
 UNUSED = ("charset_normalizer", "cffi", "yaml", "dask")
 
 
@@ -18,7 +18,7 @@ def run() -> None:
     """
     # fewer garbage collections: they would search all imported modules for nothing
     gc.set_threshold(200_000)
-    for name in UNUSED if sys.argv[1:2] != ["explore"] else ():
+    for name in () if sys.argv[1:2] == ["explore"] or "--scheduler" in " ".join(sys.argv) else UNUSED:
         sys.modules[name] = None  # type: ignore[assignment]
     try:
         main()

@@ -22,7 +22,7 @@ FAILED, BAD_INPUT = 1, 2
 
 #: Module → extra that installs it.
 EXTRAS = {"skfem": "fem", "gmsh": "fem", "meshio": "fem", "platformdirs": "fem"}
-EXTRAS |= {"pymoo": "optimise", "bokeh": "explore"}
+EXTRAS |= {"pymoo": "optimise", "distributed": "optimise", "dask": "optimise", "bokeh": "explore"}
 
 #: Commands in the order of the help; a command is a function in the module of the same name.
 COMMANDS = (

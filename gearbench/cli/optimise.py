@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -20,6 +21,7 @@ Folder = Annotated[
     Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the generations and the front.")
 ]
 Resume = Annotated[bool, typer.Option("--resume", help="Continue the search in DIR.")]
+Scheduler = Annotated[str | None, typer.Option(metavar="ADDRESS|local:N", help="Evaluate designs on dask.distributed.")]
 Threads = Annotated[int | None, typer.Option(min=1, help="Number of worker processes; by default all processors.")]
 #: Number of designs of the front in the summary.
 SHOWN = 12
@@ -29,6 +31,7 @@ def optimise(
     study: StudyFile,
     output: Folder,
     resume: Resume = False,
+    scheduler: Scheduler = None,
     threads: Threads = None,
     memory: Memory = None,
     quiet: Quiet = False,
@@ -40,12 +43,14 @@ def optimise(
     Example: gearbench optimise examples/optimise_pair.toml -o front
     """
     from gearbench.optimisation.run import optimise as run
+    from gearbench.optimisation.scheduler import dask_workers
     from gearbench.optimisation.study_file import read_study
 
     loaded = read_study(study)
     try:
-        with progress_line(quiet=quiet, json=json) as tell:
-            options = {"resume": resume, "threads": threads}
+        workers = nullcontext() if scheduler is None else dask_workers(scheduler)
+        with progress_line(quiet=quiet, json=json) as tell, workers as executor:
+            options = {"resume": resume, "threads": threads, "executor": executor}
             dataset = run(loaded, directory=output, progress=lambda state: tell(_line(state)), **options)
     except KeyboardInterrupt:
         kept = len(list(output.glob("generation_*.nc")))

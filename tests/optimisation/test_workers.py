@@ -74,12 +74,13 @@ class Mortal(Executor):
     def __init__(self, *deadly: Design) -> None:
         self.deadly, self.shares = [*deadly], []
 
-    def submit(self, function, /, asked_by, work, share):
+    def submit(self, function, /, *arguments, **_):
+        share = arguments[-1]
         self.shares.append(share)
         future = Future()
         killer = next((design for design in share if design in self.deadly), None)
         if killer is None:
-            future.set_result(function(asked_by, work, share))
+            future.set_result(function(*arguments))
         else:
             self.deadly.remove(killer)
             future.set_exception(BrokenExecutor())
