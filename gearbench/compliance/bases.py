@@ -1,8 +1,8 @@
 """One-dimensional polynomials of the Ritz fields, with derivatives and quadrature.
 
-Height functions vanish at the clamped root: f_k(ξ) = ∫₀^ξ P_k, shifted Legendre P_k, scaled so that the derivatives
-are orthonormal; they span ξ·(polynomials) and keep the stiffness well conditioned at any order. Width (and thickness)
-functions are Legendre polynomials, scaled likewise. Sources: Szabó & Babuška, Finite Element Analysis, ch. 3.
+Height functions vanish at the clamped root: f_k(ξ) = ∫₀^ξ P_k with shifted Legendre polynomials P_k, scaled so that
+the derivatives are orthonormal. They span ξ·(polynomials) and keep the stiffness well conditioned at any order. Width
+(and thickness) functions are orthonormal Legendre polynomials. Source: Szabó & Babuška, Finite Element Analysis, ch. 3.
 """
 
 from __future__ import annotations
@@ -119,7 +119,7 @@ def height_quadrature(
 
 
 def sampled(most: int, ratio: float) -> NDArray:
-    """0, 1, 2, …, then about in geometric progression with ``ratio``, up to ``most``."""
+    """Whole numbers 0, 1, … 5, then about a geometric progression with ``ratio``, up to ``most``."""
     n = [0, 1, 2, 3, 4, 5]
     while n[-1] < most:
         n.append(min(most, max(n[-1] + 1, round(n[-1] * ratio))))

@@ -72,7 +72,7 @@ class FlankCompliance:
         Additional compliance of each tooth under its own loads, (p·q, p·q) [mm/N], positive semidefinite together with
         block 0; see ``joined``.
     anchors
-        What lugs take from the ``blocks``, from tooth to tooth; tooth 0 is that of pair 0.
+        Reduction of the ``blocks`` by lugs, different for every tooth; tooth 0 is that of pair 0.
     """
 
     gear: Gear
@@ -128,7 +128,7 @@ class FlankCompliance:
         return self._roots[pairs, least]
 
     def between(self, pairs: int, tolerance: float = 0.0, first: int = 0) -> tuple[NDArray, NDArray]:
-        """Directions B (p·q, k) that a tooth feels, and B C_{i−j} B (pair, k, pair, k) of ``pairs`` from the ``first``.
+        """Significant directions B (p·q, k), and Bᵀ C_{i−j} B (pair, k, pair, k) of ``pairs``, counted from ``first``.
 
         Directions of one tooth whose compliance is within a tenth of ``tolerance``, or ``rank_tolerance``, of zero are
         dropped. Negative ones are raised to zero in the matrix of all teeth, because dropping a direction would also
@@ -150,7 +150,7 @@ class FlankCompliance:
         return self._between[pairs, least, first]
 
     def same_tooth(self, pairs: int, tolerance: float = 0.0, first: int = 0) -> list[NDArray]:
-        """Square roots (k, rank) of B C_ii B of ``between``, by pair; (p·q, rank) if a tooth has its ``own`` besides.
+        """Square roots (k, rank) of the Bᵀ C_ii B of ``between``, by pair; (p·q, rank) with ``own`` added, if given.
 
         Negative directions, as small as those dropped between teeth, are dropped.
         """
@@ -297,9 +297,9 @@ def _fill(H: NDArray, flanks: Sequence[FlankCompliance], lines: ContactLines) ->
 
 
 def _directions_on_lines(flank: FlankCompliance, lines: ContactLines, index: int) -> tuple[NDArray, NDArray, NDArray]:
-    """Significant directions X (line, segment, k) on the lines, and C (pair, k, pair, k) between them.
+    """Significant directions X (line, segment, k) on the lines, C (pair, k, pair, k) between them, and Ψ.
 
-    And Ψ (line, segment, rank) of the same tooth.
+    Ψ (line, segment, rank) is the square root of the compliance under loads on the same tooth.
     """
     shapes, pairs, first = _on_lines(flank, lines, index), lines.shape[1], int(lines.index[0])
     tolerance = NEGLIGIBLE if flank.own is None else NEGLIGIBLE_SHARED

@@ -1,12 +1,12 @@
 """Hertzian strip on a flank with a kink, such as the start of a linear relief.
 
-The gap of the two flanks is a parabola whose slope rises by κ at x = 0, of two half-spaces in plane strain. Lengths in
-Hertzian half-widths a_H, displacements in c₁q, c₁ = (1−ν²)/(πE) the mean of both materials (E5 of docs/theory.md):
+Two half-spaces in plane strain touch; their gap is a parabola whose slope rises by κ at x = 0. Lengths ξ = x/a_H are in
+Hertzian half-widths, displacements in c₁q, with the mean c₁ of (1−ν²)/(πE) of both materials (E5 of docs/theory.md):
 
     4(ξ − s)² + 8k max(0, ξ),   s = x_s/a_H, k = κρ/a_H,
 
-x_s the vertex of the parabola before the kink, x_s − κρ that of the one behind it. With φ the part of the strip behind
-the kink, as the angle of its middle m and half-width L,
+where x_s is the vertex of the parabola before the kink, and x_s − κρ that of the one behind it. The strip has the
+half-width L and the middle m = −L cos φ: it ends at the kink if φ = 0, and begins there if φ = π. It approaches by D:
 
     L² + (2/π) k L sin φ = 1,   m = −L cos φ = s − kφ/π,
     D = 4(m − s)² + 2L² + (8k/π)(mφ + L sin φ) + 4 ln(2/L).

@@ -3,8 +3,8 @@
 Contact laws of the Weber–Banaschek kind give the compression of an elastic half-space between its surface and the
 depth t of the tooth's centre line. The compliance of the tooth is that of the flank minus this compression under
 the same load. The half-space is mirrored at the two faces of the gear, so that an even line load compresses it
-evenly, as in the law; its Fourier components along the line, wave number k, at distance r across it, R² = r² + t², are
-(L2, L1 of docs/theory.md)
+evenly, as in the law. At the distance r from a line load of wave number k along it the compression is, with
+R² = r² + t² (L2, L1 of docs/theory.md),
 
     ĝ_k(r) = 2(1−ν²)/(πE) [K₀(kr) − K₀(kR)] − (1+ν)/(πE) t² k K₁(kR)/R
     ĝ_0(r) = 2(1−ν²)/(πE) ln(R/r) − (1+ν)/(πE) t²/R².
@@ -26,7 +26,7 @@ from gearbench.compliance.bases import gauss, legendre_functions, sampled
 from gearbench.compliance.outline import roll_angles
 from gearbench.geometry.gear import Gear
 
-#: Computed waves, and waves from which the 1/k tail is used, for each function across the width.
+#: Waves with their exact compression, and all waves, the further ones with a 1/k tail, per function across the width.
 WAVES, TAIL = 3, 30
 #: Approximate ratio of successive computed waves.
 FARTHER = 1.18
@@ -65,8 +65,8 @@ def half_space_compression(gear: Gear, E: float, nu: float, order: tuple[int, in
     order
         Numbers p, q of polynomials in R and in y.
     points
-        Quadrature points along the flank; two more from each of them to its end. 18 are good to 1e-7 or better, and
-        take half the time of 24, good to 1e-9.
+        Quadrature points along the flank; from a point to the end of the flank there are two more than that. 18 are
+        good to 1e-7 or better, and take half the time of 24, good to 1e-9.
     """
     p, q = order
     waves = WAVES * q + 1
@@ -82,7 +82,7 @@ def half_space_compression(gear: Gear, E: float, nu: float, order: tuple[int, in
 
 
 def _projected_waves(gear: Gear, E: float, nu: float, p: int, waves: NDArray, points: int) -> NDArray:
-    """∬ φ_i(R) ĝ_m(R, R′) φ_j(R′) dR dR′ of ``waves`` m, (wave, p, p), from the half with R nearer to the root than R′.
+    """∬ φ_i(R) ĝ_m(R, R′) φ_j(R′) dR dR′ of ``waves`` m, (wave, p, p): the half R < R′ plus its transpose.
 
     In the roll angle everything is analytic except the logarithm at R = R′ and a pointed tip, where points cluster.
     """

@@ -1,12 +1,12 @@
 """Lugs that hold a ring at its outside: their tractions, and the reduction of the compliance of the teeth.
 
-Without lugs, springs κ hold only the rigid motions of the ring, so that all teeth have the same compliance. The lugs
-are then added as tractions t, which are polynomials along arc and axis. Further components of t remove the springs κ
-again. The displacements s that belong to t follow from the loads P on the flanks, from t, and from the stiffness K:
+At first the ring has no lugs: springs κ hold its rigid motions, and all teeth have the same compliance. Lugs then act
+on it with tractions, which are polynomials along arc and axis. The vector t has their amplitudes, and the forces that
+cancel the springs κ; s are the corresponding displacements. Loads P on the flanks and the stiffness K determine both:
 
     s = Rᵀ P + C t,    s = −K⁻¹ t    ⇒    the flanks move in addition by − R (C + K⁻¹)⁻¹ Rᵀ P (R12 of docs/theory.md).
 
-K is the stiffness of the lugs (K⁻¹ = 0 if they are rigid), and −κ for the removed springs.
+K is the stiffness of the lugs (K⁻¹ = 0 if they are rigid), and −κ for the forces that cancel springs.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 ALONG, ACROSS = 3, 3
 #: Longest part of a lug [rim thicknesses, or modules on a thinner rim].
 LONGEST = 2.0
-#: Number of functionals per lug: all polynomials for tractions along θ, R and the axis.
+#: Number of functionals of a lug: one for each traction polynomial in the directions θ, R and z.
 EACH = 3 * ALONG * ACROSS
 
 
@@ -51,9 +51,9 @@ class Lugs:
     springs: tuple[float, float] | None = None
 
     def parted(self, radius: float, longest: float) -> Lugs:
-        """Lugs in adjoining parts that are no longer than ``longest`` [mm]; ``radius`` of the outside [mm].
+        """Divide the lugs into adjoining parts no longer than ``longest`` [mm]; ``radius`` of the ring's outside [mm].
 
-        Three polynomials along a long lug do not follow the tractions beside a loaded tooth.
+        On a long lug three polynomials cannot follow the tractions near a loaded tooth.
         """
         count = math.ceil(self.length / longest - 1e-9)
         at = (np.arange(count) - (count - 1) / 2) * self.length / count / radius
@@ -75,7 +75,7 @@ class Anchors:
     Parameters
     ----------
     reach
-        R: displacement of the functionals under flank polynomials on each tooth, (tooth, p·q, functional) [mm/N].
+        R: displacements s under loads that are flank polynomials on one tooth, (tooth, p·q, functional) [mm/N].
     own
         C + K⁻¹, (functional, functional).
     """
@@ -85,7 +85,7 @@ class Anchors:
 
     @lazy
     def grip(self) -> NDArray:
-        """(C + K⁻¹)⁻¹; zero for tractions that do no work because the ring has few functions along its axis."""
+        """(C + K⁻¹)⁻¹; zero for tractions that do no work on the few functions of the ring along its axis."""
         size = np.abs(self.own).max(axis=1)
         felt = np.flatnonzero(size > 1e-9 * size.max())
         scale = 1 / np.sqrt(size[felt])
@@ -113,7 +113,7 @@ def often(z: int) -> NDArray:
 def tractions(lugs: Lugs, ring: Ring, n: NDArray) -> NDArray:
     """Harmonics n of the tractions on lugs, in the phases of the ring's functions, (n, field·j, functional).
 
-    Tractions have unit norm. Harmonics are the work of the tractions on the amplitudes at the outside, divided by 2π.
+    A traction has unit norm. Its harmonic n is its work on the amplitudes of the ring's outside, divided by 2π.
     """
     from scipy.special import spherical_jn
 

@@ -1,8 +1,8 @@
 """Outline of a tooth for quadrature: generated fillet and involute, each in a parameter in which it is analytic.
 
-A fillet leaves the root circle like √(R − r_f), an involute the base circle like (R − r_b)^{3/2}; in tan(φ/2), φ the
-parameter of ``geometry.fillet``, and in the roll angle t = tan α_R neither has a branch point, and Gauss quadrature
-converges exponentially. Towards a pointed tip the integrands grow like 1/ψ: panels are graded to it.
+Over R a fillet has a branch point √(R − r_f) at the root circle, and an involute (R − r_b)^{3/2} at the base circle.
+Over tan(φ/2), with φ of ``geometry.fillet``, and over the roll angle t = tan α_R they have none, so Gauss quadrature
+converges exponentially. Towards a pointed tip the integrands grow like 1/ψ, so panels shrink towards it.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _REACH = 7 / 8
 
 
 def tooth_outline(gear: Gear, points: int) -> Outline:
-    """Quadrature from root to tip, ``points`` on each panel: the fillet, and the involute, on one or several."""
+    """Quadrature from root to tip, ``points`` on a panel: one panel for the fillet, one or several for the involute."""
     parts = [_fillet(gear, points), *_involute(gear, points)]
     x, weight, e, slope = (np.concatenate(part) for part in zip(*parts, strict=True))
     return x, weight, e, slope
@@ -56,7 +56,7 @@ def _involute(gear: Gear, points: int) -> Iterator[Outline]:
         yield R - gear.root_radius, weight * r_b**2 * t / R, R * psi, psi - t
         return
     pointed = math.sqrt((gear.pointed_radius - r_b) * (gear.pointed_radius + r_b)) / abs(r_b)
-    # away from the tip t_p − t = δ, where ψ = δ − (arctan t_p − arctan t) keeps its digits however thin the tooth is
+    # integrated over δ = t_p − t, because ψ = δ − (arctan t_p − arctan t) keeps its digits however thin the tooth is
     edges = [pointed - form]
     while edges[-1] / (pointed - tip or math.inf) * (1 - _REACH) > 1:
         edges.append(edges[-1] * (1 - _REACH))

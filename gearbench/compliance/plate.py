@@ -22,7 +22,7 @@ from gearbench.compliance.ritz import Ritz
 
 SHEAR_FACTOR = 5 / 6
 
-#: (height function, width function) of the paper's x(a + by + cx), for each of the three fields.
+#: Numbers (height function, width function) of the products that span the paper's x(a + by + cx), for every field.
 PAPER_BASIS = ((0, 0), (0, 1), (1, 0))
 
 
@@ -33,7 +33,7 @@ class PlateTooth:
     Parameters
     ----------
     height, width
-        Along x from the root and along y across the face [mm].
+        Lengths along x, from the root, and along y, across the face [mm].
     thickness
         h(x) [mm], vectorised, for 0 ≤ x ≤ height.
     E, nu
@@ -73,9 +73,9 @@ class PlateTooth:
         return self.ritz.condition
 
     def stiffness(self) -> NDArray:
-        """Ritz matrix of the three fields θ_x, θ_y, w, (3n, 3n) [N/mm and its products with mm]."""
+        """Ritz matrix of the three fields θ_x, θ_y, w, (3n, 3n) [N·mm between rotations, N with w, N/mm for w]."""
         nu = self.nu
-        D, S, Y = self._integrals()  # D[a, b] etc.: ∫ f⁽ᵃ⁾ f⁽ᵇ⁾ over the field functions, weighted
+        D, S, Y = self._integrals()  # D[a, b] etc.: weighted ∫ f⁽ᵃ⁾ f⁽ᵇ⁾ for all pairs of functions
         xx = D[0, 0] * Y[1, 1] + (1 - nu) / 2 * D[1, 1] * Y[0, 0] + S[0, 0] * Y[0, 0]
         yy = D[1, 1] * Y[0, 0] + (1 - nu) / 2 * D[0, 0] * Y[1, 1] + S[0, 0] * Y[0, 0]
         ww = S[1, 1] * Y[0, 0] + S[0, 0] * Y[1, 1]
@@ -102,7 +102,7 @@ class PlateTooth:
         """∫ f_i⁽ᵃ⁾ f_k⁽ᵇ⁾ D dx, the same with κGh, and ∫ g_j⁽ᵃ⁾ g_l⁽ᵇ⁾ dy, for all pairs of functions, (2, 2, n, n)."""
         i, j = self.pairs.T
         E, nu, H, b = self.E, self.nu, self.height, self.width
-        # on a panel mapped by a square the integrand has twice the degree
+        # panels at branches are mapped by a square, which doubles the degree of the integrand
         count = 2 * i.max() + 20
         xi, weight = height_quadrature(count, [x / H for x in self.breaks], [x / H for x in self.branches])
         h = np.broadcast_to(self.thickness(xi * H), xi.shape)

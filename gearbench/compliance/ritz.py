@@ -18,7 +18,7 @@ class Ritz:
     stiffness
         K, symmetric positive definite, (n, n).
     loaded
-        Number of (last) amplitudes that loads and measured displacements involve.
+        Number of these last amplitudes; displacements are measured on them too.
 
     Raises
     ------
@@ -56,7 +56,7 @@ class Ritz:
         return (functional * self._scale[-self.loaded :]) @ self._inverse_triangle
 
     def compliance(self, functional: NDArray) -> NDArray:
-        """f(a)ᵀ K⁻¹ f(b) for all pairs of the functionals (m, loaded), (m, m); fewer operations than ``factor``."""
+        """f(a)ᵀ K⁻¹ f(b), (m, m), for all pairs of m functionals (m, loaded), with fewer operations than ``factor``."""
         from scipy.linalg import solve_triangular
 
         rows = (functional * self._scale[-self.loaded :]).T

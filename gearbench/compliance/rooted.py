@@ -20,7 +20,7 @@ class RootParts:
     Parameters
     ----------
     held
-        Displacements of the flank's functionals under each other with the root held, (flank, flank).
+        Displacement of the flank along each functional under a unit load along each, root held, (flank, flank).
     stiffness
         Forces against motions of the root, (r, r).
     moved

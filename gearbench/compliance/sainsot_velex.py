@@ -20,7 +20,7 @@ COEFFICIENTS: dict[str, tuple[tuple[float, ...], tuple[float, float]]] = {
     "P": ((-50.952e-5, 185.50e-3, 0.0538e-4, 53.300e-3, 0.2895, 0.9236), (2.56, 13.47)),
     "Q": ((-6.2042e-5, 9.0889e-3, -4.0964e-4, 7.8297e-3, -0.1472, 0.6904), (0.141, 0.62)),
 }
-#: The range is printed with three digits.
+#: Relative tolerance of the ranges: the paper prints them with three digits.
 _PRINTED = 0.005
 
 
@@ -45,11 +45,11 @@ def shape_factors(gear: Gear, bore_radius: float) -> tuple[float, float, float, 
 
 
 def foundation_factor(gear: Gear, E: float, bore_radius: float, radius: ArrayLike) -> NDArray:
-    """√ of the deflection [mm/N] along the line of action under a unit normal force at R, spread over the face width.
+    """√(δ/F) [√(mm/N)], with the deflection δ at R along the line of action under F, spread over the face width.
 
-    δ = F cos²γ / (b E) [L* (u/S)² + M* u/S + P* (1 + Q* tan²γ)], u from the root circle to where the line of action
-    meets the centre line of the tooth, S the thickness at the root. For a helical gear F cos β_b is the force in the
-    transverse plane, and the deflection is measured along the normal likewise.
+    δ = F cos²γ / (b E) [L* (u/S)² + M* u/S + P* (1 + Q* tan²γ)]. S is the thickness at the root; u reaches from the
+    root circle to the point where the line of action meets the centre line of the tooth. On a helical gear F cos β_b is
+    the force in the transverse plane, and a second cos β_b projects the deflection there onto the normal.
     """
     radius = np.asarray(radius, dtype=float)
     L, M, P, Q = shape_factors(gear, bore_radius)

@@ -36,10 +36,10 @@ from gearbench.compliance.bases import (
 from gearbench.compliance.outline import Outline
 from gearbench.threads import lazy
 
-#: Points of quadrature on a panel of an outline beyond one for each function along the height.
+#: A panel of an outline has this many quadrature points more than there are functions along the height.
 POINTS = 16
-#: Least number of functions along the height for two families, and the share of the lower family beyond half the share
-#: of its height: the stress is singular at the root.
+#: From ``JOINTED`` functions along the height on, there are two families. The share of the lower one is ``LEAST_SHARE``
+#: and half the share of its height, because the stress is singular at the root.
 JOINTED, LEAST_SHARE = 9, 0.25
 
 #: A term of a strain: sign, field (θ, R, z), function of x, function of s, derivative in z.
@@ -90,7 +90,7 @@ class ToothSection:
         Whether the root moves. Legendre polynomials of θ, constant along R (S6), then precede the functions that are
         zero at the root, so that the whole tooth follows its root without strain across.
     outline
-        Quadrature along the height by points on a panel, if better than that of ``half_width``.
+        Function from points per panel to the quadrature along the height; None: quadrature by ``half_width``.
     root_half_width
         e(0) [mm], if known without ``half_width``.
     joint
@@ -128,7 +128,7 @@ class ToothSection:
         x = xi * self.height
         e = np.broadcast_to(np.asarray(self.half_width(x), dtype=float), x.shape)
         slope = _differentiation(points)
-        # both are smooth in the panel's own variable, the square root of x in the first one
+        # e and x are smooth in the variable of a panel, which is √x on the first panel
         de, dx = (slope @ v.reshape(-1, points).T for v in (e, x))
         return x, weight * self.height, e, (de / dx).T.ravel()
 
@@ -166,7 +166,7 @@ class ToothSection:
         return (flat.T @ (flat * (weight * e)[:, None])).reshape(2 * kinds.shape[1:])
 
     def stiffness(self, lame: tuple[float, float]) -> NDArray:
-        """S[a, b] (3, n_s, n_x, 3, n_s, n_x) for Lamé's λ, μ [N/mm²], times ∫ g⁽ᵃ⁾ g⁽ᵇ⁾ dz (S2, S3); (2, 2, …)."""
+        """S[a, b], factor of ∫ g⁽ᵃ⁾ g⁽ᵇ⁾ dz, for Lamé's λ, μ [N/mm²] (S2, S3), (2, 2, 3, n_s, n_x, 3, n_s, n_x)."""
         lam, mu = lame
         of_lam, of_mu = _coefficients(bool(self.screw))
         (n_s, n_x), terms = self.shape, (2, 2, 3, 3)
@@ -179,7 +179,7 @@ class ToothSection:
         across = [factors.reshape(n_s * n_s, -1) for factors in _across_factors(n_s)]
 
         def sums(of_s: NDArray, rows: slice, columns: slice) -> NDArray:
-            """(a, b, field, field, s, s, x, x)."""
+            """Products of factors of s and of x, summed, (a, b, field, field, s, s, x·x)."""
             of_x = summed[:, :, rows, columns].reshape(36, of_s.shape[1], -1)
             return (of_s @ of_x).reshape(*terms, n_s, n_s, -1)
 

@@ -2,9 +2,9 @@
 
 Each of the displacements u_θ, u_R, u_z is a sum of products (Legendre across) × (integrated Legendre along the height,
 zero at the root) × (integrated Legendre along the axis, ``axis_functions``, S4 of docs/theory.md). Symmetry splits the
-system: a straight tooth is symmetric about its middle plane and about the middle of its width, four classes; a screwed
-one about the half-turn that joins both, two. Within a class the functions along the axis form a chain, so that the work
-grows linearly with their number.
+system into classes. A straight tooth has four: it is symmetric about its middle plane and about the middle of its
+width. A screwed tooth has two: only the half-turn about the radius through its middle maps it onto itself. In a class
+the functions along the axis form a chain, so that the work grows linearly with their number.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ from gearbench.compliance.section import ToothSection
 from gearbench.geometry.material import lame
 from gearbench.threads import lazy
 
-#: Functions of the section for the even and for the odd functions along the axis.
+#: A symmetry class: indices of the section's functions that go with even, and with odd functions along the axis.
 Class = tuple[NDArray, NDArray]
-#: Derivatives along the axis of the pairs of functions that are not orthogonal, (parity of k + l, pair, function):
-#: those of the same parity meet undifferentiated or both differentiated, others one and the other way.
+#: Orders of the derivatives of two functions k, l along the axis whose product has an integral, (parity of k + l, case,
+#: function): neither or both are differentiated if k and l have the same parity, otherwise one of the two.
 _DERIVATIVES = np.array([[[0, 0], [1, 1]], [[0, 1], [1, 0]]])
 
 
@@ -50,7 +50,7 @@ class Functionals:
         return np.kron(self.rows, self.along)
 
     def by_rows(self, matrix: NDArray) -> NDArray:
-        """Rows (q·p, …) as they stand in a chain in the order of ``matrix``, (p·q, …)."""
+        """Reorder rows (q·p, …) of a chain to the order of ``matrix``, (p·q, …)."""
         parts = matrix.reshape(len(self.along), len(self.rows), -1)
         return parts.swapaxes(0, 1).reshape(matrix.shape)
 
@@ -84,7 +84,7 @@ class Solid:
 
     @lazy
     def of_section(self) -> NDArray:
-        """S[a, b] of the section, (2, 2, n, n)."""
+        """S[a, b] of the section, for derivatives a, b along the axis, (2, 2, n, n); see ``ToothSection.stiffness``."""
         n = int(np.prod(self.shape[:3]))
         return self.section.stiffness(lame(self.E, self.nu)).reshape(2, 2, n, n)
 
@@ -97,8 +97,8 @@ class Solid:
     def _classes(self, rows: NDArray) -> Sequence[Class]:
         """Symmetry classes of the functions of the section selected by ``rows`` (field, across, height).
 
-        u_θ bends the tooth where it is even across; u_R and u_z go with it where they are odd. u_θ and u_R go
-        together where they have the same parity along the axis, and u_z where it has the other one.
+        Across the tooth, even functions of u_θ (bending) couple with odd ones of u_R and u_z, and vice versa. Along the
+        axis, functions of u_θ and u_R couple if their parities agree, with those of u_z if they differ.
         """
         field, across, _ = np.indices(self.shape[:3]).reshape(3, -1)
         kind = 2 * ((across + (field > 0)) % 2) + (field == 2)
@@ -123,9 +123,9 @@ class Solid:
         return self._classes(root)
 
     def amplitudes(self, chosen: Class) -> NDArray:
-        """Indices of a class in the flattened ``shape``, functions along the axis one after the other, last one first.
+        """Indices of a class in the flattened ``shape``, sorted by the function along the axis, the last one first.
 
-        Loads and motions are polynomials of low degree: they begin late in a chain of this order.
+        Loads and motions are polynomials of low degree. In this order they are zero in most blocks of the chain.
         """
         return np.concatenate([chosen[k % 2] * self.order + k for k in reversed(range(self.order))])
 
@@ -141,7 +141,7 @@ class Solid:
         return Chain(sizes=sizes, blocks=self.blocks(chosen, chosen, k, l))
 
     def blocks(self, left: Class, right: Class, k: NDArray, l: NDArray) -> Sums:
-        """Stiffness between functions of two classes with the functions ``k`` and ``l`` along the axis, (…)."""
+        """Stiffness blocks (…) between functions of two classes, for the functions ``k`` and ``l`` along the axis."""
         S, Z, k, l = self.of_section, self.of_axis, *np.broadcast_arrays(k, l)
         matrices = [
             S[i, j][left[a][:, None], right[b]] for a, b in product(range(2), range(2)) for i, j in _DERIVATIVES[a ^ b]

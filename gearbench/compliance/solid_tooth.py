@@ -1,11 +1,11 @@
 """Tooth of a gear as a three-dimensional solid, clamped at its root circle, by the Ritz method.
 
-The load acts on the flank, along the line of action. The point at which the tooth deflects is ``measured_at``:
+The load acts on the flank, along the line of action. ``measured_at`` chooses the displacement counted as deflection:
 
 - "smooth": the displacement of the loaded flank less the compression that a contact law already counts
   (``gearbench.compliance.local``). With a law of the Weber–Banaschek kind the sum is the displacement of the flank.
-- "mid": the displacement of the point of the centre line that the line of action passes, as plate models mean it;
-  made symmetric.
+- "mid": the displacement of the point where the line of action crosses the centre line, as in plate models; the
+  resulting matrix is made symmetric.
 - "flank": the displacement of the loaded flank itself. Under a point load it grows without bound with the order.
 """
 
@@ -32,10 +32,10 @@ from gearbench.threads import lazy
 
 #: Eigenvalues of the compliance below this fraction of the largest count as rounding.
 RANK_TOLERANCE = 1e-10
-#: Largest number of polynomials along the axis that join a root to its body, and modules of face width for each further
-#: one. Six alone make the peak-to-peak STE of helical gears 20 modules wide a
-#: tenth too small. On gears wider than ``WIDE`` modules one for each five modules leaves shapes of deflection at a MAC
-#: of 0.97.
+#: Polynomials along the axis that join a root to its body: ``ROOT_AXIS_ORDER``, and another one for every ``ROOT_STEP``
+#: modules of face width, or every ``ROOT_STEP_WIDE`` if the face is wider than ``WIDE`` modules. Six alone make the
+#: peak-to-peak STE of helical gears 20 modules wide a tenth too small. With steps of five modules, shapes of deflection
+#: on wide gears reach only a MAC of 0.97.
 ROOT_AXIS_ORDER, ROOT_STEP, ROOT_STEP_WIDE, WIDE = 6, 5.0, 3.0, 15.0
 
 
@@ -54,7 +54,7 @@ class SolidTooth:
     measured_at
         See above.
     rooted
-        Whether the root of the tooth will be joined to a body; one system then serves both.
+        Whether the tooth will be joined to a body. One system, with moving root, then serves for tooth and joint.
     heights
         Number of polynomials in R onto which loads and displacements are projected, by default min(5, order[1]);
         in y as many as the tooth has, but at most ``waves_across``.
@@ -88,7 +88,7 @@ class SolidTooth:
         """
         gear, (across, along, axis) = self.gear, self.order
         functions = 3 * across * (along + free)
-        # of a class: loads of the flank, and half of the motions of the root
+        # right-hand sides of a class: loads of the flank, and half of the motions of the root
         sides = math.prod(self.flank_order) + free * 1.5 * across * self.root_axis_order
         need = ritz_memory(functions, sides, helical=bool(gear.beta))
         require(need, "effects.tooth_bending.order", list(self.order), "a lower order would fit")
@@ -124,7 +124,7 @@ class SolidTooth:
 
     @lazy
     def matrix(self) -> NDArray:
-        """Compliance [mm/N] between the polynomials of the flank, (p·q, p·q), before rounding to rank (S5, L3)."""
+        """Compliance [mm/N] between the polynomials of the flank, (p·q, p·q), with all its eigenvalues (S5, L3)."""
         if self.rooted and self.measured_at == "smooth":
             held = self.root_parts(self.root_axis_order).held
             return held - half_space_compression(self.gear, self.E, self.nu, self.flank_order)
@@ -183,12 +183,12 @@ class SolidTooth:
         return t, R, flank_functions(p, R, gear.form_radius, gear.tip_radius) * weight[:, None]
 
     def _flank_rows(self, solid: Solid) -> NDArray:
-        """Functionals of the normal displacement of the flank, s = 1. It stands at α_R to the local radius."""
+        """Functionals of the normal displacement of the flank s = 1; its profile is at the angle α_R to the radius."""
         t, R, functions = self._stations
         return self._rows(solid, R, functions, np.arctan(t), 1.0)
 
     def _middle_rows(self, solid: Solid) -> NDArray:
-        """Functionals of the same displacement where the line of action passes the centre line, R = r_b / cos γ."""
+        """Functionals of the displacement along the same normal at its point of the centre line, R = r_b / cos γ."""
         _, R, functions = self._stations
         gamma = self.gear.load_angle(R)
         return self._rows(solid, self.gear.base_radius / np.cos(gamma), functions, gamma, 0.0)

@@ -1,7 +1,7 @@
-"""Load on a face of an elastic wedge near its edge, compared with a half-space, and a Hertzian strip there.
+"""Elastic wedge loaded on a face near its edge, compared with a half-space: a line load, and a Hertzian strip.
 
-The normal displacement of the loaded face at r under a unit line load at r₀, both counted from the edge of a wedge of
-the angle 2α in plane strain, less that of a half-space, is by Mellin's transform (E1, E2 of docs/theory.md)
+A wedge of the angle 2α in plane strain bears a unit line load at the distance r₀ from its edge. At the distance r the
+loaded face moves along its normal by W more than a half-space; by Mellin's transform (E1, E2 of docs/theory.md)
 
     W(r, r₀) = c₁ [ω(ln r/r₀) − B ln(r r₀)],   c₁ = (1−ν²)/(πE),
     ω(x) = ∫₀^∞ (cos ηx − 1) Δm(η)/η dη,   Δm = m − 2 coth πη,
@@ -59,9 +59,9 @@ def _waves(angle: float) -> tuple[NDArray, NDArray]:
 def strip_at_edge(angle: float, offset: float, room: float = 2.1) -> float:
     """Approach of a parabola pressed on a wedge near its edge, in units of c₁ q and half-widths a_H (E3).
 
-    The parabola (ξ + σ)²/(2ρ) has its vertex at the ``offset`` σ beyond the edge; the other body is a half-space. A
-    strip far from the edge is Hertz's, with the approach 4 (ln 2 + ½) + W. ``room``/(1 + 1.5 σ) is the length of the
-    elements at a touching edge, a fifth more than is loaded.
+    The parabola (ξ + σ)²/(2ρ) has its vertex at the ``offset`` σ beyond the edge; the other body is a half-space. Far
+    inside the edge the strip is Hertz's, with the approach 4 (ln 2 + ½) + W. If σ ≥ 0, the elements cover the length
+    ``room``/(1 + 1.5 σ) from the edge, which is a fifth more than the loaded length.
     """
     near = max(0.0, -offset - 1.4)
     far = max(-offset, 0.0) + (1.4 if offset < 0 else room / (1 + 1.5 * offset))
@@ -101,7 +101,7 @@ def strip_at_edge(angle: float, offset: float, room: float = 2.1) -> float:
 def _spread_nodes(angle: float) -> tuple[NDArray, NDArray]:
     eta, factor = _waves(angle)
     step = 14.0 / 699
-    # cos(α + β) of few α and few β
+    # 700 cosines cos(α + β) from 28 α and 25 β
     alpha, beta = (step * at[:, None] * eta for at in (25 * np.arange(28), np.arange(25)))
     waves = (np.cos(alpha) * factor) @ np.cos(beta).T - (np.sin(alpha) * factor) @ np.sin(beta).T
     return step * np.arange(700), (waves - factor.sum()).ravel()
@@ -114,7 +114,7 @@ def spread_table(angle: float, x: NDArray) -> NDArray:
 
 @lru_cache(maxsize=1)
 def _strips() -> CubicSpline:
-    """Λ(σ): approaches less Hertz's own and less the separation at the edge, (offset,) of an angle."""
+    """Λ (offset,) as a function of the angle: the approach minus Hertz's approach and minus the gap at the edge."""
     from scipy.interpolate import CubicSpline
 
     hertz = 4 * (math.log(2) + 0.5)
@@ -125,7 +125,7 @@ def _strips() -> CubicSpline:
 
 @lru_cache(maxsize=64)
 def _strip_table(angle: float) -> tuple[float, NDArray]:
-    """Λ at the first offset, and the cubics (power falling, interval) that keep it monotone between offsets."""
+    """Λ at the first offset, and the coefficients (falling power, interval) of monotone cubics between the offsets."""
     from scipy.interpolate import PchipInterpolator
 
     values = _strips()(min(max(angle, _ANGLES[0]), _ANGLES[-1]))
@@ -135,9 +135,9 @@ def _strip_table(angle: float) -> tuple[float, NDArray]:
 def strip_softening(angle: float, offset: NDArray) -> tuple[NDArray, NDArray]:
     """Λ(σ) and dΛ/dσ of a Hertzian strip at the ``offset`` σ [half-widths] beyond the edge of a wedge.
 
-    Additional compression compared with a half-space, in units of c₁ q, lengths in half-widths. More than twelve
-    half-widths inside W = −2B ln|σ|; beyond the largest offset the contact at the edge is self-similar, (4 + 2B) ln σ
-    of an edge pressed in at an angle minus the share of the strip.
+    Λ is the compression beyond that of a half-space, in units of c₁ q; lengths are in half-widths. More than twelve
+    half-widths inside the edge Λ falls like W = −2B ln|σ|. Beyond the largest offset an inclined edge is pressed in,
+    a self-similar contact, and Λ grows like (4 + 2B) ln σ.
     """
     (first, cubics), B = _strip_table(angle), softness(angle)
     offset = np.asarray(offset, dtype=float)

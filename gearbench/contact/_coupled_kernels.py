@@ -35,8 +35,8 @@ MOST_CONJUGATE = 60
 class Conjugate(NamedTuple):
     """Scratch arrays of conjugate gradients for v + ΔG v = r, in single precision.
 
-    ``change`` is Δ = W − W₀, v the solution, r the residual, d the search direction. They and their products with G are
-    (segment, lane); from ``product`` on arrays are (lane,).
+    ``change`` is Δ = W − W₀, v the solution, r the residual, d the search direction. These and the products Gr, Gd are
+    arrays (segment, lane). ``product`` and all that follow it are (lane,).
     """
 
     change: NDArray
@@ -145,7 +145,7 @@ def product_with(G, r, Gr):
 
 @part(FUSED)
 def conjugate_gradients(G, work):
-    """Solve v + ΔG v = r to the ``precision`` of each lane in the norm of G; overwrites r, returns the steps."""
+    """Solve v + ΔG v = r to the ``precision`` of each lane in the norm of G; overwrites r, returns the step count."""
     change, v, r, Gr, d, Gd, product, bound, alpha, beta, fresh, precision = work
     v[:] = np.float32(0.0)
     product_with(G, r, Gr)
@@ -197,8 +197,8 @@ def compress(G, u, rise, load, lanes, z):
 def solve_coupled_lanes(t, G, G32, linear, laws, lanes, u, z, work, stiffness, steps):
     """Newton's method on all lanes of position t; ``lanes.done`` tells which converged.
 
-    ``steps`` holds the sum of residual forces at which it ends, the precision of the conjugate gradients for the
-    stiffness, and the maximum number of steps. Returns the numbers of Newton steps and of conjugate gradient steps.
+    ``steps`` holds the sum of residual forces at which the method ends, the precision of the conjugate gradients for
+    the stiffness, and the maximum number of Newton steps. Returns the numbers of Newton and conjugate gradient steps.
     """
     tolerance, fine, limit = steps
     n, total, done, p, w, s = len(u), lanes.total, lanes.done, lanes.p, lanes.w, lanes.s
@@ -240,9 +240,9 @@ def solve_coupled_lanes(t, G, G32, linear, laws, lanes, u, z, work, stiffness, s
 def solve_coupled_chunk(gaps, linear, draws, lanes, accuracy, limit, answers):
     """Solve every position for one chunk of ``LANES`` samples and fill ``answers``.
 
-    A sample starts from the ``linear`` solution (``Reference``), plus the errors of this start at the previous two
-    positions with the weights ``gaps.ahead``. ``accuracy`` holds the residual at which Newton's method ends, and the
-    precision of the conjugate gradients for the stiffness. Returns the numbers of Newton and conjugate gradient steps.
+    Newton's method starts from the ``linear`` solution (``Reference``). The errors that this start had at the previous
+    two positions are added to it with the weights ``gaps.ahead``. ``accuracy`` holds the residual at which the method
+    ends, and the precision of the conjugate gradients for the stiffness. Returns the numbers of steps of both methods.
     """
     positions, n = gaps.gap.shape
     all_u, all_z, single = np.empty((n, LANES)), np.empty((n, LANES)), np.empty((6, n, LANES), dtype=np.float32)

@@ -94,9 +94,9 @@ def with_gaps(problem: ContactProblem, effects: Sequence[Effect], lines: Contact
 
 
 def with_field(problem: ContactProblem, field: NDArray) -> ContactProblem:
-    """``problem`` with one more gap ``field`` (position, pair, node) [mm], smooth along its lines, over the lever arms.
+    """``problem`` with a further gap ``field`` (position, pair, node) [mm], already divided by the lever arms.
 
-    The nodes are those of ``Cells.smooth_lines``, or the segments if these are not cells.
+    The field is smooth along a line. Its nodes are those of ``Cells.smooth_lines``, or the segments without cells.
     """
     if problem.cells is None:
         return replace(problem, gap=problem.gap + field.reshape(problem.gap.shape) / problem.length_scale)

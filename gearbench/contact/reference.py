@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 class Reference(NamedTuple):
     """Linear problem at the mean errors if all segments deflect each other; dimensionless like ``ContactProblem``.
 
-    W₀ are the slopes of the laws at the mean errors, and z = δ − Ψq. A solution is z = z₁ + G u and δ = c + z₁·u, where
-    u = W₀ z − P are the forces in addition to those of springs W₀, and G is the response to them under a given total
-    force (B2 of docs/algorithms.md). Arrays start with the position.
+    W₀ are the slopes of the laws at the mean errors, and z = δ − Ψq. A solution is z = z₁ + G u and δ = c + z₁·u. Here
+    u = W₀ z − P are the forces of springs W₀ that exceed the forces P of the laws, and G is the response of z to u
+    under a given total force (B2 of docs/algorithms.md). Arrays start with the position.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ def normal_matrix(C: NDArray, W: NDArray) -> NDArray:
 def linearised(C: NDArray, count: NDArray, z: NDArray, P: NDArray, W: NDArray) -> Reference:
     """Linear problem about a solution with z = C (q, δ), forces P and slopes W, all (position, n).
 
-    C (position, n, unknown) is zero after the first ``count`` segments, which exist.
+    Only the first ``count`` segments of a position exist; the other rows of C (position, n, unknown) are zero.
     """
     unit = np.zeros((len(C), C.shape[2], 1))
     unit[:, -1] = 1.0

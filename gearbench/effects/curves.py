@@ -30,7 +30,7 @@ class FlankCurve:
     polynomial
         Coefficients c_1, c_2, … of c_1 t + c_2 t² + … [µm], t from 0 to 1; at most 12.
     at
-        Increasing positions of at least two points [mm]; constant beyond them.
+        Increasing positions of at least two points [mm]. Beyond them the curve is constant.
     deviation
         Deviation at each point [µm].
     """
@@ -58,7 +58,7 @@ class FlankCurve:
             raise InputError("at", list(at), "must increase")
 
     def shapes(self, index: int, extent: Ramp) -> Iterator[Shape]:
-        """Shapes on a gear, whose polynomials are of t over an ``extent``."""
+        """Shapes of the curve on gear ``index``; ``extent`` is the variable t of a polynomial."""
         if self.at is not None and self.deviation is not None:
             along = "face" if extent.along == "face" else "roll"
             yield Shape(gear=index, factors=(Points(along=along, at=self.at, values=self.deviation),))
@@ -85,7 +85,7 @@ class CurvesOfGears(ShapeEffect):
 
     @abstractmethod
     def extent(self, pair: Pair, index: int) -> Ramp:
-        """t of the polynomials of a gear."""
+        """The variable t of a polynomial on gear ``index``."""
 
     def shapes(self, pair: Pair) -> list[Shape]:
         """The terms of the polynomials, or the lines through the points."""

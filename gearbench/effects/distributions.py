@@ -1,4 +1,4 @@
-"""Distributions of a random error over its amplitude f."""
+"""Distributions of a random error of amplitude f."""
 
 from __future__ import annotations
 

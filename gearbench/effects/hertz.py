@@ -21,7 +21,7 @@ from gearbench.schema import STRICT
 
 #: Number of polynomials of R in the compliance of solid teeth, unless a scene asks for a low order.
 FLANK_POLYNOMIALS = 5
-#: Length of the intervals of the table over the half-width of the contact strip; parabolas are then accurate to 1e-4 c.
+#: Length of an interval of the table, in half-widths of the contact strip; parabolas are then accurate to 1e-4 c.
 _STEP = 0.25
 #: Minimum and maximum number of intervals on a base pitch.
 _FEWEST, _MOST = NODES / 4, 2 * NODES

@@ -33,8 +33,8 @@ class PitchErrors(GapEffect):
     Parameters
     ----------
     pinion, wheel
-        Deviation of each loaded flank from its nominal position [µm], one for each tooth, an arc of the pitch circle in
-        the transverse plane; positive: material missing. Sums of the single pitch deviations f_pi of ISO 1328-1.
+        Index deviation of the loaded flank of each tooth [µm], an arc of the pitch circle in the transverse plane;
+        positive: material missing. It is the sum of the single pitch deviations f_pi (ISO 1328-1) up to the tooth.
     pinion_tooth, wheel_tooth
         Teeth with which the mesh cycle begins.
     """
@@ -68,7 +68,7 @@ class PitchErrors(GapEffect):
         return turning.modes @ turning.amounts[0]
 
     def turning(self, lines: ContactLines, cycles: NDArray) -> Turning:
-        """One mode per pair: in mesh cycle n pair k has the teeth n − k after the first ones."""
+        """One mode per pair: in mesh cycle n the teeth of pair k are the ones n − k after the first teeth."""
         later = cycles[:, None] - lines.index
         if lines.coast:  # the mirror image of the coast flanks turns in the opposite direction
             later = -later
@@ -82,7 +82,7 @@ class PitchErrors(GapEffect):
         return Turning(modes=modes, amounts=amounts)
 
     def later(self, pair: Pair, cycles: tuple[int, int]) -> PitchErrors:
-        """Other first teeth."""
+        """The same deviations with mesh cycles that begin ``cycles`` teeth later."""
         own = zip((self.pinion_tooth, self.wheel_tooth), cycles, pair.gears, strict=True)
         first, second = ((tooth + cycle) % abs(gear.teeth) for tooth, cycle, gear in own)
         return replace(self, pinion_tooth=first, wheel_tooth=second)

@@ -35,7 +35,7 @@ class ProfileCurve(CurvesOfGears):
     example: ClassVar[dict[str, Any]] = {"pinion": {"polynomial": [0.0, 2.0, 6.0]}}
 
     def check(self, pair: Pair, effects: Effects) -> None:
-        """Refuse points that miss more than half of the active profile: most likely they are of another gear."""
+        """Refuse points that cover less than half of the active profile: they probably belong to another gear."""
         for index, curve in self.curves.items():
             low, high = pair.meshing.active_rolls[index]
             if curve.at is not None and min(high, curve.at[-1]) - max(low, curve.at[0]) < (high - low) / 2:
@@ -44,5 +44,5 @@ class ProfileCurve(CurvesOfGears):
                 raise InputError(f"{GEARS[index]}.at", span, allowed)
 
     def extent(self, pair: Pair, index: int) -> Ramp:
-        """t over the roll length of the active profile."""
+        """Ramp t from 0 to 1 over the roll lengths of the active profile."""
         return slope(pair, index)

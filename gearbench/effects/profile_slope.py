@@ -30,5 +30,5 @@ class ProfileSlope(AmountOfGears):
     example: ClassVar[dict[str, Any]] = {"pinion": 2.0, "wheel": -3.0}
 
     def factors(self, pair: Pair, index: int) -> tuple[Ramp, ...]:
-        """t over the roll length of the active profile."""
+        """The only factor: a ramp from 0 to 1 over the roll lengths of the active profile."""
         return (slope(pair, index),)

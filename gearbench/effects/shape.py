@@ -36,7 +36,7 @@ Amount = Annotated[float, Field(ge=-1000.0, le=1000.0)]
 Extent = Annotated[float, Field(ge=0.0, le=1000.0)]
 
 MICROMETRE = 1e-3  # mm
-#: Curves with more points than this do not end panels of the mesh cycle at their points.
+#: With more points than this, a curve counts as smooth: panels of the mesh cycle do not end at its points.
 MOST_KINKS = 12
 
 
@@ -53,7 +53,7 @@ class Ramp:
     power
         Exponent 1, 2, …
     bend
-        κ = length/radius of an arc (1 − √(1 − κ²t²))/(1 − √(1 − κ²)) in place of t²; 0 for the parabola.
+        κ = length/radius of an arc, (1 − √(1 − κ²t²))/(1 − √(1 − κ²)), which replaces the power; 0 for a power.
     one_sided
         Whether the value is 0 for t < 0.
     kinked

@@ -33,7 +33,7 @@ _DIRECTIONS = {"plate": ("height", "face width"), "solid": ("thickness", "height
 class ToothBending(Tooth):
     """Tooth clamped at its root: plate or solid by the Ritz method, or finite elements.
 
-    Add gear_body for the body below the root. With finite elements it covers the whole gear down to the bore.
+    The effect gear_body adds the body below the root. Finite elements then cover the whole gear down to the bore.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ class ToothBending(Tooth):
         Numbers of functions. Plate: (height, face width), instead of ``basis``. Solid: (thickness, height, face width);
         by default 6 to 8, 9, and about one for each module of face width.
     fillet
-        Plate only. Thickness with the generated root fillet; otherwise the involute, constant below the base circle.
+        Plate only. Thickness with the root fillet; otherwise that of the involute, and below the base circle constant.
     load
         Plate only. "full": the whole normal force bends the plate, as in the paper. "component": only its component
         normal to the mid-plane does.
@@ -117,7 +117,7 @@ class ToothBending(Tooth):
         return self.both_teeth(lines, effects) if flanks is None else flanks.on(lines)
 
     def flank_compliances(self, lines: ContactLines, effects: Effects) -> Flanks | None:
-        """Compliance of both flanks; not for plates."""
+        """Compliance of both flanks; None for plates."""
         if self.model == "plate":
             return None
         if self.model == "solid":
@@ -144,7 +144,7 @@ class ToothBending(Tooth):
         return in_mesh(found, pair, index, coast)
 
     def body(self, pair: Pair, index: int, effects: Effects, coast: bool = False) -> Body:
-        """Meshed part of pinion (k = 0) or wheel (k = 1), seen from the loaded flank."""
+        """Meshed part of pinion (``index`` 0) or wheel (1), seen from the loaded flank."""
         return meshed_body(pair, index, on_body=_on_body(effects), coast=coast)
 
 

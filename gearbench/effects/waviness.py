@@ -81,7 +81,7 @@ class Waviness(GapEffect):
         return turning.modes @ turning.amounts[0]
 
     def turning(self, lines: ContactLines, cycles: NDArray) -> Turning:
-        """Two modes a wave: sin(x + ψ) = sin x cos ψ + cos x sin ψ, x of the mesh cycle and ψ of the revolution."""
+        """Two modes of a wave, sin(x + ψ) = sin x cos ψ + cos x sin ψ: x within a mesh cycle, ψ at its beginning."""
         modes, amounts = [], []
         sign = -1 if lines.coast else 1  # the mirror image of the coast flanks turns in the opposite direction
         for index, wave in self._waves():
@@ -97,7 +97,7 @@ class Waviness(GapEffect):
         return Turning(modes=scale * np.stack(modes, axis=-1), amounts=np.stack(amounts, axis=-1))
 
     def later(self, pair: Pair, cycles: tuple[int, int]) -> Waviness:
-        """Other phases."""
+        """The same waves with the phases that they have ``cycles`` teeth later."""
         own = []
         for waves, cycle, gear in zip((self.pinion, self.wheel), cycles, pair.gears, strict=True):
             turn = 360.0 * cycle / abs(gear.teeth)

@@ -226,12 +226,12 @@ def contact_lines(
     ----------
     kinks, face_kinks
         Positions u on the path of contact and y along the face where the gap has a kink [mm]; panels end there.
-    parting
+    cells
         Whether segments are equal cells on each panel, as needed if flanks may separate, instead of Gauss points.
     coast
         Whether these are lines of the coast flanks; u and y belong to the mirror image.
     separation, span
-        Separation of the flanks, and range of u [mm] of the lines, beyond the path of contact.
+        Separation of the flanks, and range of u [mm] of the lines, which may exceed the path of contact.
     """
     tau = np.atleast_1d(np.asarray(mesh_phase, dtype=float))
     meshing, b = pair.meshing, pair.meshing.face_width
@@ -281,8 +281,8 @@ def _panel_edges(
 def _widest(pair: Pair, ends: tuple[float, float], kinks: tuple[float, ...], face_kinks: tuple[float, ...]) -> NDArray:
     """Largest width of each panel over all positions of a line, (panel,) [mm].
 
-    Panel ends move linearly with the line between the positions at which it passes a corner, where a kink or edge in u
-    meets one in y. The maximum therefore occurs at a corner.
+    A corner is a point where an end or kink in u meets one in y. From one position at which the line passes a corner to
+    the next, panel ends move linearly. The maximum therefore occurs at a corner.
     """
     tan_b, b = math.tan(pair.meshing.beta_b), pair.meshing.face_width
     start = np.subtract.outer([*ends, *kinks], tan_b * np.array([0.0, b, *face_kinks])).ravel()
@@ -321,7 +321,7 @@ def _on_panels(
 
 @lru_cache(maxsize=256)
 def _shares(segments: int, widths: tuple[float, ...], *, last: bool = False) -> tuple[int, ...]:
-    """Numbers of segments on panels, in proportion to the roots of ``widths``; at least ``MIN_SEGMENTS`` if possible.
+    """Numbers of segments on panels, as the square roots of ``widths``; at least ``MIN_SEGMENTS`` if possible.
 
     A remainder goes to the first of equal panels, or to the ``last``.
     """

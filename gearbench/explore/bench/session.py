@@ -25,18 +25,18 @@ REST = 0.12
 
 
 class BenchSession:
-    """One open bench. A question holds the tables of a scene.
+    """One open bench. Its page asks questions, which are tables of a scene, and ``Answers`` solves them.
 
     Parameters
     ----------
     scene
         The first gear.
     begin
-        Picture of the first gear.
+        Results of the first gear.
     document
         The open page.
     beside
-        Pictures of other gears, which are the initial variants.
+        Results of other gears, which are the initial variants.
     """
 
     def __init__(self, scene: Scene, begin: Picture, document: Document, beside: Sequence[Picture] = ()) -> None:
@@ -46,7 +46,7 @@ class BenchSession:
 
 
 def bench(scene: Scene, *others: Scene) -> Callable[[Document], object]:
-    """Make a function that opens a bench with ``scene`` first and ``others`` as variants; all are solved at once.
+    """Solve ``scene`` and ``others``, and return a function that opens a bench with ``others`` as variants.
 
     Raises
     ------
