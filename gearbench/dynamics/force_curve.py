@@ -24,7 +24,7 @@ LEVELS = (0.003, 0.01, 0.03, 0.08, 0.16, 0.3, 0.5, 0.75, 1.0, 1.4, 2.0, 3.0, 5.0
 
 @dataclass(frozen=True, kw_only=True)
 class Beside:
-    """Tilt and bending of the flanks (rows j ≥ 1), linear about the contact under the mean force (D9).
+    """Tilt and bending of the flanks (rows j ≥ 1), linearised about the contact under the mean force (D9).
 
     All arrays are at equal steps of the phase.
 
@@ -59,7 +59,7 @@ class Beside:
 def _loaded(rest: NDArray, slope: NDArray, level: float, mean: float) -> NDArray:
     """Resultants (phase, j) [N] at ``level`` times the ``mean`` force.
 
-    Above the mean force they grow from ``rest`` by ``slope``; below it they follow a parabola to zero.
+    Under the mean force they are ``rest``. Above it they grow with ``slope``; below it they follow a parabola to zero.
     """
     if level > 1:
         return rest + slope * (level - 1) * mean
@@ -83,7 +83,7 @@ class ForceCurve:
     backlash
         Play along the line of action [mm].
     mirrored
-        Phase (phase,), as a real number, at which the back flanks are in the position of the drive flanks.
+        Step of the phase, as a real number (phase,), at which drive flanks stand as the back flanks do at this phase.
     """
 
     beside: Beside

@@ -25,7 +25,7 @@ from gearbench.system.static import Settled
 #: Relative motions of gears on shafts: approach, tilt, bending. Bearing forces are off by 5 % with two, 2 % with three.
 ROWS = 3
 
-#: Share of an order of the static transmission error from which its noise floor is worth a remark.
+#: Noise floor, as a share of an order of the static transmission error, from which a remark names it; its response.
 UNCERTAIN, ERROR = 0.1, "transmission_error"
 
 #: Variables of a Dataset: dimensions and values.
@@ -39,7 +39,7 @@ class Group:
     Parameters
     ----------
     meshes
-        Numbers of the meshes.
+        Indices of the meshes.
     rate
         Mesh frequency over the pinion's frequency of rotation.
     phase
@@ -155,7 +155,7 @@ class LinearModel(ABC):
 
     @abstractmethod
     def of_modes(self, which: NDArray) -> Variables:
-        """Variables of the modes ``which`` (numbers)."""
+        """Variables of the modes ``which`` (indices)."""
 
     @abstractmethod
     def remarks(self, speeds: NDArray, harmonics: int) -> list[str]:
@@ -172,7 +172,7 @@ class LinearModel(ABC):
         return self.stiffness[np.ix_(rows, rows)]
 
     def rows_of(self, meshes: NDArray) -> NDArray:
-        """Numbers of the rows of ``meshes`` among the rows of all meshes."""
+        """Indices of the rows of ``meshes`` among the rows of all meshes."""
         each = len(self.stiffness) // len(self.names)
         return (each * np.asarray(meshes)[:, None] + np.arange(each)).ravel()
 
@@ -199,8 +199,8 @@ class Model(LinearModel):
     scene
         A scene with ``[system]``.
     rows
-        Number of relative motions of gears on shafts that have inertia. 1: approach. 2: tilt as well, since forces
-        wander over the face. 3 and more: bending over the face as well. Motions that are left out follow
+        Number of relative motions of gears on shafts that enter the dynamics. 1: approach. 2: tilt as well, since
+        forces wander over the face. 3 and more: bending over the face as well. The other motions follow
         quasi-statically.
     """
 
@@ -321,7 +321,7 @@ class Model(LinearModel):
         return surroundings.coords(self) if self.scene.has_shafts else {}
 
     def of_modes(self, which: NDArray) -> Variables:
-        """Strain energies of the parts, and mode shapes of the shafts."""
+        """Shares of the parts in the strain energy, and mode shapes of the shafts."""
         return surroundings.of_modes(self, which) if self.scene.has_shafts else {}
 
     def remarks(self, speeds: NDArray, harmonics: int) -> list[str]:

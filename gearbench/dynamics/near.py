@@ -1,10 +1,10 @@
 """Harmonic balance of many error samples of one mesh, based on the balance of their mean.
 
 The stiffness of sample s is K̄ + V_s, the mean stiffness of all samples K̄ + V_0. Let x' be the quasi-static motion of
-the sample without order 0, and p_s = f̂_s − K̄ x̂_s. If the gears stood still, the force e = p_s − V_s x' would act in
-addition to the force of the springs K̄. But the gears move by −G per unit force, where G is the receptance in the
-balance with V_0. The balance of the sample thus becomes e' + (V_s − V_0) G e' = e for a force e', and the orders of the
-mesh force are (1 − (K̄ + V_0) G) e' (D5).
+the sample without order 0, and p_s = f̂_s − K̄ x̂_s. If the gears did not move, the mesh would exert the force
+e = p_s − V_s x' in addition to the springs K̄. The receptance G of gears on springs K̄ + V_0 gives their motion −G e'
+under a force e'. The balance of the sample is then e' + (V_s − V_0) G e' = e for the unknown force e', and the orders
+of the mesh force are (1 − (K̄ + V_0) G) e' (D5).
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from gearbench.dynamics.balance import Excitation, block_rows, convolution, leas
 
 #: Residual over right-hand side at which the balance of a sample is solved, and maximum number of steps.
 SETTLED, STEPS = 3e-4, 40
-#: Number of speeds solved at once: few of them fit into the cache, and end together.
+#: Number of speeds solved at once: so few fit into the cache, and need about as many steps as one another.
 SPEEDS = 10
 
 

@@ -80,7 +80,7 @@ class Sweep:
 
     @cached_property
     def rows(self) -> NDArray:
-        """Numbers of the rows of the mesh."""
+        """Indices of the rows of the mesh."""
         return self.model.rows_of(self.group.meshes)
 
     @cached_property

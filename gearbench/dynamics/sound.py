@@ -87,7 +87,7 @@ def write_run_up(
     at
         As for ``run_up``.
     full_scale
-        Full scale, to compare variants; larger values are clipped. By default a little above the largest value.
+        Signal at full scale, to compare variants; larger values are clipped. By default a little above the peak.
 
     Raises
     ------

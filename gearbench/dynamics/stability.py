@@ -29,7 +29,7 @@ def is_proven(modes: Modes, rows: NDArray, stiffness: NDArray) -> bool:
     modes
         Modes of the system with the mean stiffnesses.
     rows
-        Numbers of the rows of the meshes whose stiffness varies.
+        Indices of the rows of the meshes whose stiffness varies.
     stiffness
         K(t) over the period (step, row, row) [N/mm].
     """
@@ -52,16 +52,16 @@ def is_proven(modes: Modes, rows: NDArray, stiffness: NDArray) -> bool:
 def multipliers(modes: Modes, rows: NDArray, omega: NDArray, stiffness: NDArray) -> NDArray:
     """Largest modulus of the Floquet multipliers (speed,); above 1 the motion grows from period to period.
 
-    Every step combines free motion of the modes with a kick by K(t) − K̄. Both are exact; their splitting is of second
-    order and preserves area without damping. Modes that advance by more than ``RESOLVED`` per step are left out: with
-    16 steps of K(t) per order, only orders beyond those of K(t) could excite them.
+    A step combines free motion of the modes with a kick by K(t) − K̄. Both are exact. Alternating them is accurate to
+    second order in the step, and preserves area in phase space if there is no damping. Modes that advance by more than
+    ``RESOLVED`` per step are left out: they lie above all orders of K(t), which has at least 16 steps per order.
 
     Parameters
     ----------
     modes
         Modes of the system with the mean stiffnesses.
     rows
-        Numbers of the rows of the meshes whose stiffness varies.
+        Indices of the rows of the meshes whose stiffness varies.
     omega
         Mesh frequency (speed,) [rad/s].
     stiffness

@@ -50,7 +50,7 @@ def at_rest(box: Gearbox, settled: tuple[Settled, ...]) -> Variables:
 
 
 def of_modes(model: Model, which: NDArray) -> Variables:
-    """Strain energies of the parts and shapes of the shafts in the modes ``which`` (numbers)."""
+    """Shares of the parts in the strain energy, and shapes of the shafts, in the modes ``which`` (indices)."""
     modes, parts, box = model.modes, model.mechanics.parts, model.scene.gearbox
     moved = [part.rows @ modes.shape for part in parts]
     energy = [_doubled(part.stiffness, rows) for part, rows in zip(parts, moved, strict=True)]

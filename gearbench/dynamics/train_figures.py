@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 DRAWN, ROW, TWIN = 8, 4, 0.02
 #: Largest motion drawn over the radius of the smallest gear.
 DRAWN_MOTION = 0.45
-#: Mesh orders whose side bands are drawn, and smallest amplitude drawn over the largest.
+#: Number of mesh orders whose side bands are drawn, and smallest amplitude drawn over the largest.
 PANELS, FAINT = 3, 1e-4
 
 

@@ -27,7 +27,7 @@ def curve_of(dataset: xr.Dataset) -> str:
 
 
 def orders_of_gears(dataset: xr.Dataset) -> dict[str, NDArray]:
-    """Name of a shaft → mesh orders as orders of its rotation; shafts with equal speed appear once."""
+    """Orders of the spectrum as orders of the rotation of a shaft, by its name; shafts of equal speed appear once."""
     if "member_order" not in dataset.coords:
         return {f"the {name}": dataset[f"{name}_order"].values for name in GEARS}
     found: dict[str, NDArray] = {}

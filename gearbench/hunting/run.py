@@ -53,11 +53,11 @@ def hunting_cycle(scene: Scene, *, orders: float = ORDERS, threads: int = 1) -> 
     Returns
     -------
     Dataset with ``transmission_error`` and ``mesh_stiffness`` (cycle, position), and their amplitudes over
-    ``mesh_order``. The orders are all multiples of the frequency at which the same teeth meet, and are also given as
+    ``mesh_order``. The orders are the multiples of the frequency at which the same teeth meet, and are also given as
     orders of either shaft. With x(t) = c_0 + Σ Re(2 c_ν e^{2πiνt}), t in mesh periods, the amplitude is 2|c_ν|. For
     parallel paths and planetary sets the Dataset has ``train_transmission_error`` and ``load_sharing`` of each mesh
     instead. Planetary sets also have ``passing_force``, the force of the passing planets at a sensor on the ring.
-    Orders of members are relative to the carrier.
+    ``member_order`` counts rotations of a member relative to the carrier.
 
     Raises
     ------

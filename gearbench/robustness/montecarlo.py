@@ -43,11 +43,11 @@ from gearbench.threads import single_threaded_blas
 
 _LOG = logging.getLogger(__name__)
 
-#: Error samples unless told otherwise.
+#: Default number of error samples.
 SAMPLES = 1000
-#: From a chunk of cycles (sample, position) to a number of each.
+#: Function from the mesh cycles of a chunk (sample, position) to one number per sample.
 Reduction = Callable[[MeshCycle], NDArray]
-#: The same from the forces of its segments.
+#: Function from a chunk solved with the forces of its segments to one number per sample.
 OfSegments = Callable[["RobustProblem", BatchSolution], NDArray]
 
 
@@ -62,14 +62,14 @@ class RobustProblem:
     batch
         The contact problem at the mean errors prepared for samples, with the gap of each error.
     expansion
-        Modes of the errors' gaps, and how much of each a sample has.
+        Gap modes of the errors, and the amplitudes of these modes in a sample.
     phases
         Mesh phases and their weights.
     lines
         Contact lines at these phases.
     checked
-        A few samples on cells and on their patches; their mean difference corrects all samples. None if segments are
-        points.
+        A few samples solved on cells and on contact patches; the mean difference corrects all samples. None if segments
+        are points.
     """
 
     scene: Scene
@@ -101,7 +101,7 @@ class RobustProblem:
             pair = self.scene.pair
             at = (pair.centre_distance_upper + pair.centre_distance_lower) / 2 + deviation
             moved = changed(pair, centre_distance_upper=at, centre_distance_lower=at)
-            # any amplitude will do; the moved pair has no deviations from which the default could follow
+            # any amplitude will do, but one must be given: the moved pair has no deviations to derive it from
             errors = replace(self.errors, centre_distance=Scatter(amplitude=1.0))
             effects = tuple(errors if effect.name == errors.name else effect for effect in self.scene.effects)
             self._distances[deviation] = prepare_scene(changed(self.scene, pair=moved, effects=effects))
@@ -150,7 +150,7 @@ def prepare_problem(
 
 @lru_cache(maxsize=16)
 def _points(dimension: int) -> NDArray:
-    """Points of the unit cube (sample, dimension) of the samples that correct the others."""
+    """Points of the unit cube (sample, dimension) for the samples of ``Checked``."""
     return unit_samples("sobol", CHECKED, dimension, 0)
 
 
@@ -168,7 +168,7 @@ def prepare_batch(
     *,
     at_mean: bool = True,
 ) -> tuple[Batch, Expansion]:
-    """Contact problem at the mean errors, on lines at any phases, and the expansion of the gaps of samples.
+    """Prepare ``problem``, at the mean errors, for error samples; also return the expansion of their gaps.
 
     ``at_mean`` as for ``prepare``.
     """
@@ -234,7 +234,7 @@ def respond(
 ) -> tuple[Responses, bool]:
     """Responses ``names`` to the ``errors`` (sample, error) [µm], and whether all samples were computed.
 
-    ``more`` are functions by name for further numbers, from the problem and the segments of a chunk. ``progress`` is
+    ``more`` are further responses by name, computed from the problem and a chunk with segment forces. ``progress`` is
     called with the number of samples done so far. An interruption (Ctrl-C) ends the run early; the samples finished
     until then are returned.
     """
