@@ -60,8 +60,8 @@ class Precision:
         Residual at which a sample takes its last Newton step, which leaves a few percent of it. The stiffness is
         computed before this step.
     coupled, stiffness
-        For coupled problems: sum of the residual forces at which Newton's method ends, and precision of the conjugate
-        gradients for the stiffness, whose error is the square of it.
+        For coupled problems: sum of the residual forces at which Newton's method ends, and relative error of the
+        conjugate gradients for the stiffness. The relative error of the stiffness is the square of it.
     """
 
     truncation: float
@@ -87,10 +87,10 @@ class Batch:
         Number of existing segments and of existing blocks (position,), first segment of each block (position,
         block + 1).
     gap, modes
-        Mean over each segment of the gap e at the mean errors (position, n), and of the gap of each error (position,
-        error, n).
+        Mean over each segment of the gap at the mean errors (position, n), and of the gap mode of each error
+        (position, error, n).
     tilt, tilts
-        Half the increase along each cell of the gap minus deflection at the mean errors (position, n), and of the gap
+        Half the increase along each cell: of gap minus deflection at the mean errors (position, n), and of the gap mode
         of each error (position, error, n). If segments are points, ``tilts`` has no errors.
     factor, product
         Ψ (position, n, rank) and the products of its columns, lower triangle row by row, (position, rank(rank+1)/2, n).
@@ -207,7 +207,7 @@ class GapModes:
     modes
         Mean over each segment, (position, segment, mode) [mm].
     tilts
-        Half of what they gain along each cell, (position, segment, mode); no modes where segments are points.
+        Half the increase of the modes along each cell, (position, segment, mode); none if segments are points.
     """
 
     modes: NDArray
@@ -299,9 +299,9 @@ def _with_means(
 
 
 def _linearised(batch: Batch, start: NDArray) -> tuple[Batch, NDArray]:
-    """``batch`` with where its samples begin: the problem linearised at the mean errors, of the solution ``start``.
+    """Add to ``batch`` the start of its samples: the problem linearised about the solution ``start`` for mean errors.
 
-    And ∂F/∂δ there, (position,), by the slopes of the samples.
+    Also return ∂F/∂δ of this solution, (position,), with the slopes that give the stiffness of samples.
     """
     arrays = batch.arrays(np.zeros(batch.modes.shape[1]))
     C = _moving(arrays, int(batch.blocks.max()))
@@ -319,7 +319,7 @@ def _linearised(batch: Batch, start: NDArray) -> tuple[Batch, NDArray]:
 
 
 def _moving(arrays: Arrays, blocks: int) -> NDArray:
-    """C (position, segment, block·rank + 1) with z = C (q, δ)."""
+    """C (position, segment, block·rank + 1), which gives the motions of segments z = C (q, δ)."""
     own = arrays.block[..., None] == np.arange(blocks)
     wide = (own[..., None] * arrays.factor[:, :, None]).reshape(*arrays.gap.shape, -1)
     return np.concatenate([-wide, arrays.active[..., None]], axis=2)
@@ -355,7 +355,7 @@ def _products(factor: NDArray) -> NDArray:
 
 
 def existing_first(problem: ContactProblem) -> Callable[[NDArray], NDArray]:
-    """Function that puts existing segments of values (position, segment, …) first, as many as any position has."""
+    """Function that puts existing segments of values (position, segment, …) first, in as few columns as possible."""
     order, most = np.argsort(~problem.active, axis=1, kind="stable"), problem.active.sum(axis=1).max()
 
     def pick(values: NDArray) -> NDArray:
@@ -396,7 +396,7 @@ def solve_one_chunk(
     Parameters
     ----------
     load
-        Load over the load of the problem (position, lanes), by default 1; the correction of cells is always for 1.
+        Load over the load of the problem (position, lanes), by default 1. Cells are corrected as under load 1.
     segments
         Whether to return the forces of the segments too.
     """

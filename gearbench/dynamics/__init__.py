@@ -1,1 +1,1 @@
-"""Dynamic response of a scene with ``[system]``: what its meshes excite, over speed."""
+"""Dynamic response over speed of a system that its meshes excite."""

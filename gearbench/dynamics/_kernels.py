@@ -244,7 +244,7 @@ def run(state, free, brake, reach, curve, balance, record, limits):
         Free motion over a step and 1/ω (5, mode); matrix by which dampers reduce the speeds in a step (mode, mode), or
         an empty array (0, 0).
     reach
-        a (row, mode).
+        Relative motion of the mesh rows per modal motion, a (row, mode).
     curve, balance
         ``Curve`` and ``Balance``.
     record

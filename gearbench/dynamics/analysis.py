@@ -184,7 +184,7 @@ def growth(model: LinearModel, group: Group, speeds: NDArray, harmonics: int) ->
 
 
 def _of_own_frequency(model: LinearModel, harmonics: int) -> NDArray:
-    """Indices (mesh, harmonic), without order zero, of the orders of the frequency at which the mesh itself runs."""
+    """Indices (mesh, harmonic) of the orders of the mesh frequency of each mesh, among all orders but order zero."""
     group = np.empty(len(model.names), dtype=int)
     for number, each in enumerate(model.groups):
         group[each.meshes] = number

@@ -14,7 +14,7 @@ from gearbench.plotting import as_label
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Maximum letters of a name in a title; letters of a label from which a legend has two columns instead of three.
+#: Maximum number of letters of a name in a title, and of a label in a legend of three columns instead of two.
 NAME, LONG = 40, 36
 
 
@@ -48,7 +48,7 @@ def legend(figure: Any, lines: list, **more: Any) -> None:
 
 
 def speed_label(data: xr.Dataset | xr.DataArray) -> str:
-    """Label of an axis of speeds, with the member that has them."""
+    """Label of an axis of speeds, which names the member whose speed it is."""
     speed = data["speed"].attrs
     return f"{speed['long_name']} [{speed['units']}]"
 

@@ -26,7 +26,7 @@ def read_housing(path: str | Path) -> xr.Dataset:
 
     ``transfer_real`` and ``transfer_imaginary`` (point, bearing, direction, frequency) are the response at a point per
     force on a bearing of the shafts; their attribute ``units`` holds the unit ("m/s²/N", "Pa/N"). ``frequency`` [Hz]
-    ascends. Bearings have their names of the scene, directions are "x", "y" and "axial".
+    ascends. Bearings have the names that the scene gives them; directions are "x", "y" and "axial".
 
     Raises
     ------
@@ -63,8 +63,8 @@ def housing_response(dataset: xr.Dataset, housing: xr.Dataset) -> xr.Dataset:
 
     Returns
     -------
-    The Dataset with ``housing_amplitude`` and ``housing_phase`` (speed, mesh, point, harmonic), separate for the orders
-    of every mesh. Orders outside the frequencies of the transfer functions are NaN, and a note says so.
+    The Dataset with ``housing_amplitude`` and ``housing_phase`` (speed, mesh, point, harmonic), at the orders of
+    every mesh. Orders outside the frequencies of the transfer functions are NaN, and a note says so.
 
     Raises
     ------

@@ -29,7 +29,7 @@ class Modes:
     shape
         φ_r with unit modal mass, in all coordinates of the system (n, mode).
     mesh, spin
-        a_m · φ_r for the rows of the meshes (row, mode), and for the transmission errors (mesh, mode).
+        Motion a_m · φ_r per mode, of the rows of the meshes (row, mode) and of the transmission errors (mesh, mode).
     bearing
         Force on the bearings per mode (bearing, 3, mode).
     push

@@ -47,7 +47,7 @@ def highest(orders: NDArray, index: NDArray, points: int) -> NDArray:
     Parameters
     ----------
     orders
-        ŷ_s (…, order) without the mean; of s and −s, one is given.
+        ŷ_s (…, order) without the mean; only one of s and −s is given.
     index
         s as multiples of the frequencies (order, frequency).
     points

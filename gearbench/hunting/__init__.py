@@ -1,1 +1,1 @@
-"""All mesh cycles until the same teeth meet again: pitch errors, run-out and waviness, with their side bands."""
+"""Contact over all mesh cycles until the same teeth meet again: side bands of pitch errors, run-out and waviness."""

@@ -1,7 +1,7 @@
 """Error of the cells of contact lines, averaged over a few samples that are solved on their patches of contact too.
 
-Where flanks may part, all samples share the same cells along the contact lines. The mean of what the cells miss is
-removed from all samples (B3 of docs/algorithms.md). What this leaves of a mean of responses, the same few samples show.
+All samples share the same cells along the contact lines, wherever the flanks of a sample part. The mean error of the
+cells is removed from all samples (B3 of docs/algorithms.md). These few samples also show the error left in a mean.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from gearbench.scene import Scene
 
 #: Number of samples that are solved on their patches.
 CHECKED = 8
-#: Share of the mean from which an error of it beyond its standard error is warned of.
+#: A warning names a mean if the cells leave an error above its standard error and above this share of it.
 WORTH_SAYING = 0.01
 
 
@@ -44,9 +44,9 @@ class Checked:
         return np.stack([more.mean(axis=0), factor.mean(axis=0)])
 
     def errors(self, scene: Scene, phases: Phases, names: Sequence[str]) -> Mapping[str, float]:
-        """Estimated error of the mean of each response ``names`` by the cells after the correction, in its unit.
+        """Estimated error that cells leave in the mean of the responses ``names`` after the correction, in their units.
 
-        √(d̄² + s²/n), where the n samples deviate by d̄ on the mean, and scatter by s about it.
+        It is √(d̄² + s²/n), if corrected cells minus patches has the mean d̄ and standard deviation s over n samples.
         """
         more, factor = self.missed
         corrected = self.on_cells[0] + more, self.on_cells[1] * factor
@@ -80,7 +80,7 @@ def check_cells(
 
 
 def cell_warning(variables: Columns) -> str | None:
-    """A line where the cells may leave more of a mean than its standard error and ``WORTH_SAYING``, else None."""
+    """Warning that names the means in which cells leave too large an error, see ``WORTH_SAYING``; None if none."""
     loud = []
     for name in (each.removesuffix("_cell_error") for each in variables if each.endswith("_cell_error")):
         mean, left, standard = (float(variables[name + end][1]) for end in ("", "_cell_error", "_standard_error"))

@@ -62,7 +62,7 @@ def robust_dataset(
     more
         Names of further responses that get statistics.
     shares
-        Whether to include the shares of the errors in the variance.
+        Whether to include the variables of ``share_columns``.
     """
     import xarray as xr
 
@@ -118,7 +118,7 @@ def statistic_columns(values: Mapping[str, NDArray], sampler: Sampler) -> Column
 
 
 def share_columns(values: Mapping[str, NDArray], errors: NDArray) -> Columns:
-    """Shares of the ``errors`` (sample, error) in the variance of responses (sample,), and means with finer errors."""
+    """Shares of the ``errors`` (sample, error) in the variance of responses, and changes of means by finer classes."""
     from gearbench.robustness.sensitivity import sensitivities
     from gearbench.robustness.tightening import FINER
 

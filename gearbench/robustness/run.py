@@ -56,8 +56,8 @@ def robust(
 
     Returns
     -------
-    Dataset over the samples with the errors drawn, means and RMS values. The RMS values and the requested responses
-    have statistics with standard errors, and the share of each error in the variance. After Ctrl-C the Dataset holds
+    Dataset with the errors drawn, and mean and RMS of STE and stiffness of all samples. RMS values and requested
+    responses have statistics with standard errors, and the share of each error in the variance. After Ctrl-C it holds
     the samples finished until then (``complete`` is 0). With several loads it is the Dataset of ``sweep``, with the
     same samples under each load. For a train of parallel paths or a planetary set it holds load sharing and
     transmission error of the train, under the errors of ``[planetary.scatter]`` and of profiles and helices.

@@ -4,8 +4,8 @@ The first-order index of an independent variable x_i is S_i = Var(E[y | x_i]) / 
 polynomials of each x_i, orthonormal over its samples (Oladyshkin & Nowak 2012) so that any distribution will do, and in
 products of two of them. Orthogonal matching pursuit adds terms as long as they reduce the residual significantly; the
 coefficients β follow by least squares. Then S_i = Σ_k β_ik² / Var(y), with the bias Σ_k Var(β_ik) from noise of β
-subtracted from the sum. The total index S_Ti also includes the products with x_i. The remainder is higher interaction
-or noise of the fit.
+subtracted from the sum. The total index S_Ti also includes the products with x_i. The rest of the variance
+is higher interaction or noise of the fit.
 
 The effect of a smaller error on the mean response follows from the same main effects. With f_i(x_i) = E[y | x_i], the
 mean over all errors with x_i scaled by s is exactly E[f_i(s x_i)], whatever the interactions.
@@ -54,7 +54,7 @@ class Fit:
     residual: NDArray
 
     def of(self, variables: int, *, total: bool) -> NDArray:
-        """Whether a term belongs to a variable, (term, variable): terms of it alone or, if ``total``, all with it."""
+        """Whether a term contains a variable, (term, variable): alone or, if ``total``, also in a product."""
         first, second = (self.owner[:, [i]] == np.arange(variables) for i in (0, 1))
         return first | second if total else first & second
 
@@ -87,7 +87,7 @@ class Candidates:
     values, scaled
         Values of all terms (sample, term), and of the terms of a single variable at the scaled errors.
     low
-        Numbers of the terms that every expansion contains, so that each index has an error estimate.
+        Indices of the terms that every expansion contains, so that each index has an error estimate.
     """
 
     owner: NDArray
@@ -197,7 +197,7 @@ def _fit(candidates: Candidates, y: NDArray) -> tuple[Fit, NDArray]:
 
 
 def _pursue(terms: NDArray, y: NDArray, first: NDArray) -> list[int]:
-    """Orthogonal matching pursuit: numbers of the terms ``first`` and of further terms that explain y significantly."""
+    """Orthogonal matching pursuit: indices of the terms ``first`` and of further terms that explain y significantly."""
     n = len(y)
     chosen = list(first)
     most = max(min(n // 4, terms.shape[1]), len(chosen))

@@ -35,7 +35,7 @@ def summarise(values: NDArray, sampler: Sampler = "random") -> dict[str, tuple[f
     Parameters
     ----------
     values
-        One value for each sample, (sample,), in the order drawn; a Sobol sequence starts at its beginning.
+        One value for each sample, (sample,), in the order drawn; samples of a Sobol sequence from its first point on.
     sampler
         Sampler that drew the samples.
 

@@ -1,4 +1,4 @@
-"""Gear bodies of a train that several meshes load: a planet between sun and ring, a ring under all its planets (M4)."""
+"""Gear bodies loaded by several meshes of a train: a planet between sun and ring, a ring under all planets (M4)."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _MEAN = np.array([1.0, 4.0, 1.0]) / 6
 def yielding_bodies(
     train: Train, scenes: Mapping[str, Scene], at: Mapping[str, tuple[ContactLines, MeshAt]], *, coast: bool
 ) -> Bodies | None:
-    """Gear bodies loaded by several meshes; None if the scene has no ``gear_body`` with coupled teeth."""
+    """Gear bodies loaded by several meshes; None if there is none, or no ``gear_body`` with coupled teeth."""
     sides: list[Side] = []
     seats: dict[str, list[int]] = {}
     names: list[tuple[str, int]] = []

@@ -160,6 +160,6 @@ def _some_cycles(
 
 
 def _times(solved: SolvedTrain, cycles: NDArray) -> NDArray:
-    """Time [mesh periods] at each position, (cycle, position); negative on coast flanks, which are seen mirrored."""
+    """Time [mesh periods] at each position, (cycle, position); negative on coast flanks, solved as a mirror image."""
     time = cycles[:, None] + solved.phases.phase
     return -time if solved.linkage.coast else time

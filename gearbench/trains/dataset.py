@@ -16,7 +16,7 @@ from gearbench.solution import columns
 from gearbench.trains.revolution import revolution_columns
 from gearbench.trains.solve import SolvedTrain
 
-#: Curves of a mesh that its contact determines; names of their numbers begin alike.
+#: Curves that exist only while a mesh has contact; names of the numbers derived from them begin with these names.
 CURVES = ("transmission_error", "mesh_stiffness")
 
 

@@ -35,7 +35,7 @@ class Flanks:
     Parameters
     ----------
     batches
-        Batch solver of each mesh, at zero sample gaps.
+        Each mesh prepared for the batch solver, without gaps of samples.
     force, cos_b
         Force F_bt for which the batches are prepared [N], and cos β_b, (mesh,).
     share

@@ -59,7 +59,7 @@ class Curves:
     approach, force, slope
         (mesh, position, level) [mm, N, N/mm].
     statics
-        Coupling of the meshes. Compliance that it lends to the meshes is excluded from F(δ).
+        Coupling of the meshes. Body compliance that it contains (``shifted``) is excluded when F(δ) is evaluated.
     """
 
     approach: NDArray
@@ -69,7 +69,7 @@ class Curves:
 
     @cached_property
     def _own(self) -> tuple[NDArray, NDArray]:
-        """Approach and slope without the lent compliance."""
+        """Approach and slope without the compliance ``shifted`` to the coupling."""
         shifted = np.expand_dims(np.transpose(self.statics.shifted), -1)
         return self.approach - shifted * self.force, self.statics.without_shifted(self.slope.T).T
 

@@ -71,7 +71,7 @@ class SolvedTrain:
     even: NDArray
 
     def statics(self, more: NDArray) -> Statics:
-        """Coupling of the meshes for samples: ``spread`` is subtracted, and ``more`` (…, mesh) [mm] added, in g."""
+        """Coupling of the meshes for samples: the offset g minus ``spread``, plus ``more`` (…, mesh) [mm]."""
         return replace(self.own, offset=self.own.offset - self.spread + more)
 
     def begun(self, samples: int) -> NDArray:
@@ -80,9 +80,9 @@ class SolvedTrain:
 
     @cached_property
     def spread(self) -> NDArray | float:
-        """Approach due to body compliance between meshes (M4) in excess of its mean C F, (position, mesh) [mm].
+        """Approach that body compliance (M4) adds to C F, its mean over the loads, (position, mesh) [mm].
 
-        Samples use this value unchanged: it belongs to the load distribution of this solution.
+        Samples use this value unchanged, as if they had the load distribution of this solution.
         """
         own, F = self.own, self.balance.force
         if own.elastic is None:
@@ -96,7 +96,7 @@ class SolvedTrain:
 
     @cached_property
     def cycle(self) -> TrainCycle:
-        """ForceSearch, motions and input stiffness over the mesh cycle."""
+        """Forces, motions and input stiffness over the mesh cycle."""
         return TrainCycle(
             linkage=self.linkage,
             phases=self.phases,
@@ -186,7 +186,7 @@ def check_train(scene: Scene) -> Linkage:
 
 
 def mesh_scenes(scene: Scene) -> dict[str, Scene]:
-    """Scene of each mesh by name; its effects begin with the teeth that are in mesh when the first mesh begins."""
+    """Scene of each mesh by name; its effects count the teeth of a gear as the first mesh of the gear does."""
     found, begun = {}, scene.geometry.begun(coast=scene.load.coast)
     for name, own in scene.meshes.items():
         flanks = {}
@@ -271,7 +271,7 @@ def _balanced(
 
 
 def unnamed(scene: Scene) -> Scene:
-    """The scene without its names: meshes of planets with equal results compare equal."""
+    """The scene without its names, so that scenes of meshes with equal results compare equal."""
     return changed(scene, name="", gear_names=GEARS)
 
 
@@ -317,7 +317,7 @@ def _repeats(meshes: list[tuple[Scene, float]]) -> int:
 
 
 def _mesh(scene: Scene, phase: NDArray, alike: bool) -> tuple[ContactLines, MeshAt]:
-    """Contact lines and problem of one mesh at its phases; from phase 1 on, the next teeth are in mesh."""
+    """Contact lines and problem of one mesh at its phases; if teeth differ, phase 1 and above is for the next teeth."""
     lines = scene_lines(scene, phase if unlike(scene) else phase % 1.0)
     cos_b = float(np.cos(scene.pair.meshing.beta_b))
     problem = assemble(teeth_alike(scene) if alike else scene, lines)
