@@ -1,7 +1,7 @@
 """Compiled elimination of a chain of blocks, with SciPy's BLAS and LAPACK routines.
 
 Three blocks at a time and their rows of the right-hand sides stay in the processor's cache; Python's lock is released.
-Arrays have rows first; LAPACK sees them transposed.
+Arrays are in row-major order, so LAPACK sees them transposed.
 """
 
 from __future__ import annotations
@@ -168,11 +168,11 @@ def chain_compliance(result, held, lower, columns, chain, sides, numbers, routin
     columns
         Columns of B in the order in which they begin, (m,).
     chain
-        Sizes of the blocks, and four zeros beyond the last, (count + 4,); numbers; where in them the two matrices begin
-        that block (i, i + apart) is the sum of, (3, count, 2), and factors of these.
+        Sizes of the blocks, then four zeros, (count + 4,); entries of all matrices, flat; where in it the two matrices
+        begin whose weighted sum is the block (i, i + apart), (3, count, 2); and their weights.
     sides
-        Number of groups of columns that have begun at each block, or above it, (count,); first of the ``columns`` of
-        each group, and the number of them all, (groups + 1,); blocks of B likewise, (count, groups, 2).
+        Number of groups of columns that begin at a block or above it, (count,); numbers of their first columns, and
+        the number of all columns, (groups + 1,); beginnings and weights of the blocks of B, (count, groups, 2).
     numbers, routines
         Memory for the arguments of BLAS, six integers of 32 bits; ``gearbench.compliance.lapack.addresses``.
     """

@@ -91,7 +91,7 @@ class Chain:
         return float(np.linalg.cond(K * scale * scale[:, None]))
 
     def compliance(self, right: NDArray | Sides) -> NDArray:
-        """Bᵀ K⁻¹ B of right-hand sides B (n, m): a group of columns is free above its first block.
+        """Bᵀ K⁻¹ B of right-hand sides B (n, m). Groups of columns cost nothing above their first nonzero block.
 
         Raises
         ------

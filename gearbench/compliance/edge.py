@@ -1,9 +1,9 @@
 """Free edge of a tooth tip in the contact law, which is softer than a half-space.
 
-A contact law contains the compression of a half-space; the tooth's compliance contains the rest, projected onto a few
-polynomials of R. Near the tip the flank is that of a wedge. Its additional compliance W(r, r₀) has a logarithm at the
-edge that the polynomials cannot represent: they contain Π W Π, so the law adds W − Π W Π (E4 of docs/theory.md).
-Smooth parts, such as the distant support of the wedge, cancel.
+A contact law contains the compression of a half-space; the tooth's compliance contains the rest, projected by Π onto a
+few polynomials of R. Near the tip the tooth is a wedge, which is softer than a half-space by W(r, r₀). At the edge W
+has a logarithm that the polynomials cannot represent. The tooth contains Π W Π, so the law adds W − Π W Π (E4 of
+docs/theory.md). Smooth parts, such as the distant support of the wedge, cancel.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def edge_distance(gear: Gear, roll: NDArray) -> NDArray:
 
 @lru_cache(maxsize=64)
 def held_by_polynomials(gear: Gear, count: int) -> NDArray:
-    """∬ φ_a W φ_b dR dR₀ over c₁, (count, count): W (E1) in ``count`` polynomials of the flank."""
+    """W (E1) projected onto ``count`` polynomials of the flank, ∬ φ_a W φ_b dR dR₀ divided by c₁, (count, count)."""
     r_b, angle = gear.base_radius, tip_angle(gear)
     low, high = gear.form_radius, gear.tip_radius
     length = float(edge_distance(gear, gear.roll_length(low)))

@@ -1,7 +1,7 @@
 """BLAS and LAPACK routines for small systems, in place, through SciPy's C interface.
 
 SciPy's Python wrappers hold Python's lock, and check and copy arguments for longer than these systems take. Arrays are
-of double precision, contiguous, rows first, or blocks of such. LAPACK sees them transposed.
+of double precision, in row-major order, or blocks of such arrays. LAPACK sees them transposed.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
 """The solid's energy derived symbolically: the oracle of the numerical section.
 
 Straight block and screwed sector alike are curvilinear bodies p(q), q = (s, x, z). The displacement is
-u = u_θ e_θ + u_R e_R + u_z e_z with the unit vectors of the cylinder (of the straight block: of its edges), its
-gradient ∂u/∂q (∂p/∂q)⁻¹, its strain the symmetric part; none of the strain formulas of ``gearbench.compliance.section``
-is used. The energy is the same at every angle around the axis, so it is taken at angle zero, where of the unit vectors
-only their derivatives remain.
+u = u_θ e_θ + u_R e_R + u_z e_z, with the unit vectors of the cylinder or of the edges of the block. The strain is the
+symmetric part of the gradient ∂u/∂q (∂p/∂q)⁻¹; none of the strain formulas of ``gearbench.compliance.section`` is used.
+The energy is the same at every angle around the axis, so the angle is set to zero after the unit vectors have been
+differentiated.
 """
 
 from __future__ import annotations
@@ -60,8 +60,8 @@ def stiffness(
 ) -> Any:
     """Ritz matrix ∫ λ tr ε tr ε′ + 2μ ε:ε′ dV of u_θ, u_R, u_z in ``monomials``, integrated exactly.
 
-    Arguments are sympy expressions or rationals; the half-width is such that a power of one linear function of x is
-    all there is in the denominators: constant or linear for a block, R times a constant for a sector.
+    Arguments are sympy expressions or rationals. The half-width is constant or linear in x for a block, and R times a
+    constant for a sector, so that every denominator is a power of one linear function of x.
     """
     functions = monomials(order)
     n = len(functions)
@@ -108,7 +108,7 @@ def _rational_integral(numerator: Any, denominator: Any, height: Any) -> Any:
 
 
 def deflection(matrix: Any, order: tuple[int, int, int], points: Sequence[tuple[Any, Any, Any, Any]]) -> Any:
-    """Compliance between unit displacements of a field (0, 1, 2) at points (field, s, x, z), solved exactly."""
+    """Displacements at all ``points`` (field 0, 1 or 2, s, x, z) under a unit force at each, solved exactly."""
     functions = monomials(order)
     loads = sp.zeros(matrix.rows, len(points))
     for column, (field, *position) in enumerate(points):

@@ -1,12 +1,12 @@
 """Gear body of three joined rings: rim, web and hub, each with the functions of ``Ring``.
 
-For every harmonic, web and hub are a foundation of the rim: the stiffness of the web's outer edge, condensed. The web
-is narrower than both; what it shares with them are polynomials across its own width,
+In every harmonic, web and hub carry the rim like a foundation, whose stiffness is condensed to the web's outer edge.
+The web is narrower than both. Motions u of rim or hub move its edges by v, their projection on polynomials across it,
 
     v = T u,    T_kl = i^{l−k} ∫ g_k(web) g_l dz    (R10 of docs/theory.md),
 
-the phases being those of the functions i^j g_j of either. In the middle of the face T is real. Elsewhere the body is
-not its own mirror image: its harmonics are Hermitian matrices.
+with the phases of the functions i^j g_j of both rings. T is real if the web is in the middle of the face. Otherwise the
+body is not symmetric, and its harmonics are Hermitian matrices.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from gearbench.compliance.bases import gauss, legendre_functions
 from gearbench.compliance.ring import LAYER, Ring
 from gearbench.geometry.web import Web
 
-#: Functions along the radius of each of the three rings, polynomials along the axis of the rim beyond those seen, and
-#: most polynomials across the web.
+#: Number of functions along the radius of a ring, of polynomials along the axis of the rim in addition to ``seen``, and
+#: largest number of polynomials across the web.
 ALONG, BEYOND, ACROSS = 8, 9, 8
 
 

@@ -78,7 +78,7 @@ class GearBody(ToothCompliance):
                     raise InputError("model", self.model, f"pair.{name}: {error.allowed}") from None
 
     def compliance(self, lines: ContactLines, effects: Effects) -> LowRank | Dense:
-        """Factor of both gears side by side, (position, pair, segment, rank); of all pairs if they are coupled (R8)."""
+        """Factor of both gears side by side, (position, pair, segment, rank); a matrix if pairs are coupled (R8)."""
         flanks = self.flank_compliances(lines, effects)
         return self.both_teeth(lines, effects) if flanks is None else flanks.on(lines)
 
@@ -92,10 +92,10 @@ class GearBody(ToothCompliance):
         return Flanks(both=(pinion, wheel), coupled=self.coupled)
 
     def between(self, pair: Pair, index: int, effects: Effects, *, coast: bool, across: bool) -> NDArray:
-        """C_d of a body [mm/N], d = −z/2 … z/2: motion of a flank under loads on that of the tooth d behind (R7).
+        """C_d of a body [mm/N], d = −z/2 … z/2: motion of a flank under loads on the flank d teeth behind it (R7).
 
-        As seen when the gear drives. ``across``: of the right flanks under loads on the left ones, as these are seen
-        when it is driven.
+        Flanks are seen as on a driving gear. With ``across``, right flanks move under loads on left flanks, and the
+        left flanks are seen as on a driven gear.
         """
         if (tooth := tooth_among(effects)) is not None and tooth.meshed:
             body, flank = meshed_body(pair, index, on_body=True, coast=coast), tooth.flank(pair, index, effects, coast)

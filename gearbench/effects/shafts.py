@@ -19,8 +19,8 @@ from gearbench.system.mechanics import shafts_at_rest
 from gearbench.system.shaft_model import ShaftModel
 from gearbench.system.static import Settled, twist
 
-#: Stiffness of the foundation per face width over the modulus of elasticity: first above the stiffness of meshes, then
-#: above the stiffness of Hertzian contact.
+#: Stiffness per face width of the foundations to try, over the modulus of elasticity. The first is above the stiffness
+#: of meshes, the second above that of Hertzian contact.
 FOUNDATIONS = (0.3, 5.0)
 #: Eigenvalues of a seat's compliance below this fraction of the largest are dropped.
 _RANK = 1e-14

@@ -80,7 +80,7 @@ class Topography(GapEffect):
         return self.__dict__["_grids"]
 
     def check(self, pair: Pair, effects: Effects) -> None:
-        """Refuse a grid that misses more than half of the active flank, probably measured on another gear."""
+        """Refuse a grid that covers less than half of the active flank: it probably belongs to another gear."""
         ends_of_gears = pair.meshing.active_radii
         for name, gear, ends, (before, _), grid in zip(
             _NAMES, pair.gears, ends_of_gears, pair.overhangs, self.grids, strict=True
@@ -141,7 +141,7 @@ class Topography(GapEffect):
         return tuple(u for u in positions if pair.meshing.path_start < u < pair.meshing.path_end)
 
     def face_kinks(self, pair: Pair) -> tuple[float, ...]:
-        """Positions y [mm] of the columns of a coarse grid of a spur pair; helical lines cross its rows already."""
+        """Positions y [mm] of the columns of a coarse grid on a spur pair; helical lines are cut at its rows only."""
         if pair.meshing.overlap_ratio:
             return ()
         found: set[float] = set()

@@ -33,7 +33,7 @@ class GearPanel:
     now
         Initial tables.
     baseline
-        Whether the gear of these tables stays beside those that follow.
+        Whether this first gear stays on show beside the later ones.
     """
 
     def __init__(self, now: Tables, *, baseline: bool) -> None:

@@ -35,7 +35,7 @@ def flank_range(solved: Solved) -> tuple[float, float]:
 
 
 def flank_map(solved: Solved, values: NDArray, size: tuple[int, int] = SIZE) -> NDArray:
-    """Interpolate ``values`` (position, pair, segment) onto the rectangle 0 … b by ``flank_range``, (up, across).
+    """Interpolate ``values`` (position, pair, segment) onto y = 0 … b and u in ``flank_range``, (up, across).
 
     Pixels without a contact line nearby are NaN.
     """

@@ -135,7 +135,7 @@ class RackCut:
                 allowed = "over the grinding stock: must be smaller, or the fillet cuts the flank away"
                 raise InputError("protuberance", gear.protuberance, allowed)
             low, end = grid[inside[-1]], grid[inside[-1] + 1]
-        elif excess(low) >= 0:  # undercut by rounding only: the junction is the base circle itself
+        elif excess(low) >= 0:  # undercut only by numerical rounding: the junction is the base circle
             return low
         return float(root_scalar(excess, bracket=(low, end), method="brentq", xtol=1e-15).root)
 

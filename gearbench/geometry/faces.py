@@ -15,7 +15,7 @@ Ends = tuple[float, float]
 
 @dataclass(frozen=True, kw_only=True)
 class Faces:
-    """The faces of pinion and wheel; positions along the axes count from the middle of the pair's [mm].
+    """The faces of pinion and wheel; positions along the axes count from the middle of the pair's face [mm].
 
     Parameters
     ----------

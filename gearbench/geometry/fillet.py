@@ -1,7 +1,7 @@
 """The root fillet: the trochoid that the rounded tip of the generating rack leaves in the gear.
 
-The rack rolls on the pitch circle. A point of its tip rounding, normal direction θ (θ = α_n where the straight
-flank ends, θ = π/2 at the root circle), lies at (ξ, η): ξ along the pitch line, η above it. It touches its envelope
+The rack rolls on the pitch circle. A point of its tip rounding, where the normal has the direction θ (α_n at the end of
+the straight flank, π/2 at the root circle), lies at (ξ, η): ξ along the pitch line, η above it. It touches its envelope
 when its normal passes through the pitch point, i.e. when the rack has moved by s = ξ + η cos β cot θ; the gear has
 then turned by s/r (G6 of docs/theory.md). With φ = π/2 − θ everything is smooth in φ, and so is √(R² − r_f²).
 """

@@ -11,7 +11,7 @@ def inv(angle: float) -> float:
 
 
 def inverse_involute(value: float) -> float:
-    """Angle α [rad] with inv α = ``value`` ≥ 0, as precisely as tan α − α can be evaluated: ε/α² relative.
+    """Angle α [rad] with inv α = ``value`` ≥ 0, to the relative precision ε/α² at which tan α − α can be evaluated.
 
     Newton's method on the convex function tan α − α, started above the root so that it falls monotonically.
 

@@ -29,7 +29,7 @@ from gearbench.geometry.thickness import Deviation, Thickness
 from gearbench.html import notebook_table
 from gearbench.schema import STRICT
 
-#: Centre distances [mm] and profile shifts [modules] are published to four decimals; less overlap is their rounding.
+#: Centre distances [mm] and profile shifts [modules] are published to four decimals; teeth may overlap by as much.
 ROUNDING = 1e-4
 #: Largest profile shift [modules]; more means a wrong centre distance.
 LARGEST_SHIFT = 1.5
@@ -65,8 +65,8 @@ class Member:
     tip_diameter, root_diameter
         d_a instead of the addendum, d_f instead of the dedendum [mm].
     profile_shift
-        x [normal modules]; by default from the centre distance. Given shifts may overlap by 10⁻⁴ (1 mm + m_n), the
-        rounding of printed values.
+        x [normal modules]; by default from the centre distance. Teeth with given shifts may overlap by
+        10⁻⁴ (1 mm + m_n), the rounding of printed values.
     fillet_radius
         Tip rounding ρ_f* of the generating rack, or of the cutter in its transverse section [normal modules]; by
         default 0.38 (cutter 0.2), or the full rounding if that is less.
@@ -77,8 +77,8 @@ class Member:
     support
         Springs at the outside of an internal gear; by default it is held rigidly.
     rim_thickness, web_thickness, web_offset, hub_diameter
-        Rim below the root circle, web of this axial width, its middle ``web_offset`` from the middle of the face
-        towards y = b, and hub [mm]. Without hub the web reaches the bore; without rim and web the body is solid.
+        Rim below the root circle, axial width of the web, offset of its middle from the middle of the face towards
+        y = b, and hub [mm]. Without hub the web reaches the bore; without rim and web the body is solid.
     tip_rounding, tip_chamfer
         Radius of the rounding, or height of the 45° chamfer, of the tip edge [mm] (G17); by default a sharp edge.
     face_width
@@ -320,7 +320,7 @@ class Pair:
     def profile_shifts(self) -> tuple[float, float]:
         """Profile shifts x_1, x_2 [normal modules], derived from the centre distance where not given (G3).
 
-        Without the backlash: it thins teeth, tip circles stay.
+        They ignore the backlash, which thins the teeth but leaves the tip circles.
         """
         total = profile_shift_sum(self.sections, self.centre_distance)
         x1, x2 = self._given_shifts
@@ -332,7 +332,7 @@ class Pair:
 
     @cached_property
     def _thinned_shifts(self) -> tuple[float, float]:
-        """Profile shifts of the flanks: those that are derived share what the backlash takes."""
+        """Profile shifts of the flanks: the shifts that are derived share the thinning by the backlash equally."""
         x1, x2 = self.profile_shifts
         if not self.backlash:
             return x1, x2
@@ -343,7 +343,7 @@ class Pair:
 
     @cached_property
     def generating_shifts(self) -> tuple[float, float]:
-        """x_E1, x_E2 [normal modules] of teeth in the middle of their deviations: of flanks and roots."""
+        """x_E1, x_E2 [normal modules], the shifts of flanks and roots, for teeth in the middle of their deviations."""
         return self._generating_shifts("middle")
 
     def _generating_shifts(self, at: str) -> tuple[float, float]:
@@ -396,7 +396,7 @@ class Pair:
         return strain(self.temperature.pinion, one), strain(self.temperature.wheel, two)
 
     def working_distance(self, deviation: float) -> float:
-        """a′ with a ``deviation`` [µm] at the temperatures given, as gears that keep their sizes see it (G16) [mm].
+        """a′ [mm] with a ``deviation`` [µm], at the temperatures given, over the growth of the gears (G16).
 
         A positive deviation moves the axes apart, whatever the sign of a′.
         """
@@ -427,7 +427,7 @@ class Pair:
         return least, most
 
     def backlash_with(self, thickness: tuple[float, float], distance: float) -> float:
-        """j_wt [mm] where thicknesses and centre distance lie that much [µm] beside the middle of their deviations."""
+        """j_wt [mm] if thicknesses and centre distance differ by these amounts [µm] from the middle of deviations."""
         known = tuple(Thickness() if own is None else own for own in self._thicknesses)
         one, two = (own.middle + more for own, more in zip(known, thickness, strict=True))
         shifts = generating_shifts(self.sections, self._thinned_shifts, (known[0], known[1]), (one, two))
@@ -446,7 +446,7 @@ class Pair:
         return self._gear(0), self._gear(1)
 
     def _addendum(self, index: int) -> float:
-        """h_a* above the line x_E, of the tip diameter where that is given [normal modules]."""
+        """h_a* counted from x_E [normal modules]; it follows from the tip diameter if that is given."""
         member = self.members[index]
         if member.tip_diameter is None:
             return member.addendum + self.profile_shifts[index] - self.generating_shifts[index]

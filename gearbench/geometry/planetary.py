@@ -38,7 +38,7 @@ Stiffness = Annotated[float, Field(gt=0.0, le=1e6)]
 
 @table(frozen=True, kw_only=True, config=STRICT)
 class PlanetaryRunOut:
-    """Eccentric members, which turn with their speeds; at the beginning of the revolution all point to the angle 0.
+    """Eccentricities that turn with their members; at the beginning of the revolution all point to the angle 0.
 
     Parameters
     ----------

@@ -56,7 +56,7 @@ class Modification:
     one_sided: bool = True
 
     def kink(self, base_radius: float) -> float | None:
-        """Roll length of its start; None without one."""
+        """Roll length of its start; None if it is not one-sided."""
         if not self.one_sided:
             return None
         if self.along == "roll":
@@ -130,8 +130,8 @@ class Piece:
     def normal(self, roll: NDArray) -> tuple[NDArray, NDArray, NDArray, NDArray, NDArray, NDArray]:
         """Normal line at ℓ in the frame of its tangent.
 
-        Returns ε (its angle to the tangent), ρ (radius of curvature of the modified profile), its distances c along and
-        d across itself from the centre to the point (T2), and their derivatives.
+        Returns its angle ε to the tangent, the radius of curvature ρ of the modified profile, the distances c along the
+        normal and d across it from the centre to the point (T2), and the derivatives of c and d by ℓ.
         """
         r_b, sign = self.base_radius, math.copysign(1.0, self.base_radius)
         e, de, dde = self.deviation(roll)

@@ -17,11 +17,11 @@ def gauss(count: int) -> tuple[NDArray, NDArray]:
 
 @lru_cache(maxsize=64)
 def legendre_transform(count: int) -> NDArray:
-    """Values at ``count`` Gauss points → Legendre coefficients of their polynomial; exact by the Gauss rule itself."""
+    """Matrix from values at ``count`` Gauss points to Legendre coefficients of their polynomial, by the Gauss rule."""
     nodes, weight = gauss(count)
     return (2 * np.arange(count)[:, None] + 1) / 2 * legendre.legvander(nodes, count - 1).T * weight
 
 
 def interpolation(count: int, t: NDArray) -> NDArray:
-    """Values at ``count`` Gauss points → those of their polynomial at t in [−1, 1], (…, count)."""
+    """Matrix from values at ``count`` Gauss points to values of their polynomial at t in [−1, 1], (…, count)."""
     return legendre.legvander(t, count - 1) @ legendre_transform(count)

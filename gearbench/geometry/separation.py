@@ -36,7 +36,7 @@ class Touch:
     Parameters
     ----------
     columns
-        Columns of the table, see ``Separation``.
+        Columns of the table, see ``Separation._table``.
     row, t
         Interval of the table, and relative position in it, 0 … 1. If t is outside 0 … 1, the flanks cannot touch.
     """

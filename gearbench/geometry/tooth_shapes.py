@@ -2,8 +2,8 @@
 
 The pinion's centre is the origin, the wheel's lies a′ above it. The pinion turns clockwise and drives; the contact
 moves along the line of action, P(u) = r_b1 (−sin α_wt, cos α_wt) + u (cos α_wt, sin α_wt). A tooth of the pinion that
-touches at u is turned clockwise by u/r_b1 − α_wt − ψ_b1 from the line of centres, ψ_b its half angle at the base
-circle; the wheel is the same seen from its centre, with T − u instead of u, T the length of the tangent.
+touches at u is turned clockwise by u/r_b1 − α_wt − ψ_b1 from the line of centres; ψ_b is its half-angle at the base
+circle. The same holds for the wheel, seen from its centre, with T1T2 − u instead of u.
 """
 
 from __future__ import annotations

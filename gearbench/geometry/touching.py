@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from gearbench.geometry.profile import Piece, Profile
 
-#: Largest number of Newton steps. Steps are safe: shorter than the radius of curvature of the other flank.
+#: Largest number of Newton steps; a step is clipped to a twentieth of the reference length.
 _STEPS = 40
 #: Fraction of a rounding that can touch, and number of nodes on it.
 _USED, _ARC_NODES = 0.3, 400
@@ -42,7 +42,7 @@ class TouchingCurve:
     radii
         Radii of curvature of both profiles there [mm], (2, node).
     tilt
-        Angle between the normal of the common tangent and that of the flank at its corner [rad], (node,).
+        Angle between the common normal and the normal of the flank at its corner [rad], (node,).
     node
         Independent variable: roll length or rotation of the leading gear, (node,) [mm].
     edge

@@ -38,7 +38,7 @@ class TrainGear(Member):
     pressure_angle, helix_angle
         α_n and β [°].
     shaft
-        Name of the shaft that it shares with other gears, without ``[system]``.
+        Name of the shaft that it shares with other gears, if the file has no ``[system]``.
     """
 
     normal_module: Annotated[float, Field(ge=0.05, le=200.0)]
@@ -68,7 +68,7 @@ class TrainMesh:
     phase
         Mesh phase relative to the first mesh [mesh periods]; by default from the teeth.
     hand
-        Hand of the driver's helix in a gearbox, unless a shared gear determines it; the first is ``system.hand``.
+        Hand of the driver's helix in a gearbox, unless a shared gear determines it; in the first mesh ``system.hand``.
     """
 
     driver: str

@@ -42,7 +42,7 @@ THINNEST = 0.05
 
 
 def make_web(gear: Gear, bore: float, rim_thickness: float, thickness: float, offset: float, hub: float | None) -> Web:
-    """The web of a gear, by the diameters of bore and hub, the rim's thickness and the web's thickness and offset [mm].
+    """The web of a gear, from the diameters of bore and hub, and thickness of rim and web, and the web's offset [mm].
 
     Raises
     ------

@@ -45,7 +45,7 @@ def parse_study(tables: Mapping[str, Any]) -> OptimisationStudy:
     Raises
     ------
     InputError
-        If the study is not valid; names key, value and the allowed values.
+        If the study is not valid; the error names key, value and the allowed values.
     """
     known = keys(OptimisationStudy)
     for key in tables:

@@ -42,7 +42,7 @@ def changed(base: Scene, given: Mapping[str, Any]) -> Scene:
     Raises
     ------
     InputError
-        If the tables are not valid; names key, value and the allowed values.
+        If the tables are not valid; the error names key, value and the allowed values.
     """
     found = {name: _read(name, json.dumps(given[name])) for name in TABLES if name in given}
     effects = []
@@ -147,7 +147,7 @@ NOT_SWEPT: Tables = {
 
 
 def over_torque(scene: Scene, go_on: Callable[[int, int], None] = lambda _done, _of: None) -> Tables:
-    """Tables of the Harris map, and of orders and peak-to-peak STE over torque, scaled from the scene's load case.
+    """Tables of the Harris map, and of orders and peak-to-peak STE, over ``TORQUES`` times the torque of the scene.
 
     After every torque, ``go_on`` is called with the number of torques done and of all torques.
     """
