@@ -46,7 +46,7 @@ class Answers(NamedTuple):
 
 
 class Lanes(NamedTuple):
-    """State of the samples at one position: arrays of the segments, (segment, lane), and numbers, (lane,).
+    """State of the samples at one position: arrays of the segments, (segment, lane), and numbers of the lanes, (lane,).
 
     ``s``, ``p`` and ``w`` are compression, force and slope dp/ds. ``sigma`` holds σ, half the variation of s along a
     cell, and 1/2σ, (2, segment, lane). Gaps and δ are counted from the smallest gap, ``least``. ``load`` is the
@@ -113,7 +113,7 @@ def begin(start, guess, draws, weights, missed, q):
 
 @part(FUSED)
 def note_missed(unknowns, done, missed):
-    """Add the solution (n, lanes) to ``missed``, which holds minus its first guess; 0 for lanes that are not done."""
+    """Add the solution (n, lanes) to ``missed``, which holds minus its first guess; 0 for unsolved lanes."""
     for i in range(unknowns.shape[0]):
         for j in range(LANES):
             missed[i, j] = missed[i, j] + unknowns[i, j] if done[j] == 1.0 else 0.0

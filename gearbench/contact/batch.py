@@ -326,7 +326,7 @@ def _moving(arrays: Arrays, blocks: int) -> NDArray:
 
 
 def _law(arrays: Arrays, z: NDArray) -> tuple[NDArray, NDArray]:
-    """Forces, and slopes for the stiffness, of segments that move by z, (position, segment); 0 of absent ones."""
+    """Forces, and slopes for the stiffness, of segments that move by z, (position, segment); 0 for absent ones."""
     s = z - arrays.gap
     P, W = forces_and_slopes(arrays, s)
     cells = (arrays.h > 0) & (P > 0) & (arrays.sigma > 0)
@@ -366,7 +366,7 @@ def existing_first(problem: ContactProblem) -> Callable[[NDArray], NDArray]:
 
 
 def _order(problem: ContactProblem) -> tuple[NDArray, NDArray, NDArray, NDArray]:
-    """Order with existing blocks first, number of existing segments and blocks, and first segment of each block."""
+    """Order of blocks, existing ones first; numbers of existing segments and blocks; first segment of each block."""
     positions = problem.active.shape[0]
     count = problem.active.sum(axis=1)
     per_block = np.zeros((positions, problem.blocks), dtype=np.int64)

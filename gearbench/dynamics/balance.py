@@ -50,7 +50,7 @@ def convolution(stiffness: NDArray, index: NDArray | None = None, along: int = 0
         Orders as multiples of several frequencies (S, frequency); by default 0 … H of one frequency. The first order is
         zero. Of two orders s and −s only one is listed.
     along
-        Number of the frequency at which k(t) varies.
+        Index of the frequency at which k(t) varies.
     """
     at = np.arange((stiffness.shape[-1] + 1) // 2)[:, None] if index is None else index
     lower, upper = (_between(stiffness, at[:, None] + sign * at, along) for sign in (-1, 1))

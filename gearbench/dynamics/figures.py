@@ -29,8 +29,8 @@ def draw_response(dataset: xr.Dataset, folder: Path) -> list[Path]:
     One set for each mesh: ``force_…`` shows the dynamic factor and the RMS of mesh force and dynamic transmission error
     over speed; ``orders_…`` the amplitude of every order over speed; ``campbell_…`` orders and the modes they meet,
     coloured by the mesh force; ``waterfall_…`` the mesh force over frequency and speed; ``bearings_…`` the forces on
-    the bearings and ``housing_…`` the motion of points of the housing over speed; ``bands_…`` mesh orders and
-    their side bands. One plot for all meshes: ``modes`` shows mode shapes of the shafts and energies of the parts,
+    the bearings and ``housing_…`` the motion of points of the housing over speed; ``bands_…`` mesh orders and their
+    side bands. One plot for all meshes: ``modes`` shows mode shapes of the shafts and energies of the parts,
     ``ripples`` the mesh forces that torque ripples cause, ``scatter`` the percentiles over error samples.
     """
     if "percentile" in dataset.dims:
@@ -47,7 +47,7 @@ def draw_response(dataset: xr.Dataset, folder: Path) -> list[Path]:
         whole = (("modes", _modes),) if dataset.get("shaft_mode_shape", np.empty(0)).size else ()
         whole += (("ripples", _ripples),) if "ripple" in dataset.dims else ()
     first: list[tuple[str, Any, xr.Dataset]] = []
-    if "mode_kind" in dataset:  # a planetary set: of all its meshes together, and of that with the largest factor
+    if "mode_kind" in dataset:  # a planetary set: figures of all meshes, then of the mesh with the largest factor
         of_set = [("modes", draw_modes), ("sharing", draw_sharing), ("bearings", _bearings)]
         of_set += [("ring", draw_ring)] if "lobes" in dataset.dims else []
         first = [(name, draw, dataset) for name, draw in of_set]

@@ -56,7 +56,7 @@ class Flanks:
 
     @classmethod
     def off_shafts(cls, force: NDArray, stiffness: NDArray, error: NDArray, compliance: NDArray) -> Flanks:
-        """Remove the shafts' ``compliance`` C from S = ``stiffness`` and from ``error`` (…, position) [mm] (W14)."""
+        """Take ``compliance`` C of the shafts out of ``stiffness`` S and transmission ``error`` (…, position) [mm] (W14)."""
         motion = -force @ compliance
         motion[..., 0] += error
         # K = (1 − S C)⁻¹ S

@@ -62,7 +62,7 @@ class Vibration:
     index
         Orders as multiples of the mesh frequencies (order, frequency), without order zero.
     omega
-        Frequency of each order (speed, order) [rad/s], of either sign.
+        Frequency of each order (speed, order) [rad/s]; a difference of two frequencies may be negative.
     mean
         Mean force of each mesh (speed, mesh) [N].
     force

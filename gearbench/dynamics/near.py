@@ -19,7 +19,7 @@ from gearbench.dynamics.balance import Excitation, block_rows, convolution, leas
 
 #: Residual over right-hand side at which the balance of a sample is solved, and maximum number of steps.
 SETTLED, STEPS = 3e-4, 40
-#: Number of speeds solved at once: so few fit into the cache, and need about as many steps as one another.
+#: Number of speeds solved at once: so few fit into the cache, and end after about the same number of steps.
 SPEEDS = 10
 
 

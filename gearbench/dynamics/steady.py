@@ -30,7 +30,7 @@ class Steady:
         Orders as multiples of the mesh frequencies (order, frequency): zero first, then orders 1 … H of each frequency,
         then combinations. Negative orders are the conjugates and are not listed.
     omega
-        Frequency of each order (speed, order) [rad/s], of either sign.
+        Frequency of each order (speed, order) [rad/s]; a difference of two frequencies may be negative.
     push
         Mesh forces minus the forces of the mean stiffnesses, f − K̄ x (speed, row, order) [N].
     residual

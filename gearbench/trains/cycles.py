@@ -1,7 +1,7 @@
 """All mesh cycles of a train until it repeats: pitch errors, waviness, run-out, planets that pass a sensor.
 
 In every mesh cycle other teeth meet, and each mesh has the gaps of these teeth. The meshes of one cycle form one
-contact problem, which is solved like a random sample with flank errors.
+contact problem. It is solved like that of a random sample with flank errors.
 """
 
 from __future__ import annotations

@@ -41,7 +41,7 @@ class Flanks:
     share
         Load levels relative to ``force``, (level,).
     missed
-        Discretisation error of the batch solver: the approach it lacks at each level without sample gaps,
+        Discretisation error of the batch solver without gaps of samples: the approach that it lacks at each level,
         (mesh, position, level) [mm].
     """
 
