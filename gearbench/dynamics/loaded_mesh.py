@@ -56,7 +56,7 @@ class Flanks:
 
     @classmethod
     def off_shafts(cls, force: NDArray, stiffness: NDArray, error: NDArray, compliance: NDArray) -> Flanks:
-        """Take ``compliance`` C of the shafts out of ``stiffness`` S and transmission ``error`` (…, position) [mm] (W14)."""
+        """Free ``stiffness`` S and transmission ``error`` (…, position) [mm] of the shafts' ``compliance`` C (W14)."""
         motion = -force @ compliance
         motion[..., 0] += error
         # K = (1 − S C)⁻¹ S

@@ -25,7 +25,7 @@ from gearbench.system.static import Settled
 #: Relative motions of gears on shafts: approach, tilt, bending. Bearing forces are off by 5 % with two, 2 % with three.
 ROWS = 3
 
-#: Noise floor, as a share of an order of the static transmission error, from which a remark names it; its response.
+#: Share of an order of the static transmission error above which a remark names its noise floor; name of that error.
 UNCERTAIN, ERROR = 0.1, "transmission_error"
 
 #: Variables of a Dataset: dimensions and values.

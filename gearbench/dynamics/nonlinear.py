@@ -160,8 +160,8 @@ def nonlinear_response(scene: Scene, *, speed: ArrayLike, harmonics: int = HARMO
 
     The motion is integrated over time until it repeats after one to eight mesh periods. It starts from rest at the
     first speed, and from the motion at the previous speed afterwards. Other meshes are springs of their mean stiffness.
-    Tilt and bending of gears on shafts are linearised about the contact under the mean force, and vanish when contact is
-    lost.
+    Tilt and bending of gears on shafts are linearised about the contact under the mean force, and vanish when contact
+    is lost.
 
     Parameters
     ----------

@@ -30,8 +30,8 @@ from gearbench.system.shaft_model import INERTIA, METRE
 from gearbench.trains.solve import SolvedTrain, solve_train
 
 #: Central members count as at rest below the share AT_REST of a mode's kinetic energy. Their rotation, or their motion
-#: across the axis, counts as absent below the share LITTLE of their energy. A share that ought to vanish does not quite,
-#: because unequally loaded planets differ a little.
+#: across the axis, counts as absent below the share LITTLE of their energy. These shares never vanish quite, because
+#: unequally loaded planets differ a little.
 AT_REST, LITTLE = 1e-3, 0.02
 #: Kinds of modes: central members only turn; central members move across the axis; only planets move; others.
 ROTATIONAL, TRANSLATIONAL, PLANET, MIXED = "rotational", "translational", "planet", "mixed"

@@ -57,7 +57,7 @@ def hunting_cycle(scene: Scene, *, orders: float = ORDERS, threads: int = 1) -> 
     orders of either shaft. With x(t) = c_0 + Σ Re(2 c_ν e^{2πiνt}), t in mesh periods, the amplitude is 2|c_ν|. For
     parallel paths and planetary sets the Dataset has ``train_transmission_error`` and ``load_sharing`` of each mesh
     instead. Planetary sets also have ``passing_force``, the force of the passing planets at a sensor on the ring.
-    ``member_order`` counts rotations of a member relative to the carrier.
+    ``member_order`` gives the orders as orders of the rotation of a member relative to the carrier.
 
     Raises
     ------

@@ -92,11 +92,11 @@ class RobustProblem:
 
     @cached_property
     def _distances(self) -> dict[float, RobustProblem]:
-        """Problems at the centre distances drawn so far, by deviation from the middle [µm]."""
+        """Problems at the centre distances drawn so far, by deviation from the middle of the tolerance [µm]."""
         return {}
 
     def at_distance(self, deviation: float) -> RobustProblem:
-        """Problem with the centre distance changed by a ``deviation`` [µm]."""
+        """Problem at a ``deviation`` [µm] of the centre distance from the middle of its tolerance."""
         if deviation not in self._distances:
             pair = self.scene.pair
             at = (pair.centre_distance_upper + pair.centre_distance_lower) / 2 + deviation

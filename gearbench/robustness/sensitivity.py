@@ -61,7 +61,7 @@ class Fit:
 
 @dataclass(frozen=True)
 class Sensitivity:
-    """Sensitivity of a metric to the errors, as pairs (value, standard error) of arrays (error,).
+    """Sensitivity of a response to the errors, as pairs (value, standard error) of arrays (error,).
 
     Parameters
     ----------
