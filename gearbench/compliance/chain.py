@@ -45,7 +45,7 @@ class Sides:
     widths
         Number of columns of each group, (groups,).
     blocks
-        Their rows at each block, (count, groups).
+        Rows of every group at every block of the chain, (count, groups).
     """
 
     widths: NDArray
@@ -61,7 +61,7 @@ class Chain:
     sizes
         Sizes of the blocks, (count,).
     blocks
-        (apart, i): the block between unknowns i and i + ``apart``, 0, 1, 2; blocks beyond the end are ignored.
+        (apart, i): the block that couples i with i + ``apart``, 0, 1 or 2; blocks beyond the end are ignored.
     """
 
     sizes: NDArray

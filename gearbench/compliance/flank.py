@@ -65,7 +65,7 @@ class FlankCompliance:
     error
         Estimated relative error (Frobenius norm) of C_0, if known.
     correction
-        Difference of extrapolated ``blocks`` and the finest discretisation.
+        Extrapolated ``blocks`` minus those of the finest discretisation.
     attrs
         Details of the computation: solver, unknowns, times, …
     own

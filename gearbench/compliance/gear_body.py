@@ -60,7 +60,7 @@ class ToothedRing:
     web
         Rim, web and hub, in the orientation of a driving gear; None for a solid body.
     order
-        Number of functions along the radius of the ring; along the axis it has as many as the tooth.
+        Number of functions along the radius of the ring; along the axis it has as many as the root of a tooth.
     support
         Stiffness of springs at ``bore_radius``, radial and tangential [N/mm³]; both 0 for a free ring, None for a
         rigidly held body.

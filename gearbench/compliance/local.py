@@ -26,7 +26,7 @@ from gearbench.compliance.bases import gauss, legendre_functions, sampled
 from gearbench.compliance.outline import roll_angles
 from gearbench.geometry.gear import Gear
 
-#: Waves with their exact compression, and all waves, the further ones with a 1/k tail, per function across the width.
+#: Number of waves with exact compression, and of all waves (the others fall like 1/k), per function across the width.
 WAVES, TAIL = 3, 30
 #: Approximate ratio of successive computed waves.
 FARTHER = 1.18

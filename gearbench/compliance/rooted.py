@@ -22,9 +22,9 @@ class RootParts:
     held
         Displacement of the flank along each functional under a unit load along each, root held, (flank, flank).
     stiffness
-        Forces against motions of the root, (r, r).
+        Stiffness against motions of the root, (r, r).
     moved
-        Displacement of the flank with motions of the root, (flank, r).
+        Displacement of the flank under motions of the root, (flank, r).
     """
 
     held: NDArray

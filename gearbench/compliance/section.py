@@ -38,8 +38,8 @@ from gearbench.threads import lazy
 
 #: A panel of an outline has this many quadrature points more than there are functions along the height.
 POINTS = 16
-#: From ``JOINTED`` functions along the height on, there are two families. The share of the lower one is ``LEAST_SHARE``
-#: and half the share of its height, because the stress is singular at the root.
+#: From ``JOINTED`` functions along the height on, there are two families. The share of the lower family is
+#: ``LEAST_SHARE`` plus half its share of the height, because the stress is singular at the root.
 JOINTED, LEAST_SHARE = 9, 0.25
 
 #: A term of a strain: sign, field (θ, R, z), function of x, function of s, derivative in z.

@@ -125,7 +125,7 @@ class Solid:
     def amplitudes(self, chosen: Class) -> NDArray:
         """Indices of a class in the flattened ``shape``, sorted by the function along the axis, the last one first.
 
-        Loads and motions are polynomials of low degree. In this order they are zero in most blocks of the chain.
+        Loads and motions are polynomials of low degree: in this order they are zero in the first blocks of the chain.
         """
         return np.concatenate([chosen[k % 2] * self.order + k for k in reversed(range(self.order))])
 

@@ -136,8 +136,8 @@ def strip_softening(angle: float, offset: NDArray) -> tuple[NDArray, NDArray]:
     """Λ(σ) and dΛ/dσ of a Hertzian strip at the ``offset`` σ [half-widths] beyond the edge of a wedge.
 
     Λ is the compression beyond that of a half-space, in units of c₁ q; lengths are in half-widths. More than twelve
-    half-widths inside the edge Λ falls like W = −2B ln|σ|. Beyond the largest offset an inclined edge is pressed in,
-    a self-similar contact, and Λ grows like (4 + 2B) ln σ.
+    half-widths inside the edge Λ follows W = −2B ln|σ|. Beyond the largest offset an inclined edge is pressed in, a
+    self-similar contact, and Λ grows like (4 + 2B) ln σ.
     """
     (first, cubics), B = _strip_table(angle), softness(angle)
     offset = np.asarray(offset, dtype=float)

@@ -12,8 +12,8 @@ class Reference(NamedTuple):
     """Linear problem at the mean errors if all segments deflect each other; dimensionless like ``ContactProblem``.
 
     W₀ are the slopes of the laws at the mean errors, and z = δ − Ψq. A solution is z = z₁ + G u and δ = c + z₁·u. Here
-    u = W₀ z − P are the forces of springs W₀ that exceed the forces P of the laws, and G is the response of z to u
-    under a given total force (B2 of docs/algorithms.md). Arrays start with the position.
+    u = W₀ z − P are the forces of springs W₀ minus the forces P of the laws, and G is the response of z to u under a
+    given total force (B2 of docs/algorithms.md). Arrays start with the position.
 
     Parameters
     ----------

@@ -21,7 +21,7 @@ from gearbench.contact.problem import ContactProblem, ContactSolution, gram
 from gearbench.contact.solver import Guess, has_law, law_forces
 from gearbench.geometry.action import ContactLines
 
-#: Minimum stiffness of a row over the stiffness of the problem, so that the row can be eliminated.
+#: Minimum stiffness of a row relative to that of the problem, so that the row can be eliminated.
 LEAST = 1e-9
 
 

@@ -47,7 +47,7 @@ class OneFace:
     shape
         Shape of the relief.
     at_0, at_b
-        Relief of the end at y = 0, at y = b, instead of the keys above.
+        Relief of the end at y = 0 and of that at y = b, instead of the keys above.
     """
 
     amount: Amount | None = None
@@ -91,7 +91,7 @@ class OneFace:
 class EndRelief(OverFace):
     """End relief: of the pair over the common face, or a table for each gear.
 
-    The same at both ends, or a table for each end.
+    It is the same at both ends, or has a table for each end.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ class EndRelief(OverFace):
     shape
         Shape of the relief.
     at_0, at_b
-        Relief of the end at y = 0, at y = b, instead of the keys above.
+        Relief of the end at y = 0 and of that at y = b, instead of the keys above.
     pinion, wheel
         End relief of each gear over its face, instead of all keys above.
     """

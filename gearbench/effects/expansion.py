@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ErrorModes:
-    """Some of the errors and their modes.
+    """A group of errors with its modes.
 
     Parameters
     ----------

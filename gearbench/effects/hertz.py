@@ -33,8 +33,8 @@ _AT = np.array([1e-9, 0.5, 1 - 1e-9])
 class Hertz(ComplianceEffect):
     """Local compression of the flanks, as a law of the line load.
 
-    "yang_sun" is linear (C2 of docs/theory.md). "weber_banaschek" (C3) grows less than the load, and depends on the
-    curvature of the flanks and on the depths of the tooth centre lines below them.
+    "yang_sun" is linear (C2 of docs/theory.md). "weber_banaschek" (C3) grows more slowly than the load, and depends on
+    the curvature of the flanks and on the depths of the tooth centre lines below them.
 
     Parameters
     ----------

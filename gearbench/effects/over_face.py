@@ -16,7 +16,7 @@ from gearbench.geometry.pair import Pair
 class OverFace(ShapeEffect):
     """Shapes over the face width, with keys of the pair or a table for each gear."""
 
-    #: Input class of the table of a gear, with ``check`` and ``shapes``.
+    #: Input class of the keys of the pair, and of the table of a gear, with ``check`` and ``shapes``.
     of_pair: ClassVar[type]
 
     def tables(self) -> dict[int | None, Any]:

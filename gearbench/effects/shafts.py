@@ -19,8 +19,8 @@ from gearbench.system.mechanics import shafts_at_rest
 from gearbench.system.shaft_model import ShaftModel
 from gearbench.system.static import Settled, twist
 
-#: Stiffness per face width of the foundations to try, over the modulus of elasticity. The first is above the stiffness
-#: of meshes, the second above that of Hertzian contact.
+#: Stiffness of the foundations to try, per face width and modulus of elasticity. The first exceeds the stiffness of
+#: meshes, the second that of Hertzian contact.
 FOUNDATIONS = (0.3, 5.0)
 #: Eigenvalues of a seat's compliance below this fraction of the largest are dropped.
 _RANK = 1e-14

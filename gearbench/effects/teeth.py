@@ -236,7 +236,7 @@ def meshed_body(pair: Pair, index: int, *, on_body: bool, coast: bool = False) -
 def own_support(pair: Pair, index: int, coast: bool = False) -> tuple[tuple[float, float] | None, Lugs | None]:
     """Support of a body: springs along its edge, radial and tangential [N/mm³], and lugs.
 
-    The springs are None if the body is clamped, and both are 0 if lugs hold it. Long lugs are in parts. Angles of lugs
+    The springs are None if the body is clamped, and both are 0 if lugs hold it. Long lugs are divided. Angles of lugs
     are counted as on a driving gear; they are mirrored for a driven gear, and once more for coast flanks.
     """
     support = pair.members[index].support

@@ -47,7 +47,7 @@ class ToothBending(Tooth):
         Numbers of functions. Plate: (height, face width), instead of ``basis``. Solid: (thickness, height, face width);
         by default 6 to 8, 9, and about one for each module of face width.
     fillet
-        Plate only. Thickness with the root fillet; otherwise that of the involute, and below the base circle constant.
+        Plate only. Whether the thickness includes the root fillet; without it, it is constant below the base circle.
     load
         Plate only. "full": the whole normal force bends the plate, as in the paper. "component": only its component
         normal to the mid-plane does.

@@ -1,4 +1,4 @@
-"""Random variation of numbers of gap effects, of run-out, wobble and sizes, with the gaps as sums of modes."""
+"""Random numbers of other gap effects, run-out and wobble, and sizes, with the gaps as sums of modes."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from gearbench.schema import STRICT
 
 TwoSided = Literal["uniform_two_sided", "normal_two_sided"]
 
-#: Deviations over the amplitude at which the gap is computed if it is not linear in the number.
+#: Deviations, relative to the amplitude, at which the gap is computed if it is not linear in the number.
 NODES = np.array([-1.0, -0.75, -0.5, -0.25, 0.25, 0.5, 0.75, 1.0])
 #: Relative difference from a straight line that counts as rounding.
 STRAIGHT = 1e-9

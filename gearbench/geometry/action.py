@@ -172,7 +172,7 @@ class ContactLines:
         """Radii of the nodes on pinion and wheel [mm]."""
         if self.touch is None:
             return self.pair.meshing.radii(self.u)
-        # with missing material the edge is an involute point beyond the tip circle, even beyond pointed tips
+        # an edge with missing material has the roll length of an involute point beyond the tip circle
         first, second = (
             np.minimum(gear.radius_at(roll), gear.tip_radius)
             for gear, roll in zip(self.pair.gears, self.rolls, strict=True)
@@ -181,7 +181,7 @@ class ContactLines:
 
     @property
     def lever(self) -> NDArray | float:
-        """Lever arm of the normal force about the pinion's axis over its base radius; 1 on the line of action."""
+        """Lever arm of the normal force about the pinion's axis, in its base radii; 1 on the line of action."""
         return 1.0 if self.touch is None else self.touch.levers[0]
 
     @property

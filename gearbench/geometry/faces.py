@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from gearbench.errors import InputError
 from gearbench.geometry.names import GEARS
 
-#: Allowed face widths over the normal module.
+#: Least and greatest face width [normal modules].
 WIDTHS = (0.05, 500.0)
 
 Ends = tuple[float, float]

@@ -77,8 +77,8 @@ class Member:
     support
         Springs at the outside of an internal gear; by default it is held rigidly.
     rim_thickness, web_thickness, web_offset, hub_diameter
-        Rim below the root circle, axial width of the web, offset of its middle from the middle of the face towards
-        y = b, and hub [mm]. Without hub the web reaches the bore; without rim and web the body is solid.
+        Rim below the root circle, axial width of the web, its offset from the middle of the face towards y = b, and
+        diameter of the hub [mm]. Without hub the web reaches the bore; without rim and web the body is solid.
     tip_rounding, tip_chamfer
         Radius of the rounding, or height of the 45° chamfer, of the tip edge [mm] (G17); by default a sharp edge.
     face_width
@@ -396,7 +396,7 @@ class Pair:
         return strain(self.temperature.pinion, one), strain(self.temperature.wheel, two)
 
     def working_distance(self, deviation: float) -> float:
-        """a′ [mm] with a ``deviation`` [µm], at the temperatures given, over the growth of the gears (G16).
+        """a′ [mm] with a ``deviation`` [µm], at the temperatures given, divided by the growth of the gears (G16).
 
         A positive deviation moves the axes apart, whatever the sign of a′.
         """

@@ -65,7 +65,7 @@ class Touch:
 
     @cached_property
     def levers(self) -> NDArray:
-        """Lever arms of the common normal over the base radii, (2, …)."""
+        """Lever arms of the common normal, divided by the base radii, (2, …)."""
         return self._linear(slice(2, 4))
 
     @cached_property

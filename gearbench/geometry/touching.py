@@ -38,7 +38,7 @@ class TouchingCurve:
     rolls
         Roll lengths of the touching point on pinion and wheel [mm], (2, node).
     levers
-        Lever arms of the common normal about pinion and wheel over their base radii, (2, node).
+        Lever arms of the common normal about pinion and wheel, divided by their base radii, (2, node).
     radii
         Radii of curvature of both profiles there [mm], (2, node).
     tilt

@@ -237,7 +237,7 @@ class Train:
         """Mesh → whether its coast flanks touch, if the drive flanks of the first mesh do.
 
         A gear that drives in several meshes, or is driven in several, uses the same flank in all of them. An idler is
-        driven in one mesh and drives in the other: its two flanks carry load.
+        driven in one mesh and drives in the other, so both its flanks carry load.
         """
         found: dict[str, bool] = {}
         for mesh, gear, other in self._shared():
