@@ -54,7 +54,7 @@ def multipliers(modes: Modes, rows: NDArray, omega: NDArray, stiffness: NDArray)
 
     A step combines free motion of the modes with a kick by K(t) − K̄. Both are exact. Alternating them is accurate to
     second order in the step, and preserves area in phase space if there is no damping. Modes that advance by more than
-    ``RESOLVED`` per step are left out: they lie above all orders of K(t), which has at least 16 steps per order.
+    ``RESOLVED`` per step are left out: with 16 steps per harmonic or more, they lie above all orders of K(t).
 
     Parameters
     ----------

@@ -40,7 +40,7 @@ def at_rest(box: Gearbox, settled: tuple[Settled, ...]) -> Variables:
             tilted.append(MILLIRADIANS * motion[3:])
             own = settled[number].motion[settled[number].structure.motions(number)]
             opened += box.face_rows(mesh, index, box.models[number]) @ own
-        # from one end of the face, η = −1, to the other
+        # twice the slope: from one end of the face, η = −1, to the other, η = 1
         misaligned.append(2 * MICROMETRES * abs(np.polyfit(FACE_POINTS[0], opened, 1)[0]))
     return {
         "gear_deflection": (("gear", "direction"), np.array(moved)),

@@ -16,9 +16,9 @@ if TYPE_CHECKING:
 #: Maximum number of modes drawn, and modes in a row. Modes of one kind whose frequencies differ by less than TWIN are
 #: the same shape in two directions; one of them is drawn.
 DRAWN, ROW, TWIN = 8, 4, 0.02
-#: Largest motion drawn over the radius of the smallest gear.
+#: Largest drawn motion as a share of the radius of the smallest gear.
 DRAWN_MOTION = 0.45
-#: Number of mesh orders whose side bands are drawn, and smallest amplitude drawn over the largest.
+#: Number of mesh orders whose side bands are drawn, and smallest drawn amplitude as a share of the largest.
 PANELS, FAINT = 3, 1e-4
 
 

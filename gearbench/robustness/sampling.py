@@ -38,7 +38,7 @@ def unit_samples(
 
     Returns
     -------
-    Points (stop − start, dimension), strictly between 0 and 1, where a normal distribution would be infinite.
+    Points (stop − start, dimension), strictly between 0 and 1, since normal quantiles are infinite at 0 and 1.
 
     Raises
     ------
