@@ -153,6 +153,11 @@ def test_many_kills_and_as_many_identical_results(tmp_path):
 
 
 @pytest.mark.slow
+def test_kills_of_searches_on_dask_workers_of_this_machine(tmp_path):
+    kill_and_resume(many(3), STUDY, tmp_path, 4, "--scheduler", "local:2")
+
+
+@pytest.mark.slow
 def test_kills_of_races(tmp_path):
     """A race that goes on computes the samples of its front again, which are not stored."""
     kill_and_resume(many(8), RACING, tmp_path, 5, "--threads", "2")

@@ -10,6 +10,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from tests.support.paths import ROOT
 
@@ -18,7 +19,7 @@ from tests.support.paths import ROOT
 def dask(*words: str, path: Path = ROOT) -> Iterator[subprocess.Popen]:
     """Run a dask scheduler or worker that imports gearbench from ``path``."""
     environment = {**os.environ, "PYTHONPATH": str(path), "PYTHONSAFEPATH": "1"}
-    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    quiet: Any = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
     command = [sys.executable, "-m", "distributed.cli.dask_" + words[0], *words[1:]]
     process = subprocess.Popen(command, env=environment, cwd="/", **quiet)
     try:
