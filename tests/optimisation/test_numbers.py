@@ -159,7 +159,7 @@ def test_a_study_of_numbers_is_raced_stored_and_resumed(tmp_path):
         (lambda t: t["costs"]["wheel_class"].pop("6"), r"costs\.wheel_class = 6: has no cost"),
         (
             lambda t: t["costs"]["wheel_class"].update({"5": 1.0}),
-            r"costs\.wheel_class = 5: is no value of the variable",
+            r"costs\.wheel_class = 5: is not a value of the variable",
         ),
         (lambda t: t["costs"].update(bore={"1": 1.0}), r"costs = bore: must be the name of a variable"),
         (lambda t: t.pop("costs"), r"costs = missing: is required where cost is an objective or a limit"),

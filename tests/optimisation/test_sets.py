@@ -161,12 +161,12 @@ def test_a_search_is_stored_selected_from_and_exported(tmp_path):
 @pytest.mark.parametrize(
     ("changes", "line"),
     [
-        ({"objectives": ["transmission_error_rms_mean"]}, "objectives = transmission_error_rms_mean: is of a pair"),
-        ({"objectives": ["mesh_force_mean"]}, "objectives = mesh_force_mean: is of a pair"),
-        ({"constraints": {"pinion_teeth": {"max": 20}}}, "constraints.pinion_teeth = pinion_teeth: is of a pair"),
+        ({"objectives": ["transmission_error_rms_mean"]}, "transmission_error_rms_mean: belongs to a pair"),
+        ({"objectives": ["mesh_force_mean"]}, "objectives = mesh_force_mean: belongs to a pair"),
+        ({"constraints": {"pinion_teeth": {"max": 20}}}, "constraints.pinion_teeth = pinion_teeth: belongs to a pair"),
         (
             {"variables": {"pair.helix_angle": {"min": 0.0, "max": 9.0}}},
-            "pair.helix_angle: is no key of base.planetary",
+            "pair.helix_angle: is not a key of base.planetary",
         ),
         ({"base": {**BASE, "planetary": {**BASE["planetary"], "sun": {"tooth": 3}}}}, "base.planetary.sun.tooth"),
         ({"base": {**BASE, "planetary": {**BASE["planetary"], "planet": {}}}}, "base.planetary.planet.teeth = missing"),
@@ -184,5 +184,5 @@ def test_numbers_of_sets_are_refused_for_a_pair():
     pair = {"normal_module": 2.0, "face_width": 20.0, "centre_distance": 66.0, "pinion": {"teeth": 25}}
     own = {"objectives": ["mesh_load_factor_mean"], "base": {"pair": {**pair, "wheel": {"teeth": 41}}}}
     variables = {"pair.helix_angle": {"min": 0.0, "max": 9.0}}
-    with pytest.raises(InputError, match="mesh_load_factor_mean: is of a planetary set, the base is a pair"):
+    with pytest.raises(InputError, match="mesh_load_factor_mean: belongs to a planetary set, but the base is a pair"):
         parse_study({**own, "variables": variables})
