@@ -73,7 +73,7 @@ class Chain:
         return int(self.sizes.sum())
 
     def matrix(self) -> NDArray:
-        """K itself."""
+        """K as a full matrix."""
         ends = np.cumsum([0, *self.sizes])
         K = np.zeros((self.size, self.size))
         for apart, i in product(range(3), range(len(self.sizes))):

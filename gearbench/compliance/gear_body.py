@@ -43,7 +43,7 @@ FINEST = 30.0
 LONG, APART, DEGREE = 5, 0.4, 7
 CLOSER = 0.1
 #: Ring on lugs: number of functions along the radius; largest n ln(r_i/r_o) that they resolve at the outside; largest
-#: n w of the traction harmonics on lugs of the half-angle w.
+#: n w of the harmonics n of tractions on lugs, where w is the half-angle of a lug.
 FINE, RESOLVED, SHORT = 16, 16.0, 24.0
 
 

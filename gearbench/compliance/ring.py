@@ -78,7 +78,7 @@ class Ring:
     def harmonics(self, n: NDArray) -> NDArray:
         """Compliance ĉ_n of the rim (R3), (harmonic, 3·q, 3·q) [mm²/N·1/mm].
 
-        It gives the amplitudes (U, V, W) × g_j/√b on the rim per unit traction × r_o⁻¹.
+        It maps amplitudes of tractions on the rim, times r_o, to those of its displacements (U, V, W) × g_j/√b.
         """
         from gearbench.compliance._ring_kernels import condense
 

@@ -38,7 +38,7 @@ class Transition(NamedTuple):
 def panel_ends(
     transitions: Iterable[Transition], longest: float = 1.0, close: tuple[float, float, float] = CLOSE
 ) -> list[float]:
-    """Beginnings of panels in [0, 1), ascending and including 0; of ``close`` transitions the lowest rank counts."""
+    """Beginnings of panels in [0, 1), ascending, with 0; ``close`` transitions count as the one of the lowest rank."""
     transitions = list(transitions)
     kept = [0.0]
     for phase, rank, _ in sorted(transitions, key=lambda transition: (transition.rank, transition.phase)):

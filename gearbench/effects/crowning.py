@@ -18,7 +18,7 @@ Highest = Annotated[float, Field(ge=0.0, le=20000.0)]
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class OneCrowning:
-    """Crowning of one gear, over its own face.
+    """Crowning of one gear over its face.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ class OneCrowning:
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Crowning(OverFace):
-    """Crowning e = C_β (2y/b − 1)²: of the pair over the common face, or a table for each gear.
+    """Crowning e = C_β (2y/b − 1)², for the pair over the common face or in a table for each gear.
 
     Unsymmetrical crowning: e = C_β0 (1 − y/y_0)² before the highest point y_0, C_β ((y − y_0)/(b − y_0))² after it.
 

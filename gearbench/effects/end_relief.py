@@ -89,7 +89,7 @@ class OneFace:
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class EndRelief(OverFace):
-    """End relief: of the pair over the common face, or a table for each gear.
+    """End relief, for the pair over the common face or in a table for each gear.
 
     It is the same at both ends, or has a table for each end.
 

@@ -111,7 +111,7 @@ class GearBody(ToothCompliance):
         return flank.shapes(lines.radii[index] - flank.gear.root_radius, lines.gear_y(index))
 
     def tooth_factor(self, pair: Pair, index: int, height: NDArray, y: NDArray, effects: Effects) -> NDArray:
-        """Ψ of a single tooth; of rank 0 with finite elements, which contain the body."""
+        """Ψ of a single tooth; with finite elements the tooth contains the body, and Ψ has rank 0."""
         if _meshed(effects):
             return np.empty((*np.broadcast_shapes(np.shape(height), np.shape(y)), 0))
         if self.model == "ring":

@@ -81,11 +81,11 @@ class ContactLines:
         return self.pair.meshing.face_width - self.y if self.coast else self.y
 
     def gear_y(self, index: int) -> NDArray:
-        """y on the face of gear ``index``, from the end of its face, which may overhang that of its mate [mm]."""
+        """y counted from the end of the face of gear ``index``, which may overhang that of its mate [mm]."""
         return self.y + self.pair.overhangs[index][1 if self.coast else 0]
 
     def gear_face(self, index: int) -> NDArray:
-        """``face`` on the face of gear ``index``, from the end of its face [mm]."""
+        """Position as ``face``, but counted from the end of the face of gear ``index`` [mm]."""
         return self.face + self.pair.overhangs[index][0]
 
     @property
@@ -172,7 +172,7 @@ class ContactLines:
         """Radii of the nodes on pinion and wheel [mm]."""
         if self.touch is None:
             return self.pair.meshing.radii(self.u)
-        # an edge with missing material has the roll length of an involute point beyond the tip circle
+        # an edge with missing material has a roll length beyond the tip circle, but lies on the circle
         first, second = (
             np.minimum(gear.radius_at(roll), gear.tip_radius)
             for gear, roll in zip(self.pair.gears, self.rolls, strict=True)
@@ -181,7 +181,7 @@ class ContactLines:
 
     @property
     def lever(self) -> NDArray | float:
-        """Lever arm of the normal force about the pinion's axis, in its base radii; 1 on the line of action."""
+        """Lever arm of the normal force about the pinion's axis, divided by r_b1; 1 on the line of action."""
         return 1.0 if self.touch is None else self.touch.levers[0]
 
     @property
@@ -321,7 +321,7 @@ def _on_panels(
 
 @lru_cache(maxsize=256)
 def _shares(segments: int, widths: tuple[float, ...], *, last: bool = False) -> tuple[int, ...]:
-    """Numbers of segments on panels, as the square roots of ``widths``; at least ``MIN_SEGMENTS`` if possible.
+    """Share ``segments`` among panels like the square roots of ``widths``, at least ``MIN_SEGMENTS`` each if possible.
 
     A remainder goes to the first of equal panels, or to the ``last``.
     """

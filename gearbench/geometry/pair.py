@@ -373,7 +373,7 @@ class Pair:
         return self.faces.overhangs
 
     def face_of(self, index: int | None) -> float:
-        """Face width of a gear; None: of the common face [mm]."""
+        """Face width of gear ``index``, or of the common face if it is None [mm]."""
         return self.meshing.face_width if index is None else self.gears[index].face_width
 
     @property

@@ -318,7 +318,7 @@ class Train:
         return self.turn(mesh.name) * (-1 if coast else 1) * math.atan2(y, x)
 
     def _shared(self) -> Iterator[tuple[Mesh, str, Mesh | None]]:
-        """All meshes as (mesh, gear, earlier mesh with the same gear); the latter is None if no gear is shared."""
+        """All meshes as (mesh, gear, earlier mesh with the same gear, or None if no gear is shared)."""
         done: list[Mesh] = []
         left = list(self.meshes)
         while left:

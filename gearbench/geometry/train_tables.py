@@ -27,9 +27,9 @@ OF_PAIR = ("centre_distance", "centre_distance_upper", "centre_distance_lower", 
 
 @table(frozen=True, kw_only=True, config=STRICT)
 class TrainGear(Member):
-    """A gear by its name, ``[gears.NAME]``, with the effects of its flanks below, such as ``[gears.NAME.tip_relief]``.
+    """A named gear, ``[gears.NAME]``, and below it the effects of its flanks, such as ``[gears.NAME.tip_relief]``.
 
-    ``coast`` holds those of the flanks that an idler loads in its further meshes.
+    ``coast`` holds the effects of the other flanks, which an idler loads in its further meshes.
 
     Parameters
     ----------
