@@ -177,7 +177,7 @@ def test_the_explorer_shows_the_face_width_across_too():
     from gearbench.explore.model import picture
 
     shown = tables(picture(SCENE))
-    assert GearPanel(shown).pressure.below[0].axis_label == "face width y [mm]"
+    assert GearPanel(shown, baseline=True).pressure.below[0].axis_label == "face width y [mm]"
     assert shown["pressure"]["dw"] == [SCENE.pair.face_width]
 
 

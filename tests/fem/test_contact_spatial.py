@@ -261,6 +261,5 @@ def test_results_are_kept(tmp_path, monkeypatch):
     assert again.share == one.share
     assert again.approach == one.approach
     (path,) = tmp_path.glob("*.json")
-    for damaged in (b"{broken", path.read_bytes().replace(b"2.0", b"3.0")):
-        path.write_bytes(damaged)
-        assert result.kept(["a", 1], lambda: one) is one
+    path.write_bytes(path.read_bytes()[:-5])
+    assert result.kept(["a", 1], lambda: one) is one
