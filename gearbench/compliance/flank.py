@@ -45,8 +45,8 @@ def flank_polynomials(gear: Gear, order: tuple[int, int], R: NDArray, y: NDArray
 class FlankCompliance:
     """Smooth compliance of the teeth of a gear, for any points of their flanks.
 
-    c(P on tooth i, Q on tooth j) = φ(P)ᵀ C_{i−j} φ(Q), φ the ``flank_polynomials``: the projection of the compliance
-    onto loads that are polynomials on the flank.
+    c(P on tooth i, Q on tooth j) = φ(P)ᵀ C_{i−j} φ(Q) with the ``flank_polynomials`` φ. This is the projection of the
+    compliance onto loads that are polynomials on the flank.
 
     Parameters
     ----------
@@ -172,7 +172,7 @@ class FlankCompliance:
     def _significant(self, tolerance: float, *, negative: bool = False) -> tuple[NDArray, NDArray]:
         """Compliances above ``tolerance`` of the largest, (rank,), and their directions, (p·q, rank).
 
-        ``negative``: also those as far below zero.
+        With ``negative``, compliances as far below zero are included.
         """
         value, vector = np.linalg.eigh(self.at(0, 0))
         felt = (np.abs(value) if negative else value) > tolerance * value[-1]
@@ -200,7 +200,7 @@ class FlankCompliance:
     def deflection(self, x: ArrayLike, y: ArrayLike, x0: ArrayLike, y0: ArrayLike, d: int = 0) -> NDArray:
         """Deflection [mm/N] at (x, y) on the tooth of the pair ``d`` ahead, under a unit force at (x0, y0).
 
-        Without the directions dropped by ``factor``: C of a solid tooth of low order has negative ones.
+        Directions that ``factor`` drops are left out, because C of a solid tooth of low order has negative ones.
         """
         _, felt = self._significant(self.rank_tolerance)
         block = felt.T @ self.block(d) @ felt

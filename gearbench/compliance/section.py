@@ -115,7 +115,7 @@ class ToothSection:
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Numbers of functions across and along the height, the constant one included."""
+        """Numbers of functions across and along the height, including the one that moves the root."""
         return self.order[0], self.order[1] + self.free
 
     @lazy
@@ -204,7 +204,7 @@ class ToothSection:
         return self.root_half_width or float(np.ravel(self.half_width(np.zeros(1)))[0])
 
     def values(self, x: NDArray, s: float) -> NDArray:
-        """Functions of a field at height x and s, (…, n_s, n_x); below the root as at the root."""
+        """Functions of a field at height x and s, (…, n_s, n_x). Below the root they have their values at the root."""
         x = np.clip(x, 0.0, self.height)
         f, _ = self.heights(x)
         p = legendre_functions(self.order[0], (s + 1) / 2)

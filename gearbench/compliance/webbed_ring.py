@@ -47,7 +47,7 @@ class WebbedRing:
     seen: int
 
     def harmonics(self, n: NDArray) -> NDArray:
-        """ĉ_n of the rim's outer edge, as ``Ring.harmonics``; short ones involve only the rim."""
+        """ĉ_n of the rim's outer edge, as ``Ring.harmonics``; high harmonics do not reach the web."""
         rim, n = self.rim, np.asarray(n, dtype=float)
         reaching = n * (rim.radius - rim.inner_radius) < LAYER * rim.radius
         q, seen, dtype = rim.order[1], self.seen, self._shared.dtype

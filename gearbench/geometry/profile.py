@@ -33,13 +33,13 @@ class Modification:
     gear
         Gear: 0 the driver, 1 the driven gear.
     amount
-        [mm].
+        Material missing at t = 1 [mm].
     start, length
         Start and length of t [mm]; a negative length counts from the tip side towards the root.
     power
         1, 2, …
     arc
-        κ = length/radius of an arc (1 − √(1 − κ²t²))/(1 − √(1 − κ²)) instead of t²; 0 without.
+        κ = length/radius of an arc, (1 − √(1 − κ²t²))/(1 − √(1 − κ²)), which replaces the power; 0 for a power.
     along
         x is the radius or the roll length.
     one_sided
