@@ -112,7 +112,8 @@ def test_entries_are_called_with_contiguous_arrays(calls):
     wheel = replace(spur.pair.wheel, rim_thickness=6.0, web_thickness=8.0)
     simulate(replace(spur, pair=replace(spur.pair, wheel=wheel)))
     driven = spur_scene({}, effects={"hertz": {"law": "yang_sun"}} | errors, segments=4, gauss_points=2)
-    robust_response(driven, speed=900.0, harmonics=1, samples=2)
+    for scene in (driven, small("shafts.toml", **errors)):
+        robust_response(scene, speed=900.0, harmonics=1, samples=2)
     driven = replace(driven, pair=replace(driven.pair, backlash=0.15), effects=driven.effects[:1])
     nonlinear_response(driven, speed=[900.0], harmonics=1)
     pitch = {"pitch_errors": {"pinion": [0.0, 1.0] * 12 + [0.0]}}

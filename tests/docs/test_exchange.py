@@ -31,9 +31,10 @@ def run(line: str) -> None:
 
 def test_commands_run_one_after_the_other(folder, capsys):
     lines = [line for text in blocks("sh") for line in text.splitlines()]
-    assert len(lines) == 5
+    assert len(lines) == 6
     for line in lines:
         run(line)
+    assert (folder / "gearbox_with_results.rexs").stat().st_size > (folder / "gearbox.rexs").stat().st_size
     assert read_scene(folder / "stage2.toml").pair.pinion.teeth == 13
 
 
