@@ -34,9 +34,9 @@ def test_the_page_says_what_the_stored_gears_show(kept):
         assert np.abs(m_k[~low]).max() < 18
         assert change(kept, "row", "m_ste", model).max() < 2
     remain = [[measures(kept, "design", tool, "plate")[key] for tool in TOOLS] for key in _COUNTS]
-    assert remain == [[68, 66, 61], [13, 40, 35]]
+    assert remain == [[67, 65, 64], [12, 40, 37]]
     ranks = [measures(kept, "design", tool, "plate")["rank correlation of m_k"] for tool in TOOLS]
-    np.testing.assert_allclose(ranks, [0.050, 0.781, 0.826], atol=0.006)
+    np.testing.assert_allclose(ranks, [0.065, 0.784, 0.824], atol=0.001)
 
 
 _COUNTS = ("not dominated on the line", "of these, not dominated off the line")

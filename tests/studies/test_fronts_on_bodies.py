@@ -48,14 +48,14 @@ def test_the_page_says_what_the_stored_fronts_show(kept):
     assert row("gears on the front of the solid") == [28, 57, 54]
     assert row("gears on the front of the plate") == [79, 66, 68]
     assert row("of these, on the front of both together") == [4, 38, 34]
-    assert row("hypervolume of the solid's front", 3) == [0.512, 0.411, 0.396]
-    assert row("hypervolume of the plate's front, judged by the solid", 3) == [0.494, 0.406, 0.389]
-    for name, m_k, m_ste in (("median", [-28, -21, -8], [-4, -12, -12]), ("least", [-61, -31, -29], [-48, -36, -28])):
+    assert row("hypervolume of the solid's front", 3) == [0.51, 0.412, 0.396]
+    assert row("hypervolume of the plate's front, judged by the solid", 3) == [0.493, 0.406, 0.388]
+    for name, m_k, m_ste in (("median", [-28, -21, -8], [-4, -12, -11]), ("least", [-61, -31, -29], [-48, -36, -28])):
         comma = ", least" if name == "least" else " from plate to solid, median"
         assert (row(f"m_k{comma} [%]"), row(f"m_ste{comma} [%]")) == (m_k, m_ste)
     assert (row("m_k, greatest [%]"), row("m_ste, greatest [%]")) == ([-18, -17, -1], [110, 40, -3])
     assert row("rank correlation of m_k", 2) == [0.61, 0.99, 0.98]
-    assert [round(100 * found[tool]["largest lead of a row of Table 2"], 1) for tool in TOOLS] == [-5.1, -0.2, -1.1]
+    assert [round(100 * found[tool]["largest lead of a row of Table 2"], 1) for tool in TOOLS] == [-4.6, -0.2, -1.2]
 
 
 def test_what_the_fronts_are_made_of(kept):
@@ -84,8 +84,8 @@ def test_rows_of_the_table_beside_the_fronts(kept):
         assert all(lead(row, solid) < 0 for row in theirs)
     assert covered == [(7, 7), (12, 13), (10, 11)]
     assert farthest[1:] == [0.5, 0.8]
-    assert gains == [44, 22, 21]
-    assert misses == [(30, 50), (0, 4), (0, 8)]
+    assert gains == [44, 22, 20]
+    assert misses == [(30, 50), (0, 5), (0, 8)]
 
 
 def _gain(point: NDArray, front: NDArray) -> float:
