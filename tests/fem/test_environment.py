@@ -56,6 +56,8 @@ import os, signal
 from threading import Thread
 from fem_reference.environment import gmsh_model
 
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell starts jobs in the background without it
+
 def mesh():
     with gmsh_model("empty"):
         pass
