@@ -49,38 +49,43 @@ def worker_processes(count: int) -> Iterator[Executor | None]:
 
 
 class _Processes(Executor):
-    """Executor of ``count`` processes; all are started again for the first task after one of them has ended."""
+    """Executor of ``count`` processes, started for the first task, and again for the first after one has ended."""
 
     def __init__(self, count: int) -> None:
         self._count, self._others = count, {*active_children()}
-        self._start()
+        self._pool: ProcessPoolExecutor | None = None
 
-    def _start(self) -> None:
+    def _started(self) -> ProcessPoolExecutor:
+        if self._pool is not None:
+            return self._pool
         memory = f"{memory_limit() / self._count:.0f}"
         options = {"mp_context": get_context("spawn"), "initializer": _begin, "initargs": (memory,)}
         self._pool = ProcessPoolExecutor(self._count, **options)
-        # started at once, and so that they do not run the program of this process again
+        # all at once, and so that they do not run the program of this process again
         program, sys.modules["__main__"] = sys.modules["__main__"], ModuleType("__main__")
         try:
             for _ in range(self._count):
                 self._pool.submit(os.getpid)
         finally:
             sys.modules["__main__"] = program
+        return self._pool
 
     def submit(self, function: Callable[..., Any], /, *arguments: Any, **options: Any) -> Future[Any]:
         """See ``Executor``."""
         try:
-            return self._pool.submit(function, *arguments, **options)
+            return self._started().submit(function, *arguments, **options)
         except BrokenExecutor:
             self.shutdown()
-            self._start()
-            return self._pool.submit(function, *arguments, **options)
+            return self._started().submit(function, *arguments, **options)
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = True) -> None:
         """End the processes, even if they are busy."""
+        if self._pool is None:
+            return
         for process in {*active_children()} - self._others:
             process.kill()
         self._pool.shutdown(wait, cancel_futures=cancel_futures)
+        self._pool = None
 
 
 def _begin(memory: str) -> None:
