@@ -23,7 +23,7 @@ class Profile:
 
     Parameters
     ----------
-    pair, index
+    pair, gear
         The pair, and the gear.
     effects
         Effects that remove material. Effects without a gear are cut from the pinion.

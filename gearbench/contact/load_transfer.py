@@ -122,7 +122,7 @@ def load_transfers(
         The scene and its coarse solution.
     x
         x = τ + k of all pairs and phases, ascending.
-    greatest
+    peak
         Greatest compression on the line at x (load, x); NaN if there is no line.
     exact
         Whether to improve every load transfer by ``_refined``, with the full compliance.

@@ -131,7 +131,7 @@ class ContactSolution:
         error due to these ends. Without patches they equal ``approach`` and ``stiffness``.
     iterations
         Number of Newton steps, (position,).
-    polished
+    corrected
         Number of positions that the dense active set solved again because of rounding errors.
     """
 
