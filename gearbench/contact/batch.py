@@ -9,8 +9,8 @@ Everything that does not depend on the sample is therefore computed once, in ``p
 - if segments deflect each other through many amplitudes, the linear problem at the mean errors, which preconditions
   every sample (B2).
 
-A cell is loaded over the part that the gap of the sample leaves in contact. The discretisation error of cells is known
-at the mean errors and removed from all samples (B3). Compiled kernels solve the samples in chunks, on several threads.
+A cell is loaded over the part that the gap of the sample leaves in contact. The discretisation error of cells is
+estimated on a few samples and removed from all of them (B3). Compiled kernels solve the samples in chunks, on several threads.
 The result of a sample depends neither on its chunk nor on the number of threads, and is accurate to 1e-5 (``SCATTER``).
 """
 
