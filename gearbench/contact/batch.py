@@ -10,8 +10,9 @@ Everything that does not depend on the sample is therefore computed once, in ``p
   every sample (B2).
 
 A cell is loaded over the part that the gap of the sample leaves in contact. The discretisation error of cells is
-estimated on a few samples and removed from all of them (B3). Compiled kernels solve the samples in chunks, on several threads.
-The result of a sample depends neither on its chunk nor on the number of threads, and is accurate to 1e-5 (``SCATTER``).
+estimated on a few samples and removed from all of them (B3). Compiled kernels solve the samples in chunks, on several
+threads. The result of a sample depends neither on its chunk nor on the number of threads, and is accurate to 1e-5
+(``SCATTER``).
 """
 
 from __future__ import annotations
