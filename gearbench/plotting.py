@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -61,9 +62,10 @@ def _axes(axes: Axes | None, size: tuple[float, float] = (7.0, 4.0)) -> Axes:
 
 
 def plot_two_periods(axes: Axes, dataset: xr.Dataset, name: str, **style: Any) -> None:
-    """Plot a curve of the mesh cycle over two mesh periods, with gaps where it jumps."""
+    """Plot a curve of the mesh cycle over two cycles, of one mesh period as a rule, with gaps where it jumps."""
     curves = panels(dataset, name)
-    x = np.concatenate([phase + period for period in (0, 1) for phase, _ in curves])
+    length = math.ceil(curves[-1][0][-1] - 1e-9)
+    x = np.concatenate([phase + start for start in (0, length) for phase, _ in curves])
     axes.plot(x, np.concatenate([values for _, values in curves] * 2), **style)
 
 

@@ -96,7 +96,7 @@ def _train(tables: Mapping[str, Any]) -> Scene:
     rest = {name: table for name, table in tables.items() if name not in PARTS}
     pairs = train.pairs()
     if train.planetary is not None:
-        train.planetary.check(pairs[train.meshes[0].label].gears[1].tip_radius)
+        train.planetary.check(pairs.values())
     geometry, scenes = train.train(pairs), []
     coast, torques = train.coast(geometry), train.shares(geometry)
     for number, (name, pair) in enumerate(pairs.items()):

@@ -16,7 +16,6 @@ from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.patches import solve_patches
 from gearbench.contact.transitions import loaded_phases
 from gearbench.geometry.action import ContactLines
-from gearbench.results.cycle import HARMONICS
 from gearbench.results.outputs import output
 from gearbench.results.points import Columns
 from gearbench.results.provenance import provenance
@@ -97,7 +96,7 @@ def columns(solved: Solved, outputs: Sequence[str]) -> tuple[Columns, Columns]:
     variables: Columns = {name: output(solved, name) for name in outputs}
     over = {dim for dims, _ in variables.values() for dim in dims}
     if "harmonic" in over:
-        coords["harmonic"] = ("harmonic",), np.arange(1, HARMONICS + 1)
+        coords["harmonic"] = ("harmonic",), np.array(solved.phases.orders)
     if "gear" in over:
         coords["gear"] = ("gear",), np.array(solved.scene.gear_names)
     if "segment" in over:

@@ -146,7 +146,7 @@ def _notes(scene: Scene) -> list[str]:
         found.append("transmission error and mesh stiffness include the deflections of shafts and bearings")
     short = None if scene.train is None else scene.train.planetary
     if short is not None and short.keys.positions is None and short.spacing_error > 1e-9:
-        teeth = f"z_s + |z_r| = {short.steps} is not a multiple of {short.keys.planets}"
+        teeth = f"teeth fit at {short.steps} angles, not a multiple of {short.keys.planets}"
         found.append(f"planets stand up to {short.spacing_error:.3g}° beside even spacing: {teeth}")
     return found
 

@@ -198,7 +198,8 @@ def result_rows(dataset: xr.Dataset) -> list[tuple[str, str, str]]:
         symbol = str(values.attrs.get("symbol", ""))
         if values.dims == ("harmonic",) and str(name).endswith("_amplitude"):
             numbers = "  ".join(f"{value:.5g}" for value in values[:ORDERS].values)
-            orders.append((f"{what}, orders 1 to {ORDERS}", numbers, unit))
+            n = ", ".join(f"{order:.4g}" for order in dataset["harmonic"][:ORDERS].values)
+            orders.append((f"{what}, orders {n}", numbers, unit))
             continue
         if values.dims not in ((), ("gear",)) or "standard error" in what:
             continue

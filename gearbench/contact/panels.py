@@ -36,29 +36,35 @@ class Transition(NamedTuple):
 
 
 def panel_ends(
-    transitions: Iterable[Transition], longest: float = 1.0, close: tuple[float, float, float] = CLOSE
+    transitions: Iterable[Transition],
+    longest: float = 1.0,
+    close: tuple[float, float, float] = CLOSE,
+    length: int = 1,
 ) -> list[float]:
-    """Beginnings of panels in [0, 1), ascending, with 0; ``close`` transitions count as the one of the lowest rank."""
+    """Beginnings of panels in [0, ``length``), ascending, with 0, of a cycle of ``length`` mesh periods.
+
+    ``close`` transitions count as the one of the lowest rank.
+    """
     transitions = list(transitions)
     kept = [0.0]
     for phase, rank, _ in sorted(transitions, key=lambda transition: (transition.rank, transition.phase)):
-        start, *others = (abs(_distance_behind(phase, other, 0.5)) for other in kept)
+        start, *others = (abs(_distance_behind(phase, other, length, length / 2)) for other in kept)
         # 0 always begins a panel, so load transfers and ramps close to it are not merged with it
         if start > close[rank if rank > 0 else -1] and min(others, default=1.0) > close[rank]:
             kept.append(phase)
     after, before = ([transition.phase for transition in transitions if transition.side == side] for side in (1, -1))
     ends: list[float] = []
-    for a, b in pairwise([*sorted(kept), 1.0]):
+    for a, b in pairwise([*sorted(kept), float(length)]):
         # distances from the previous load transfer to the beginning of the panel, and from its end to the next one
-        left = min((max(_distance_behind(a, s), 0.0) for s in after), default=1.0)
-        right = min((max(_distance_behind(s, b), 0.0) for s in before), default=1.0)
+        left = min((max(_distance_behind(a, s, length), 0.0) for s in after), default=1.0)
+        right = min((max(_distance_behind(s, b, length), 0.0) for s in before), default=1.0)
         ends += _split(a, b, left, right, longest)[:-1]
     return ends
 
 
-def _distance_behind(phase: float, other: float, least: float = CLOSE[1]) -> float:
-    """``phase`` minus ``other``, in [−least, 1 − least), so that of two close phases either may come first."""
-    return (phase - other + least) % 1.0 - least
+def _distance_behind(phase: float, other: float, length: int, least: float = CLOSE[1]) -> float:
+    """``phase`` minus ``other``, in [−least, length − least), so that of two close phases either may come first."""
+    return (phase - other + least) % length - least
 
 
 def _split(a: float, b: float, left: float, right: float, longest: float) -> list[float]:

@@ -347,6 +347,9 @@ def train_model(scene: Scene) -> TrainModel:
     InputError, ConvergenceError
         As ``simulate``, or if a mesh never has contact.
     """
+    if max(scene.geometry.periods.values()) > 1:
+        key = "meshes" if scene.train is None or scene.train.planetary is None else "planetary.planet_at_ring"
+        raise InputError(key, "given", "has several mesh frequencies: response is for trains of one")
     solved = solve_train(scene)
     idle = [name for name, force in zip(solved.meshes, solved.balance.force.T, strict=True) if not force.any()]
     if idle:

@@ -142,6 +142,7 @@ def _train_plan(scene: Scene) -> Plan:
         parts.append(PlanPart("robust", f"samples of {of}", f"{SAMPLES} samples"))
     # every mesh is solved at the phases of all others too
     different = len({round(phase, 9) for phase in scene.geometry.phases().values()})
+    different *= max(scene.geometry.periods.values())
     found = {"simulate": different * megabytes}
     first = first_settings(scenes[0]) if scene.resolution.accuracy is not None else scenes[0]
     positions = scene.resolution.positions or different * len(mesh_phases(first)[0])

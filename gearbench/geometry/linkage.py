@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -58,6 +58,8 @@ class Linkage:
         Name of the body that carries the pins (None without one), and names of the shafts on the pins.
     coast
         Whether the torque on the first driver acts against its sense of rotation.
+    twisted
+        Gear → torsional stiffness between it and its shaft [N·mm/rad]; other gears are rigid on their shafts.
 
     Raises
     ------
@@ -71,11 +73,12 @@ class Linkage:
     carrier: str | None = None
     carried: tuple[str, ...] = ()
     coast: bool = False
+    twisted: Mapping[str, float] = field(default_factory=dict)
 
     @cached_property
     def bodies(self) -> tuple[str, ...]:
-        """Names of the shafts, followed by the carrier."""
-        shafts = tuple(dict.fromkeys(map(self.train.shaft, self.train.gears)))
+        """Names of the shafts, followed by twisted gears, which turn relative to their shafts, and the carrier."""
+        shafts = (*dict.fromkeys(map(self.train.shaft, self.train.gears)), *self.twisted)
         return shafts if self.carrier is None else (*shafts, self.carrier)
 
     @cached_property
@@ -102,7 +105,9 @@ class Linkage:
     def motions(self) -> tuple[Motion, ...]:
         """All free motions: rotations of all shafts except the output shaft, which is fixed, then ``more``."""
         turning = [name for name in self.bodies if name not in (self.ends[1], self.carrier)]
-        return (*(Motion(name=f"{name} turn", moved=((name, "turn"),)) for name in turning), *self.more)
+        held = ((name, self.twisted.get(name, 0.0)) for name in turning)
+        turns = (Motion(name=f"{name} turn", moved=((name, "turn"),), stiffness=k) for name, k in held)
+        return (*turns, *self.more)
 
     @cached_property
     def of_bodies(self) -> NDArray:
@@ -116,6 +121,8 @@ class Linkage:
             for gear, body, sign in zip(mesh.gears, mesh.pair.gears, (1, -1), strict=True):
                 at = self.bodies.index(self.train.shaft(gear))
                 row[at] += [*(sign * n), turn * body.base_radius]
+                if gear in self.twisted:
+                    row[self.bodies.index(gear), 2] += turn * body.base_radius
         return rows
 
     @cached_property
@@ -164,7 +171,7 @@ class Linkage:
         InputError
             If there is no equilibrium, or a force is not positive.
         """
-        turning = np.array([len(motion.moved) == 1 and motion.moved[0][1] == "turn" for motion in self.motions])
+        turning = np.array([m.moved[0][1] == "turn" and not m.stiffness for m in self.motions])
         rows, f = self.rows[:, turning], self.force(torque)[turning]
         F = np.linalg.lstsq(rows.T, f, rcond=None)[0]
         if not np.allclose(rows.T @ F, f, atol=1e-9 * np.abs(f).max()) or np.any(1e-9 * F.max() >= F):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Annotated, Any, Literal
@@ -15,17 +15,18 @@ from pydantic.dataclasses import dataclass as table
 
 from gearbench.errors import InputError
 from gearbench.geometry.linkage import Linkage, Motion
+from gearbench.geometry.pair import Pair
 from gearbench.geometry.planetary_members import PlanetaryDynamics
 from gearbench.geometry.train import Train
 from gearbench.schema import STRICT, as_table, read
 
-SUN, RING, CARRIER = "sun", "ring", "carrier"
-#: Names of the gear tables below ``[planetary]``.
-MEMBERS = (SUN, "planet", RING)
-#: Keys that all gears of a set share, as both gears of a pair do.
+SUN, PLANET, AT_RING, RING, CARRIER = "sun", "planet", "planet_at_ring", "ring", "carrier"
+#: Names of the gear tables below ``[planetary]``; ``AT_RING`` is for stepped planets.
+MEMBERS = (SUN, PLANET, AT_RING, RING)
+#: Keys that the gears of a mesh share, as both gears of a pair do.
 SHARED = ("normal_module", "pressure_angle", "helix_angle")
 #: Keys that give one deviation per planet.
-DEVIATIONS = ("pin_tangential", "pin_radial", "planet_thickness")
+DEVIATIONS = ("pin_tangential", "pin_radial", "planet_thickness", "planet_timing")
 #: A planet given closer than this to an angle at which its teeth fit is moved there [steps between these angles].
 _NEAR = 2e-3
 
@@ -58,7 +59,7 @@ class PlanetaryScatter:
 
     Parameters
     ----------
-    pin_tangential, pin_radial, planet_thickness
+    pin_tangential, pin_radial, planet_thickness, planet_timing
         f of each planet [µm]; errors are within ± f.
     sun_run_out, ring_run_out, carrier_run_out, planet_run_out
         F_r, twice the eccentricity [µm], uniform on [0, F_r] at a random phase.
@@ -69,6 +70,7 @@ class PlanetaryScatter:
     pin_tangential: Amplitude | None = None
     pin_radial: Amplitude | None = None
     planet_thickness: Amplitude | None = None
+    planet_timing: Amplitude | None = None
     sun_run_out: Amplitude | None = None
     ring_run_out: Amplitude | None = None
     carrier_run_out: Amplitude | None = None
@@ -86,13 +88,17 @@ class Planetary:
     choice of the held member only changes speeds. ``response`` takes the speed of the sun, or that of the carrier if
     the sun is held.
 
+    Stepped planets carry a second gear, which meshes with the ring: ``[planetary.planet_at_ring]``, with the keys of a
+    gear, and its own module and angles, which the ring shares. All planets are alike: a tooth of each gear is in line
+    with one of the other. Results name the second gears "planet 1 at ring", ….
+
     Parameters
     ----------
     normal_module, face_width
         m_n, and b of the gears without a ``face_width`` [mm].
     centre_distance
-        Distance of the planets from the axis [mm]; by default m_n (z_s + |z_r|)/(4 cos β), the mean of the reference
-        distances of both meshes.
+        Distance of the planets from the axis [mm]; by default the mean of the reference distances of both meshes,
+        m_n (z_s + |z_r|)/(4 cos β) if the planets are not stepped.
     pressure_angle, helix_angle
         α_n and β [°].
     planets
@@ -107,10 +113,15 @@ class Planetary:
         Stiffness of an elastic support of the member across the axis [N/µm].
     pin_stiffness
         Stiffness of each pin with its bearing, equal in all directions across the axis [N/µm]; rigid by default.
+    planet_torsional_stiffness
+        Torsional stiffness of a stepped planet between its gears [N·m/rad]; rigid by default.
     pin_tangential, pin_radial
         Position error of each pin, in the sun's direction of rotation and outwards [µm].
     planet_thickness
         Deviation of the normal tooth thickness of each planet [µm].
+    planet_timing
+        Angle by which the second gear of each stepped planet is ahead of the first, in the planet's sense of rotation,
+        as an arc on the reference circle of the second gear [µm].
     run_out
         Eccentric members, for load sharing over a revolution of the carrier relative to the ring.
     scatter
@@ -132,9 +143,11 @@ class Planetary:
     ring_support: Stiffness | None = None
     carrier_support: Stiffness | None = None
     pin_stiffness: Stiffness | None = None
+    planet_torsional_stiffness: Annotated[float, Field(gt=0.0, le=1e12)] | None = None
     pin_tangential: tuple[Deviation, ...] = ()
     pin_radial: tuple[Deviation, ...] = ()
     planet_thickness: tuple[Deviation, ...] = ()
+    planet_timing: tuple[Deviation, ...] = ()
     run_out: PlanetaryRunOut | None = None
     scatter: PlanetaryScatter | None = None
     dynamics: PlanetaryDynamics = PlanetaryDynamics()
@@ -190,23 +203,34 @@ class PlanetarySet:
     ----------
     keys
         The table ``[planetary]``.
-    steps
-        Number of angles around the axis at which the teeth of a planet fit: z_s + |z_r|.
+    teeth
+        z_s, z_p at the sun, z_p at the ring, z_r.
+    modules
+        Transverse modules of the meshes with sun and ring [mm].
+    stepped
+        Whether the planets carry two gears.
     """
 
     keys: Planetary
-    steps: int
+    teeth: tuple[int, int, int, int]
+    modules: tuple[float, float]
+    stepped: bool = False
+
+    @property
+    def steps(self) -> int:
+        """Number of angles around the axis at which the teeth of a planet fit (M5): z_s + |z_r| if not stepped."""
+        z_s, z_p, z_q, z_r = self.teeth
+        return (z_s * z_q - z_r * z_p) // math.gcd(z_p, z_q)
 
     @property
     def centre_distance(self) -> float:
         """Distance of the planets from the axis [mm]."""
-        keys = self.keys
-        reference = keys.normal_module * self.steps / (4 * math.cos(math.radians(keys.helix_angle)))
-        return keys.centre_distance or reference
+        z_s, z_p, z_q, z_r = self.teeth
+        return self.keys.centre_distance or (self.modules[0] * (z_s + z_p) - self.modules[1] * (z_r + z_q)) / 4
 
     @property
     def angles(self) -> tuple[float, ...]:
-        """Angles of the planets [rad]: by default multiples of 360°/(z_s + |z_r|), where teeth fit; else as given."""
+        """Angles of the planets [rad]: by default multiples of 360° over ``steps``, where teeth fit; else as given."""
         if self.keys.positions is None:
             even = (Fraction(n * self.steps, self.keys.planets) for n in range(self.keys.planets))
             return tuple(2 * math.pi * math.ceil(each - Fraction(1, 2)) / self.steps for each in even)
@@ -216,7 +240,12 @@ class PlanetarySet:
     @property
     def fitting(self) -> str:
         """Text for messages: the angles at which teeth fit."""
-        return f"they fit at steps of 360°/(z_s + |z_r|) = {360 / self.steps:.6g}° from the first planet"
+        return f"they fit at steps of 360°/{self.steps} = {360 / self.steps:.6g}° from the first planet"
+
+    @property
+    def second_gears(self) -> dict[str, str]:
+        """Second gear of each stepped planet → the planet."""
+        return {f"{name} at ring": name for name in self.keys.names} if self.stepped else {}
 
     @property
     def axes(self) -> dict[str, tuple[float, float]]:
@@ -239,28 +268,38 @@ class PlanetarySet:
         orders = [sun_teeth + waves, sun_teeth - waves]
         return float(np.abs(np.exp(1j * np.outer(orders, self.angles)).mean(axis=1)).max())
 
-    def room(self, tip_radius: float) -> float:
-        """Smallest clearance between the tips of neighbouring planets [mm]; negative if they collide."""
+    def room(self, pairs: Iterable[Pair]) -> float:
+        """Smallest clearance [mm] between the tips of neighbouring planets in the ``pairs``; negative: they collide."""
+        tip_radius = max(pair.gears[0 if pair.is_internal else 1].tip_radius for pair in pairs)
         at = np.sort(np.mod(self.angles, 2 * math.pi))
         apart = np.diff(at, append=at[0] + 2 * math.pi).min() if self.keys.number > 1 else math.pi
         return 2 * self.centre_distance * math.sin(min(apart, math.pi) / 2) - 2 * tip_radius
 
-    def check(self, tip_radius: float) -> None:
-        """Refuse planets of this tip radius [mm] that collide.
+    def check(self, pairs: Iterable[Pair]) -> None:
+        """Refuse planets that collide, in the ``pairs`` of the meshes.
 
         Raises
         ------
         InputError
             With the overlap, if planets collide.
         """
-        if (room := self.room(tip_radius)) <= 0:
+        if (room := self.room(pairs)) <= 0:
             key = "planets" if self.keys.positions is None else "positions"
             allowed = f"planets collide: their tips overlap by {-room:.4g} mm"
             raise InputError(f"planetary.{key}", getattr(self.keys, key), allowed)
 
     def linkage(self, train: Train, *, coast: bool) -> Linkage:
         """Coupling of the meshes."""
-        return Linkage(train=train, more=self.keys.motions(), carrier=CARRIER, carried=self.keys.names, coast=coast)
+        keys = self.keys
+        twisted = dict.fromkeys(self.second_gears, 1e3 * (keys.planet_torsional_stiffness or 0.0))
+        return Linkage(
+            train=train,
+            more=keys.motions(),
+            carrier=CARRIER,
+            carried=keys.names,
+            coast=coast,
+            twisted=twisted if keys.planet_torsional_stiffness else {},
+        )
 
     def modes(self, linkage: Linkage) -> dict[str, NDArray]:
         """Name of a deviation → approach of each mesh due to 1 µm of it, (mesh,) [mm].
@@ -268,7 +307,8 @@ class PlanetarySet:
         Deviations of planets are named by key and planet ("pin_radial planet 1"), displacements of bodies from their
         axes "sun x" and so on.
         """
-        sense = linkage.train.turn(linkage.train.meshes[0].name)
+        train, meshes = linkage.train, linkage.train.meshes
+        sense = train.turn(meshes[0].name)
         found = {}
         for name, angle in zip(self.keys.names, self.angles, strict=True):
             out = np.array([math.cos(angle), math.sin(angle)])
@@ -276,9 +316,11 @@ class PlanetarySet:
             found[f"pin_tangential {name}"] = 1e-3 * linkage.displaced({name: ahead})
             found[f"pin_radial {name}"] = 1e-3 * linkage.displaced({name: out})
             # each flank gets half of the thickness deviation, projected on the line of action
-            own = ((name in mesh.gears, mesh.pair.gears[0]) for mesh in linkage.train.meshes)
+            own = ((name in map(train.shaft, mesh.gears), mesh.pair.gears[0]) for mesh in meshes)
             half = [on * math.cos(gear.alpha_t) / math.cos(gear.beta) / 2 for on, gear in own]
             found[f"planet_thickness {name}"] = 1e-3 * np.array(half)
+            spin = [train.turn(m.name) * (m.driven == RING) / m.pair.gears[0].pitch_radius for m in meshes]
+            found[f"planet_timing {name}"] = 1e-3 * np.array(spin) * linkage.of_bodies[:, linkage.bodies.index(name), 2]
         for name in (SUN, RING, CARRIER, *self.keys.names):
             for axis, way in zip("xy", np.eye(2), strict=True):
                 moved = self.keys.names if name == CARRIER else (name,)
@@ -315,29 +357,39 @@ def expanded(given: Any) -> tuple[PlanetarySet, dict[str, Any]]:
     whole = dict(as_table("planetary", given))
     own = {}
     for name in MEMBERS:
+        if name == AT_RING and name not in whole:
+            continue
         if name not in whole:
             raise InputError(f"planetary.{name}", "missing", "is required: a table with the keys of a gear")
         own[name] = dict(as_table(f"planetary.{name}", whole.pop(name)))
-        for key in (*SHARED, "shaft"):
+        for key in ("shaft",) if name == AT_RING else (*SHARED, "shaft"):
             if key in own[name]:
                 raise InputError(f"planetary.{name}.{key}", own[name][key], "is not for a single gear of a set")
-    for name in MEMBERS[:2]:
-        if not isinstance(own[name].get("teeth"), int):
-            raise InputError(f"planetary.{name}.teeth", own[name].get("teeth"), "must be a whole number")
-    z_s, z_p = (own[name]["teeth"] for name in MEMBERS[:2])
-    z_r = own[RING].setdefault("teeth", -(z_s + 2 * z_p))
+        if name != RING and (not isinstance(own[name].get("teeth"), int) or own[name]["teeth"] < 1):
+            raise InputError(f"planetary.{name}.teeth", own[name].get("teeth"), "must be a whole number, 1 or more")
+    found, stepped = read(Planetary, whole, "planetary"), AT_RING in own
+    of_stepped = {key: getattr(found, key) for key in ("planet_timing", "planet_torsional_stiffness")}
+    of_stepped["scatter.planet_timing"] = found.scatter and found.scatter.planet_timing
+    if alone := [key for key, value in of_stepped.items() if value and not stepped]:
+        raise InputError(f"planetary.{alone[0]}", "given", "is for stepped planets: give planetary.planet_at_ring too")
+    second = {key: own[AT_RING].pop(key) for key in SHARED if key in own.get(AT_RING, {})}
+    at_ring = read(Planetary, whole | second, f"planetary.{AT_RING}")
+    m_s, m_r = (each.normal_module / math.cos(math.radians(each.helix_angle)) for each in (found, at_ring))
+    z_s, z_p, z_q = (own[name]["teeth"] for name in (SUN, PLANET, AT_RING if stepped else PLANET))
+    z_r = own[RING].setdefault("teeth", -(round((z_s + z_p) * m_s / m_r) + z_q))
     if not isinstance(z_r, int) or z_r >= 0:
         raise InputError("planetary.ring.teeth", z_r, "must be negative: an internal gear (ISO 21771)")
-    found = read(Planetary, whole, "planetary")
     if "planets" in whole and found.planets != found.number:
         allowed = f"conflicts with positions of {found.number} planets: give one of the two"
         raise InputError("planetary.planets", found.planets, allowed)
-    common = {key: getattr(found, key) for key in (*SHARED, "face_width")}
-    gears: dict[str, Mapping[str, Any]] = {SUN: {**common, **own[SUN]}}
-    gears |= {name: {**common, **own["planet"]} for name in found.names}
-    gears[RING] = {**common, **own[RING]}
-    whole_set = PlanetarySet(keys=found, steps=z_s - z_r)
+    at_sun, beside = ({key: getattr(each, key) for key in (*SHARED, "face_width")} for each in (found, at_ring))
+    whole_set = PlanetarySet(keys=found, teeth=(z_s, z_p, z_q, z_r), modules=(m_s, m_r), stepped=stepped)
+    gears: dict[str, Mapping[str, Any]] = {SUN: {**at_sun, **own[SUN]}}
+    gears |= {name: {**at_sun, **own[PLANET]} for name in found.names}
+    gears |= {name: {**beside, "shaft": on, **own[AT_RING]} for name, on in whole_set.second_gears.items()}
+    gears[RING] = {**beside, **own[RING]}
     a = whole_set.centre_distance
     meshes = [{"driver": SUN, "driven": name, "centre_distance": a} for name in found.names]
-    meshes += [{"driver": name, "driven": RING, "centre_distance": a} for name in found.names]
+    drivers = whole_set.second_gears or found.names
+    meshes += [{"driver": name, "driven": RING, "centre_distance": a} for name in drivers]
     return whole_set, {"gears": gears, "meshes": meshes}

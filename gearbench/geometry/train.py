@@ -96,6 +96,9 @@ class Train:
         Whether the driver of the first mesh turns clockwise.
     held
         Fixed shafts.
+    timed
+        Gear → gear of the same shaft with which a tooth of it is in line: the middles of both teeth, each at the end
+        y = 0 of its face, have the same angle.
 
     Raises
     ------
@@ -108,6 +111,7 @@ class Train:
     axes: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     clockwise: bool = True
     held: tuple[str, ...] = ()
+    timed: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         names = [mesh.name for mesh in self.meshes]
@@ -172,8 +176,17 @@ class Train:
 
     def mesh_rate(self, name: str) -> float:
         """Mesh frequency divided by the rotation frequency of the first driver."""
-        mesh = self[name]
-        return abs(float(self._own_rate(mesh) * mesh.pair.gears[0].teeth))
+        return float(self._mesh_rate(self[name]))
+
+    def _mesh_rate(self, mesh: Mesh) -> Fraction:
+        return abs(self._own_rate(mesh) * mesh.pair.gears[0].teeth)
+
+    @cached_property
+    def periods(self) -> dict[str, int]:
+        """Mesh → its mesh periods in the shortest cycle after which all meshes have their phases again."""
+        rates = {mesh.name: self._mesh_rate(mesh) / self._mesh_rate(self.meshes[0]) for mesh in self.meshes}
+        whole = math.lcm(*(rate.denominator for rate in rates.values()))
+        return {name: int(rate * whole) for name, rate in rates.items()}
 
     def own_rate(self, name: str) -> float:
         """Absolute speed of the driver of a mesh relative to the carrier of the mesh."""
@@ -268,21 +281,43 @@ class Train:
     def phases(self, *, coast: bool = False) -> dict[str, float]:
         """Mesh → its mesh phase at phase 0 of the first mesh [mesh periods] (D8).
 
-        A phase that is not given follows from the teeth of a gear shared with an earlier mesh; without a shared gear it
-        is 0. ``coast``: the torque loads the other flanks.
+        A phase that is not given follows from the teeth of a gear shared with an earlier mesh, or of the gear with
+        which the driver is ``timed``; otherwise it is 0. ``coast``: the torque loads the other flanks.
         """
         found: dict[str, float] = {}
         for mesh, gear, other in self._shared():
-            if mesh.phase is not None or other is None:
+            if mesh.phase is not None or (other is None and mesh.driver not in self.timed):
                 found[mesh.name] = mesh.phase or 0.0
+                continue
+            if other is None:
+                ahead = self._angle(self.timed[mesh.driver], found, coast)
+                ahead -= self._angle(mesh.driver, {mesh.name: 0.0}, coast)
+                phase = ahead * mesh.pair.pinion.teeth
             else:
                 leads = [each.lead(gear, self._towards(each, coast), coast=coast) for each in (other, mesh)]
-                # rounded, so that planets in phase have equal phases
-                found[mesh.name] = round(found[other.name] + leads[0] - leads[1], 12) % 1.0
+                phase = found[other.name] + leads[0] - leads[1]
+            # rounded, so that planets in phase have equal phases
+            found[mesh.name] = round(phase % 1.0, 12) % 1.0
         return found
+
+    def middle(self, name: str, gear: str, phase: float, *, coast: bool = False) -> float:
+        """Angle of the middle of the tooth whose leading flank has the angle ``leading`` [pitches]."""
+        mesh = self[name]
+        body = mesh.pair.gears[mesh.gears.index(gear)]
+        half = body.teeth * float(body.involute_half_angle(body.base_radius)) / (2 * math.pi)
+        return self.leading(name, gear, phase, coast=coast) - half
+
+    def _angle(self, gear: str, phases: Mapping[str, float], coast: bool) -> float:
+        """``middle`` of a gear in its first mesh among those with known ``phases`` [turns]."""
+        mesh = next(mesh for mesh in self.meshes if mesh.name in phases and gear in mesh.gears)
+        teeth = abs(mesh.pair.gears[mesh.gears.index(gear)].teeth)
+        return self.middle(mesh.name, gear, phases[mesh.name], coast=coast) / teeth
 
     def check_assembly(self, *, coast: bool = False) -> None:
         """Refuse gears whose teeth do not fit into all their meshes at once. Meshes with a given phase are not checked.
+
+        ``timed`` gears with z_1 and z_2 teeth fit if one of the z_1 z_2/gcd(z_1, z_2) angles between their teeth is 0
+        (M5).
 
         Raises
         ------
@@ -297,6 +332,13 @@ class Train:
                 if abs(off) > _TEETH:
                     allowed = f"does not assemble: in {mesh.name} its teeth stand {off:+.3f} pitches beside the gaps"
                     raise InputError("gears", gear, allowed)
+        teeth = {g: abs(body.teeth) for m in self.meshes for g, body in zip(m.gears, m.pair.gears, strict=True)}
+        for gear, other in self.timed.items():
+            angles = math.lcm(teeth[gear], teeth[other])
+            off = (angles * (self._angle(gear, phases, coast) - self._angle(other, phases, coast)) + 0.5) % 1.0 - 0.5
+            if abs(off) > _TEETH:
+                beside = f"{off * teeth[gear] / angles:+.3g} pitches beside the gaps"
+                raise InputError("gears", gear, f"does not assemble: its teeth stand {beside}")
 
     def begun(self, *, coast: bool = False) -> dict[str, tuple[int, int]]:
         """Mesh → numbers of teeth by which its driver and its driven gear begin later than in their first meshes."""

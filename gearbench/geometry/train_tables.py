@@ -16,7 +16,7 @@ from gearbench.errors import InputError, one_of
 from gearbench.geometry.linkage import Linkage
 from gearbench.geometry.names import GEARS, PAIR
 from gearbench.geometry.pair import Length, Member, Pair
-from gearbench.geometry.planetary import CARRIER, SHARED, PlanetarySet, expanded
+from gearbench.geometry.planetary import AT_RING, CARRIER, PLANET, SHARED, PlanetarySet, expanded
 from gearbench.geometry.thickness import Deviation
 from gearbench.geometry.train import Mesh, Train
 from gearbench.schema import STRICT, as_table, given, read
@@ -213,7 +213,9 @@ class TrainTables:
         own = ((m.label, {key: getattr(m, key) for key in keys}) for m in self.meshes)
         if self.planetary is not None:
             carried = tuple(Mesh(name=name, pair=pairs[name], carrier=CARRIER, **each) for name, each in own)
-            return Train(meshes=carried, axes=self.planetary.axes, held=(self.planetary.keys.held,))
+            short = self.planetary
+            held, timed = (short.keys.held,), short.second_gears
+            return Train(meshes=carried, shafts=self._shafts, axes=short.axes, held=held, timed=timed)
         meshes = tuple(Mesh(name=name, pair=pairs[name], **each) for name, each in own)
         return Train(meshes=meshes, shafts=self._shafts, axes=self._axes)
 
@@ -316,14 +318,16 @@ def in_set(error: InputError) -> InputError:
     """Translate the keys of an error in the gears or meshes of a set to the keys in ``[planetary]``."""
     head, _, rest = error.key.partition(".")
     name, _, below = rest.partition(".")
-    name = "planet" if name.startswith("planet ") else name
+    if name.startswith("planet "):
+        name = AT_RING if name.endswith("at ring") else PLANET
     if head == "gears" and name:
-        key = f"planetary.{below}" if below in SHARED else f"planetary.{name}.{below}"
+        key = f"planetary.{below}" if below in SHARED and name != AT_RING else f"planetary.{name}.{below}"
     else:
         key = f"planetary.{below}" if head == "meshes" and below else error.key
     # a message may name a key that is missing
     value = error.value
     if isinstance(value, str):
+        value = re.sub(r"\bgears\.planet \d+ at ring\.", f"planetary.{AT_RING}.", value)
         value = re.sub(r"\bgears\.(sun|planet|ring)[ \d]*\.", r"planetary.\1.", value)
     return InputError(key, value, error.allowed, error.file)
 

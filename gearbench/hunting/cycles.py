@@ -41,7 +41,7 @@ def known_orders(phases: Phases, cycles: int, orders: float) -> int:
     """
     if not orders * cycles + 1e-9 >= 1:
         raise InputError("orders", orders, f"must be at least {1 / cycles:.3g}: {cycles} mesh cycles until all repeats")
-    known = math.floor(orders * cycles + 1e-9)
+    known = math.floor(orders * cycles * phases.length + 1e-9)
     if phases.size is None:
         known = min(known, (cycles * len(phases.phase) - 1) // 2)
         if not known:
@@ -76,9 +76,12 @@ def require_cycles_memory(
     require(need, "hunting", value, f"{' or '.join(instead) or 'nothing'} would fit")
 
 
-def check_cycles(gears: Sequence[Gear], key: str = "pair.wheel.teeth") -> int:
-    """Number of mesh cycles until the same teeth of ``gears`` meet again; ``InputError`` if there are too many."""
-    count = math.lcm(*(gear.teeth for gear in gears))
+def check_cycles(gears: Sequence[Gear], key: str = "pair.wheel.teeth", passed: Sequence[int] = (1, 1)) -> int:
+    """Number of mesh cycles until the same teeth of ``gears`` meet again; ``InputError`` if there are too many.
+
+    ``passed``: number of teeth of each gear that pass in a cycle.
+    """
+    count = math.lcm(*(g.teeth // math.gcd(g.teeth, n) for g, n in zip(gears, passed, strict=True)))
     if count > MOST_CYCLES:
         allowed = f"{count} mesh cycles until the same teeth meet: at most {MOST_CYCLES}"
         raise InputError(key, gears[-1].teeth, allowed)
@@ -136,7 +139,8 @@ def order_coefficients(phases: Phases, values: NDArray, count: int) -> NDArray:
     """
     N, q = len(values), np.arange(1, count + 1)
     by_phase, parts = np.fft.fft(values, axis=0) / N, -(-count // ORDERS_AT_ONCE)
-    found = [np.einsum("qp,qp->q", _waves(phases, part / N), by_phase[part % N]) for part in np.array_split(q, parts)]
+    each = ((part, _waves(phases, part / (N * phases.length))) for part in np.array_split(q, parts))
+    found = [np.einsum("qp,qp->q", waves, by_phase[part % N]) for part, waves in each]
     return np.concatenate(found)
 
 

@@ -108,7 +108,7 @@ def _spectra(phases: Phases, curves: Columns, orders: float) -> tuple[Columns, C
     """Coordinates ``cycle`` and ``mesh_order``, and the order amplitudes of the ``curves``."""
     amplitudes: Columns = {}
     count = next(iter(curves.values()))[1].shape[-2]
-    order = np.arange(1, known_orders(phases, count, orders) + 1) / count
+    order = np.arange(1, known_orders(phases, count, orders) + 1) / (count * phases.length)
     for name, (dims, values) in curves.items():
         stacked = values.reshape(-1, *values.shape[-2:])
         each = [2 * np.abs(order_coefficients(phases, own, len(order))) for own in stacked]

@@ -124,7 +124,7 @@ def _of_set(number: Callable[[PlanetarySet, Scene], float]) -> Callable[[Scene],
 #: Numbers from the tooth counts and planet positions of a planetary set.
 OF_SET: Mapping[str, Callable[[Scene], float]] = MappingProxyType(
     {
-        "planet_room": _of_set(lambda own, scene: own.room(scene.pair.gears[1].tip_radius)),
+        "planet_room": _of_set(lambda own, scene: own.room(mesh.pair for mesh in each_mesh(scene))),
         "spacing_error": _of_set(lambda own, _: own.spacing_error),
         "torsion_share": _of_set(lambda own, scene: own.adding(scene.pair.pinion.teeth, 0)),
         "radial_share": _of_set(lambda own, scene: own.adding(scene.pair.pinion.teeth, 1)),

@@ -59,16 +59,22 @@ class Phases:
         Mesh phases in ascending order, and their weights in means over the cycle, with sum 1, (position,).
     size
         Number of Gauss points on every panel between two transitions; None for uniform phases.
+    length
+        Number of mesh periods in the cycle. It is 1 unless meshes of a train have different mesh frequencies.
+    orders
+        Orders of the harmonics in a Dataset, multiples of the mesh frequency.
 
     Raises
     ------
     ValueError
-        If the phases are not the Gauss points of adjacent panels from 0 to 1.
+        If the phases are not the Gauss points of adjacent panels from 0 to ``length``.
     """
 
     phase: NDArray
     weight: NDArray
     size: int | None
+    length: int = 1
+    orders: tuple[float, ...] = tuple(range(1, HARMONICS + 1))
 
     def __post_init__(self) -> None:
         if self.size is None:
@@ -76,7 +82,7 @@ class Phases:
         if len(self.phase) % self.size:
             raise ValueError(f"{len(self.phase)} phases cannot be split into panels of {self.size}")
         (begin, end), t = self.edges.T, gauss(self.size)[0]
-        whole = np.abs(np.append(begin, 1.0) - np.append(0.0, end)).max() < ON_PANEL
+        whole = np.abs(np.append(begin, self.length) - np.append(0.0, end)).max() < ON_PANEL
         nodes = (begin + end)[:, None] / 2 + (end - begin)[:, None] / 2 * t
         if not (whole and np.abs(nodes.ravel() - self.phase).max() < ON_PANEL):
             raise ValueError(f"phases are not the {self.size} Gauss points of each panel of a mesh cycle")
@@ -86,7 +92,7 @@ class Phases:
         """Read the phases of a Dataset of ``simulate``."""
         phase, weight, start = (dataset[name].values for name in ("mesh_phase", "phase_weight", "panel_start"))
         size = None if np.isnan(start).any() else int(np.sum(start == start[0]))
-        return cls(phase=phase, weight=weight, size=size)
+        return cls(phase=phase, weight=weight, size=size, length=round(2 * float(weight @ phase)))
 
     @cached_property
     def edges(self) -> NDArray:
@@ -94,7 +100,7 @@ class Phases:
         assert self.size is not None, "uniform phases have no panels"
         x, t = self.phase.reshape(-1, self.size), gauss(self.size)[0]
         # a single point does not give the width of the panel, but its weight does
-        half = (x[:, -1] - x[:, 0]) / (t[-1] - t[0]) if self.size > 1 else self.weight / 2
+        half = (x[:, -1] - x[:, 0]) / (t[-1] - t[0]) if self.size > 1 else self.length * self.weight / 2
         return x.mean(axis=1)[:, None] + half[:, None] * np.array([-1.0, 1.0])
 
     @property
@@ -239,10 +245,11 @@ def _within(values: NDArray, fine: NDArray, steep: NDArray) -> tuple[NDArray, ND
     return low, high
 
 
-def coefficients(phases: Phases, values: NDArray, orders: int = HARMONICS) -> NDArray:
+def coefficients(phases: Phases, values: NDArray, orders: int | None = None) -> NDArray:
     """Complex Fourier coefficients c_n (module docstring) of the orders 1 … ``orders``, (…, harmonic).
 
-    On Gauss panels the polynomials are integrated. Uniform phases give orders below half their number, and NaN above.
+    By default the orders are those of ``phases``. On Gauss panels the polynomials are integrated. Uniform phases give
+    orders below half their number, and NaN above.
     """
     return values @ fourier_matrix(phases, orders).T
 
@@ -251,18 +258,18 @@ def noise_floor(
     phases: Phases,
     values: NDArray,
     change: NDArray,
-    orders: int = HARMONICS,
+    orders: int | None = None,
     *,
     located: float = LOCATED,
     least: NDArray | float = 0.0,
 ) -> NDArray:
-    """Estimate the errors of the amplitudes of the orders 1 … ``orders``, in the unit of the values, (…, harmonic).
+    """Estimate the errors of the amplitudes of the orders as in ``coefficients``, in the unit of the values.
 
-    The estimate is the root sum of squares of five parts: a given minimum ``least`` (…); the truncated Legendre
-    coefficients of the panels; kinks and jumps that the panels miss, see ``_missed``; the jumps between panels times
-    the uncertainty ``located`` of their phases [mesh cycles]; and ``LEFT`` times the harmonics of ``change`` (…,
-    position), the change of the values when the ends of the contact patches were last located. For uniform phases, the
-    highest quarter of the known harmonics replaces the second to fourth part.
+    The result has the shape (…, harmonic). The estimate is the root sum of squares of five parts: a given minimum
+    ``least`` (…); the truncated Legendre coefficients of the panels; kinks and jumps that the panels miss, see
+    ``_missed``; the jumps between panels times the uncertainty ``located`` of their phases [mesh cycles]; and ``LEFT``
+    times the harmonics of ``change`` (…, position), the change of the values when the ends of the contact patches were
+    last located. For uniform phases, the highest quarter of the known harmonics replaces the second to fourth part.
     """
     patches = np.hypot(LEFT * 2 * np.abs(coefficients(phases, change, orders)), np.asarray(least)[..., None])
     if phases.size is None:
@@ -271,19 +278,19 @@ def noise_floor(
     size = phases.size
     by_panel = values.reshape(*values.shape[:-1], -1, size)
     tail = _left_out(phases, by_panel @ legendre_transform(size).T, orders)
-    jumps = 2 * located * np.sqrt((_jumps(by_panel) ** 2).sum(axis=-1))
-    width = np.diff(phases.edges).ravel()
+    jumps = 2 * located / phases.length * np.sqrt((_jumps(by_panel) ** 2).sum(axis=-1))
+    width = np.diff(phases.edges).ravel() / phases.length
     missed = 2 * MISSED * np.sqrt(((width * _missed(phases, values)) ** 2).sum(axis=-1))
     return np.hypot(np.hypot(patches, tail), np.hypot(jumps, missed)[..., None])
 
 
-def _left_out(phases: Phases, coefficient: NDArray, orders: int) -> NDArray:
+def _left_out(phases: Phases, coefficient: NDArray, orders: int | None) -> NDArray:
     """Truncation error of the amplitudes, (…, harmonic), from Legendre coefficients of the panels, (…, panel, size).
 
     The next coefficients a_p, a_{p+1}, … are assumed to fall by the ratio r of the last ones. At p Gauss points,
     P_{p+m} is aliased to P_{p−m}: on a panel of width w, it changes c_n by w a_{p+m} j_{p−m}(πnw).
     """
-    a, size, width = np.abs(coefficient), phases.size, np.diff(phases.edges).ravel()
+    a, size, width = np.abs(coefficient), phases.size, np.diff(phases.edges).ravel() / phases.length
     assert size is not None
     before = a[..., -3:-1].max(axis=-1, initial=0.0)
     ratio = np.sqrt(np.divide(a[..., -1], before, out=np.ones_like(before), where=before > 0))
@@ -294,13 +301,13 @@ def _left_out(phases: Phases, coefficient: NDArray, orders: int) -> NDArray:
 
 
 @lru_cache(maxsize=16)
-def _aliased(phases: Phases, orders: int) -> NDArray:
-    """|j_{p−m}(πnw)| for orders n = 1 … ``orders`` on panels of width w, (harmonic, panel, m = 0 … p)."""
+def _aliased(phases: Phases, orders: int | None) -> NDArray:
+    """|j_{p−m}(πnw)| for the orders n as in ``coefficients`` on panels of width w, (harmonic, panel, m = 0 … p)."""
     from scipy.special import spherical_jn
 
     size, width = phases.size, np.diff(phases.edges).ravel()
     assert size is not None
-    argument = math.pi * np.multiply.outer(np.arange(1, orders + 1), width)
+    argument = math.pi * np.multiply.outer(_orders(phases, orders), width)
     return np.abs(spherical_jn(size - np.arange(size + 1), argument[..., None]))
 
 
@@ -333,24 +340,28 @@ def fourier(dataset: xr.Dataset, name: str, orders: int = HARMONICS) -> NDArray:
 
 
 @lru_cache(maxsize=16)
-def fourier_matrix(phases: Phases, orders: int) -> NDArray:
-    """Matrix from values at the phases to complex Fourier coefficients 1 … ``orders``, (harmonic, position)."""
-    return fourier_rows(phases, np.arange(1, orders + 1))
+def fourier_matrix(phases: Phases, orders: int | None) -> NDArray:
+    """Matrix from values at the phases to complex Fourier ``coefficients``, (harmonic, position)."""
+    return fourier_rows(phases, _orders(phases, orders))
+
+
+def _orders(phases: Phases, orders: int | None) -> NDArray:
+    return np.array(phases.orders) if orders is None else np.arange(1, orders + 1)
 
 
 def fourier_rows(phases: Phases, orders: NDArray) -> NDArray:
-    """Matrix from values y to ∫ y e^{−2πinτ} dτ over the cycle for any real orders n, (order, position)."""
+    """Matrix from values y to the mean of y e^{−2πinτ} over the cycle for any real orders n, (order, position)."""
     n, x = np.asarray(orders), phases.phase
     if phases.size is None:
         wave = np.exp(-2j * np.pi * np.outer(n, x)) / len(x)
-        return np.where(2 * n[:, None] < len(x), wave, np.nan)
+        return np.where(2 * phases.length * n[:, None] < len(x), wave, np.nan)
     from scipy.special import spherical_jn
 
     half, middle = np.diff(phases.edges).ravel() / 2, phases.edges.mean(axis=1)
     k = np.arange(phases.size)
     # ∫ P_k(s) e^{−iωs} ds over [−1, 1] = 2 (−i)^k j_k(ω)
     waves = 2 * (-1j) ** k * spherical_jn(k, 2 * np.pi * np.multiply.outer(n, half)[..., None])
-    waves *= (half * np.exp(-2j * np.pi * np.multiply.outer(n, middle)))[..., None]
+    waves *= (half / phases.length * np.exp(-2j * np.pi * np.multiply.outer(n, middle)))[..., None]
     return (waves @ legendre_transform(phases.size)).reshape(len(n), -1)
 
 

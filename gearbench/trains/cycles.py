@@ -107,7 +107,10 @@ def check_train_cycles(scene: Scene) -> int:
     gears = gears_apart(scene)
     if not gears:
         raise InputError("effects", "all teeth are alike", "must have pitch_errors or waviness")
-    return check_cycles(list(gears.values()), "gears" if scene.train.planetary is None else "planetary.ring.teeth")
+    train = scene.geometry
+    passed = [next(train.periods[mesh.name] for mesh in train.meshes if gear in mesh.gears) for gear in gears]
+    key = "gears" if scene.train.planetary is None else "planetary.ring.teeth"
+    return check_cycles(list(gears.values()), key, passed)
 
 
 def train_cycles_memory(meshes: int, positions: int, cycles: int, orders: float) -> float:
@@ -161,5 +164,5 @@ def _some_cycles(
 
 def _times(solved: SolvedTrain, cycles: NDArray) -> NDArray:
     """Time [mesh periods] at each position, (cycle, position); negative on coast flanks, solved as a mirror image."""
-    time = cycles[:, None] + solved.phases.phase
+    time = cycles[:, None] * solved.phases.length + solved.phases.phase
     return -time if solved.linkage.coast else time

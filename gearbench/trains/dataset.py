@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.results.cycle import HARMONICS, MICROMETRES, coefficients, peak_to_peak_floor
+from gearbench.results.cycle import MICROMETRES, coefficients, peak_to_peak_floor
 from gearbench.results.outputs import curve_floor
 from gearbench.results.points import Columns, Point, beside
 from gearbench.results.responses import is_of_train, response
@@ -46,7 +46,7 @@ def train_point(solved: SolvedTrain, outputs: Sequence[str]) -> Point:
     shift = linkage.train.phases(coast=linkage.coast)
     coords |= {"mesh": (("mesh",), np.array(list(solved.meshes)))}
     coords["phase_shift"] = (("mesh",), np.array([shift[name] for name in solved.meshes]))
-    coords["harmonic"] = ("harmonic",), np.arange(1, HARMONICS + 1)
+    coords["harmonic"] = ("harmonic",), np.array(phases.orders)
     coords["member"], coords["axis"] = (("member",), np.array(linkage.bodies)), (("axis",), np.array(["x", "y"]))
     force, sharing = balance.force.T, balance.force.T / solved.even[:, None]
     variables |= {

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from gearbench.geometry.train import Train
 from gearbench.plotting import BLUE, GREY, ORANGE, heading, legend_below, new_figure, plot_two_periods, write_figure
+from gearbench.results.cycle import Phases
 from gearbench.results.origin import scene_of
 
 if TYPE_CHECKING:
@@ -29,9 +30,7 @@ def outline(train: Train, gear: str, phases: dict[str, float], *, coast: bool) -
     if gear == mesh.driven and mesh.pair.gears[0].teeth * body.teeth > 0:
         sense = -sense
     z = abs(body.teeth)
-    # angle of the leading flank at the base circle, less half the tooth thickness there
-    centre = train.leading(mesh.name, gear, phases[mesh.name], coast=coast)
-    centre -= body.teeth * float(body.involute_half_angle(body.base_radius)) / (2 * math.pi)
+    centre = train.middle(mesh.name, gear, phases[mesh.name], coast=coast)
     R = np.linspace(body.root_radius, body.tip_radius, POINTS)
     psi = np.abs(body.half_angle(R))
     tooth = np.concatenate([-psi, psi[::-1]])
@@ -50,7 +49,8 @@ def load_shares(dataset: xr.Dataset, axes: Axes) -> Axes:
         axes.fill(*points.T, facecolor="none" if _internal(train, gear) else "0.93", edgecolor=GREY, lw=0.7)
         inside = _internal(train, gear)
         x, y = train.places[train.shaft(gear)] + np.array([0.0, points[:, 1].max() if inside else 0.0])
-        axes.annotate(gear, (x, y), ha="center", va="top" if inside else "center", fontsize=8)
+        if gear not in train.timed:  # the second gear of a stepped planet
+            axes.annotate(gear, (x, y), ha="center", va="top" if inside else "center", fontsize=8)
     over = "load_sharing_over_revolution"
     most = dataset[over].max("revolution") if over in dataset else dataset["load_sharing"].max("position")
     for mesh in train.meshes:
@@ -82,17 +82,21 @@ def draw_train(dataset: xr.Dataset, folder: Path) -> list[Path]:
 
     figure, rows = new_figure(2, 2, (11.0, 7.5))
     (shares, error), (forces, orders) = rows
+    phase = {
+        "xlabel": "phase of the first mesh τ [mesh periods]",
+        "xlim": (0, max(2, Phases.of_dataset(dataset).length)),
+    }
     for number, name in enumerate(dataset["mesh"].values.tolist()):
         own = dataset.sel(mesh=name)
         # equal curves cover each other: later ones are dashed
         style = "-" if 2 * number < dataset.sizes["mesh"] else (0, (3, 3))
         plot_two_periods(shares, own, "load_sharing", label=name, color=f"C{number % 10}", lw=1.6, ls=style)
-    shares.set(xlabel="phase of the first mesh τ [mesh periods]", ylabel="load share L [–]", xlim=(0, 2))
+    shares.set(ylabel="load share L [–]", **phase)
     least, most = min(1.0, float(dataset["load_sharing"].min())), max(1.0, float(dataset["load_sharing"].max()))
     room = max(0.02, 0.15 * (most - least))
     shares.set_ylim(least - room, most + room)
     plot_two_periods(error, dataset, "train_transmission_error", color=BLUE, lw=1.6)
-    error.set(xlabel="phase of the first mesh τ [mesh periods]", ylabel="Δ [µm]", xlim=(0, 2))
+    error.set(ylabel="Δ [µm]", **phase)
     error.set_title(
         f"transmission error of the train: {float(dataset['train_transmission_error_mean']):.3g} µm, "
         f"peak-to-peak {float(dataset['train_transmission_error_peak_to_peak']):.3g} µm",
@@ -107,20 +111,22 @@ def draw_train(dataset: xr.Dataset, folder: Path) -> list[Path]:
         shares.set(xlabel="turn of the carrier against the ring", ylabel="greatest load share L [–]", xlim=(0, 1))
         shares.set_ylim(0.0, 1.1 * float(dataset["mesh_load_factor"]))
     n, first = dataset["harmonic"].values, dataset["member"].values[0]
+    order = "mesh order" if n.dtype.kind == "i" else "order of the first mesh"
     amplitude = dataset["member_force_amplitude"].sel(member=first)
-    for axis, shift, colour in (("x", -0.2, BLUE), ("y", 0.2, ORANGE)):
-        forces.bar(n + shift, amplitude.sel(axis=axis), width=0.4, color=colour, label=axis)
-    forces.set(xlabel="mesh order", ylabel=f"force on {first}, F_n [N]")
+    width = 0.4 * max(0.1, np.diff(n).min())
+    for axis, shift, colour in (("x", -0.5, BLUE), ("y", 0.5, ORANGE)):
+        forces.bar(n + shift * width, amplitude.sel(axis=axis), width=width, color=colour, label=axis)
+    forces.set(xlabel=order, ylabel=f"force on {first}, F_n [N]")
     if float(amplitude.max()) < 1e-6 * float(dataset["mesh_load"].max()):  # only rounding errors remain
         forces.clear()
         plot_two_periods(forces, dataset, "train_stiffness", color=BLUE, lw=1.6)
-        forces.set(xlabel="phase of the first mesh τ [mesh periods]", ylabel="k [N/µm]", xlim=(0, 2))
+        forces.set(ylabel="k [N/µm]", **phase)
         forces.set_title(f"stiffness of the train; forces on {first} cancel at all mesh orders", fontsize=9)
     else:
         forces.set_ylim(0.0, 1.1 * float(amplitude.max()))
         forces.legend(frameon=False, fontsize=8)
-    orders.bar(n, dataset["train_transmission_error_amplitude"], color=BLUE)
-    orders.set(xlabel="mesh order", ylabel="|Δ_n| [µm]")
+    orders.bar(n, dataset["train_transmission_error_amplitude"], width=2 * width, color=BLUE)
+    orders.set(xlabel=order, ylabel="|Δ_n| [µm]")
     figure.suptitle(f"{heading(dataset)}; K_γ {factor:.3f}", fontsize=10)
     legend_below(figure, shares, 4)
     return [*written, write_figure(figure, folder / "train.png")]

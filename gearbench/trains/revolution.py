@@ -24,8 +24,10 @@ def revolution_columns(solved: SolvedTrain) -> tuple[Columns, Columns]:
     if short is None or short.keys.run_out is None:
         return {}, {}
     turns = np.arange(POINTS) / POINTS
-    ring = solved.linkage.train.meshes[-1].pair.wheel
-    offset = eccentric(solved, abs(ring.teeth) * turns)
+    train = solved.linkage.train
+    *_, last = train.periods
+    period = train.periods[train.meshes[0].name] / train.periods[last]  # of the ring's meshes
+    offset = eccentric(solved, abs(train[last].pair.wheel.teeth) * period * turns)
     forces = curves(solved, float(short.keys.number))
     _, F = solved.statics(offset[:, None]).balanced(forces, solved.begun(POINTS), FORCE_TOLERANCE)
     sharing: NDArray = (F / solved.even).max(axis=1).T

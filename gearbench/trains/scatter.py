@@ -24,7 +24,7 @@ from gearbench.contact.solver import Guess
 from gearbench.effects.distributions import DISTRIBUTIONS
 from gearbench.errors import InputError
 from gearbench.geometry.planetary import DEVIATIONS, PlanetaryScatter
-from gearbench.results.cycle import HARMONICS, coefficients
+from gearbench.results.cycle import coefficients
 from gearbench.results.points import Columns
 from gearbench.results.provenance import provenance
 from gearbench.results.responses import described, is_of_train, response
@@ -306,7 +306,7 @@ def robust_train(
     attrs |= {"sampler": sampler, "samples": samples, "complete": 1}
     columns = _columns(found, errors, sampler, tuple(dict.fromkeys((*STUDIED, *responses))))
     coords = {"error_name": np.array(train.error_names), "mesh": np.array(list(train.solved.meshes))}
-    coords["harmonic"] = np.arange(1, HARMONICS + 1)
+    coords["harmonic"] = np.array(train.solved.phases.orders)
     return xr.Dataset(described(columns, "NaN where the samples are too few to tell"), coords=coords, attrs=attrs)
 
 

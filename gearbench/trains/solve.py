@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from functools import cached_property
 
 import numpy as np
@@ -24,7 +25,7 @@ from gearbench.geometry.linkage import Linkage
 from gearbench.geometry.names import GEARS
 from gearbench.geometry.train import Train
 from gearbench.hunting.cycles import teeth_alike, unlike
-from gearbench.results.cycle import MICROMETRES, MeshCycle, Phases
+from gearbench.results.cycle import HARMONICS, MICROMETRES, MeshCycle, Phases
 from gearbench.results.solved import Solved
 from gearbench.results.train_cycle import TrainCycle
 from gearbench.scene import Load, Resolution, Scene
@@ -157,15 +158,13 @@ def check_train(scene: Scene) -> Linkage:
     Raises
     ------
     InputError
-        If mesh frequencies differ, or the tooth numbers or the coupling do not fit.
+        If the tooth numbers or the coupling do not fit, or teeth differ and meshes have different frequencies.
     """
     train = scene.geometry
-    rates = {mesh.name: train.mesh_rate(mesh.name) for mesh in train.meshes}
-    first = next(iter(rates.values()))
-    for name, rate in rates.items():
-        if not np.isclose(rate, first, rtol=1e-12):
-            allowed = f"must be that of the first, {first:g} z n, where paths are parallel"
-            raise InputError("meshes", f"mesh frequency of {name}, {rate:g} z n", allowed)
+    for own in scene.meshes.values() if max(train.periods.values()) > 1 else ():
+        if turning := unlike(own):
+            allowed = "differs from tooth to tooth, and needs a train whose meshes have one frequency"
+            raise InputError(f"effects.{turning[0].name}", "given", allowed)
     assert scene.train is not None
     short = scene.train.planetary
     try:
@@ -221,9 +220,8 @@ def solve_train(
     assert scene.train is not None
     coast = scene.load.coast
     train, scenes = scene.geometry, dict(meshes or (scene.meshes if alike else mesh_scenes(scene)))
-    shift = train.phases(coast=coast)
     if phases is None:
-        phases = _phases({name: teeth_alike(own) for name, own in scenes.items()} if alike else scenes, shift)
+        phases = _phases({name: teeth_alike(own) for name, own in scenes.items()} if alike else scenes, train, coast)
     even = np.array([own.F_bt for own in scenes.values()])
     f = linkage.force(scene.load.torque)
     statics = Statics(rows=linkage.rows, stiffness=linkage.stiffness, force=f, offset=scene.train.offset(linkage))
@@ -264,7 +262,7 @@ def _balanced(
     for name, scene in scenes.items():
         key = unnamed(scene), shift[name]
         if key not in known:
-            known[key] = _mesh(key[0], phases.phase + shift[name], alike)
+            known[key] = _mesh(key[0], phases.phase * train.periods[name] / phases.length + shift[name], alike)
         at[name] = known[key]
     bodies = yielding_bodies(train, scenes, at, coast=coast)
     return at, balance([mesh for _, mesh in at.values()], statics, bodies)
@@ -279,9 +277,16 @@ def _under(scene: Scene, share: float) -> Scene:
     return scene if share == 1.0 else changed(scene, load=Load(torque=share * scene.load.torque))
 
 
-def _phases(scenes: Mapping[str, Scene], shift: Mapping[str, float]) -> Phases:
+def _phases(scenes: Mapping[str, Scene], train: Train, coast: bool) -> Phases:
     """Phases of the first mesh: Gauss points on panels between the contact changes of all meshes."""
     first, *_ = scenes.values()
+    shift, periods = train.phases(coast=coast), train.periods
+    length, most = next(iter(periods.values())), max(periods.values())
+    orders = {n * Fraction(own, length) for own in periods.values() for n in range(1, HARMONICS + 1)}
+    whole = {
+        "length": length,
+        "orders": tuple(float(n) if n.denominator > 1 else int(n) for n in sorted(orders)),
+    }
     resolution = first.resolution
     if resolution.accuracy is not None:
         raise InputError(
@@ -290,28 +295,34 @@ def _phases(scenes: Mapping[str, Scene], shift: Mapping[str, float]) -> Phases:
             "is for simulate, sweep and plan: here give segments and gauss_points",
         )
     if resolution.positions is not None:
-        phase, weight = uniform_phases(resolution.positions)
-        return Phases(phase=phase, weight=weight, size=None)
+        phase, weight = uniform_phases(resolution.positions * most)
+        return Phases(phase=length * phase, weight=weight, size=None, **whole)
     size = resolution.gauss_points or GAUSS_POINTS
     exact = size > GAUSS_POINTS
     changes = []
     for name, scene in scenes.items():
         own = transitions(changed(unnamed(scene), resolution=Resolution()), exact=exact)
-        changes += [each._replace(phase=(each.phase - shift[name]) % 1.0 % 1.0) for each in own]
+        at = ((each, (each.phase - shift[name]) % 1.0 % 1.0) for each in own)
+        each_period = [
+            own._replace(phase=(phase + p) * most / periods[name] % most)
+            for own, phase in at
+            for p in range(periods[name])
+        ]
+        changes += each_period
     longest = LONGEST if first.pair.meshing.overlap_ratio else 1.0
-    ends = panel_ends(changes, longest, CLOSER if exact else CLOSE)
+    ends = [end / most for end in panel_ends(changes, longest, CLOSER if exact else CLOSE, most)]
     # panels that repeat as the meshes do: harmonics that cancel do so in the quadrature too
-    parts = _repeats([(unnamed(scene), shift[name]) for name, scene in scenes.items()])
+    parts = _repeats([(unnamed(scene), shift[name], periods[name]) for name, scene in scenes.items()])
     ends = [end + part / parts for part in range(parts) for end in ends if end < 1 / parts]
     phase, weight = gauss_phases(ends, size)
-    return Phases(phase=phase, weight=weight, size=size)
+    return Phases(phase=length * phase, weight=weight, size=size, **whole)
 
 
-def _repeats(meshes: list[tuple[Scene, float]]) -> int:
-    """Largest n for which ``meshes``, scenes with their phases, are the same again after 1/n of the mesh cycle."""
+def _repeats(meshes: list[tuple[Scene, float, int]]) -> int:
+    """Largest n for which ``meshes``, scenes with phases and periods, are the same again after 1/n of the cycle."""
 
     def after(part: float) -> Counter:
-        return Counter((scene, round(1e6 * (phase + part)) % 10**6) for scene, phase in meshes)
+        return Counter((scene, round(1e6 * (phase + part * periods)) % 10**6) for scene, phase, periods in meshes)
 
     return next(n for n in range(len(meshes), 0, -1) if after(1 / n) == after(0.0))
 
