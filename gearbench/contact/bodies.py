@@ -39,7 +39,7 @@ class Side:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Link:
-    """Compliance between the teeth of a body at two sides, which may be the same.
+    """Compliance between the teeth of a body at two sides.
 
     Parameters
     ----------
@@ -63,14 +63,11 @@ class Bodies:
     sides
         Sides at which the bodies are loaded.
     links
-        Links between different sides of a body.
-    self_links
-        Links of the sides with themselves: the part of the body in the compliance of a mesh.
+        Links between the sides of a body.
     """
 
     sides: tuple[Side, ...]
     links: tuple[Link, ...]
-    self_links: tuple[Link, ...]
 
     def fields(self, loads: Sequence[NDArray]) -> list[NDArray | None]:
         """Gaps that loads in other meshes open in each mesh.
@@ -98,16 +95,19 @@ class Bodies:
         return [gaps.get(m) for m in range(len(loads))]
 
     def compliance(self, loads: Sequence[NDArray]) -> NDArray:
-        """Compliance C (position, mesh, mesh) [mm/N] between meshes, if the ``loads`` of each mesh sum to 1 N."""
+        """Compliance C (position, mesh, mesh) [mm/N] between meshes, if the ``loads`` of each mesh sum to 1 N.
+
+        The diagonal is 0.
+        """
         generalised = self._generalised_loads(loads)
         compliance = np.zeros((len(loads[0]), len(loads), len(loads)))
-        for link in (*self.links, *self.self_links):
+        for link in self.links:
             one, other = link.sides
             m, n = self.sides[one].mesh, self.sides[other].mesh
             for at, C in link.groups:
                 c = np.sum((generalised[one][at] @ C) * generalised[other][at], axis=1)
                 compliance[at, m, n] += c
-                compliance[at, n, m] += 0.0 if m == n else c
+                compliance[at, n, m] += c
         return compliance
 
     def _generalised_loads(self, loads: Sequence[NDArray]) -> list[NDArray]:

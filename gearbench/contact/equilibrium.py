@@ -120,40 +120,52 @@ class Statics:
         f (motion,) [N …].
     offset
         g (mesh,) or (position, mesh) [mm]; a mesh with negative g touches later.
-    elastic
-        E (position, mesh, n) [√(mm/N)] with E Eᵀ = C + D, where C is the compliance of bodies between meshes. Its
-        columns are additional motions with amplitudes η, held by springs of stiffness 1.
+    between
+        C (position, mesh, mesh) [mm/N]: compliance of bodies between different meshes, with a zero diagonal.
     shifted
-        Diagonal D (position, mesh) [mm/N]: compliance of bodies that is shifted from the meshes to the balance, so
-        that the balance is the minimum of a convex function. The approaches of the meshes do not contain it.
+        Diagonal D (position, mesh) [mm/N]: compliance that is shifted from the meshes to the balance, so that C + D has
+        no negative eigenvalue and the balance is the minimum of a convex function.
     """
 
     rows: NDArray
     stiffness: NDArray
     force: NDArray
     offset: NDArray
-    elastic: NDArray | None = None
+    between: NDArray | None = None
     shifted: NDArray | float = 0.0
 
     @cached_property
     def with_bodies(self) -> tuple[NDArray, NDArray, NDArray]:
-        """B, K and f for rigid motions q and elastic amplitudes η together."""
-        if self.elastic is None:
+        """B, K and f for rigid motions q and elastic amplitudes η together.
+
+        η are held by springs of stiffness 1. The approach due to them is E η, with E Eᵀ = C + D.
+        """
+        if self.between is None:
             return self.rows, self.stiffness, self.force
-        n, motions = self.elastic.shape[-1], len(self.force)
-        rows = np.broadcast_to(self.rows, (len(self.elastic), *self.rows.shape))
+        n, motions = len(self.rows), len(self.force)
+        value, vector = np.linalg.eigh(self.between + np.expand_dims(self.shifted, -1) * np.eye(n))
+        elastic = vector * np.sqrt(np.maximum(value, 0.0))[:, None]
+        rows = np.broadcast_to(self.rows, (len(elastic), *self.rows.shape))
         stiffness = np.eye(motions + n)
         stiffness[:motions, :motions] = self.stiffness
-        return np.concatenate([rows, self.elastic], axis=-1), stiffness, np.append(self.force, np.zeros(n))
+        return np.concatenate([rows, elastic], axis=-1), stiffness, np.append(self.force, np.zeros(n))
 
     def without_shifted(self, k: NDArray) -> NDArray:
         """Stiffness (…, mesh) of meshes without the compliance ``shifted`` to the balance."""
         return k / np.maximum(1 - self.shifted * k, MIN_REMAINING)
 
+    def tangent(self, k: NDArray) -> NDArray:
+        """W = (1/k + C)⁻¹ (position, mesh, mesh): tangent of all meshes together, each of the stiffness k ≥ 0.
+
+        It is computed as √k (1 + √k C √k)⁻¹ √k, so k (position, mesh) may be 0.
+        """
+        root, one = np.sqrt(k)[..., None], np.eye(k.shape[-1])
+        C = 0.0 if self.between is None else self.between
+        return root * np.linalg.inv(one + root * C * np.swapaxes(root, 1, 2)) * np.swapaxes(root, 1, 2)
+
     def matrix(self, k: NDArray) -> NDArray:
-        """K + Bᵀ k B (position, motion, motion) for meshes with the stiffness k (position, mesh)."""
-        B, K, _ = self.with_bodies
-        return K + (np.swapaxes(B, -1, -2) * self.without_shifted(k)[:, None]) @ B
+        """K + Bᵀ W B (position, motion, motion) for meshes of the stiffness k (position, mesh), see ``tangent``."""
+        return self.stiffness + self.rows.T @ self.tangent(k) @ self.rows
 
     def balanced(
         self, response: Callable[[NDArray], tuple[NDArray, NDArray]], q: NDArray, enough: float = 0.0
@@ -264,11 +276,11 @@ class ForceSearch:
         for step in range(STEPS):
             at = np.maximum(force, least)
             approach, k = self.meshes_under(at)
-            approach, stiffness = approach - statics.shifted * at, statics.without_shifted(k)
             if q is None:  # start as if all meshes were loaded
-                B, _, f = statics.with_bodies
-                right = f - _generalised_force(stiffness * (statics.offset - approach) + at, B)
-                q = np.linalg.solve(statics.matrix(k), right[..., None])[..., : len(statics.force), 0]
+                free = approach + (0.0 if statics.between is None else (statics.between @ at[..., None])[..., 0])
+                right = statics.force - (at + _times(statics.tangent(k), statics.offset - free)) @ statics.rows
+                q = np.linalg.solve(statics.matrix(k), right[..., None])[..., 0]
+            approach, stiffness = approach - statics.shifted * at, statics.without_shifted(k)
             q, new = statics.balanced(partial(_tangents, k=stiffness, free=approach - at / stiffness), q)
             change = np.where(force > least, new - force, np.maximum(new - at, 0.0))
             left = max(np.abs(change).max() / np.abs(new).max(), self.gap_change())
@@ -331,14 +343,12 @@ def balance(meshes: Sequence[MeshAt], statics: Statics, bodies: Bodies | None = 
     even = np.tile(nominal, (len(meshes[0].problem.gap), 1))
     tolerance = FORCE_TOLERANCE
     if bodies is not None:
-        meshes_under(even)
-        compliance = bodies.compliance(loads(np.ones_like(even) * cos_b)) / np.multiply.outer(cos_b, cos_b)
-        value, vector = np.linalg.eigh(compliance)
-        elastic = vector * np.sqrt(np.maximum(value, 0.0))[:, None]
-        compliance = elastic @ np.swapaxes(elastic, 1, 2)
-        shifted = np.diagonal(compliance, axis1=1, axis2=2)
-        between, tolerance = compliance - shifted[:, None] * np.eye(len(meshes)), BODY_TOLERANCE
-        statics = replace(statics, elastic=elastic, shifted=shifted)
+        _, k = meshes_under(even)
+        between = bodies.compliance(loads(np.ones_like(even) * cos_b)) / np.multiply.outer(cos_b, cos_b)
+        # D k = ρ, the same in all meshes, is least here; ρ < 1, because the compliance 1/k + C is positive definite
+        root, tolerance = np.sqrt(k), BODY_TOLERANCE
+        least = np.linalg.eigvalsh(root[:, :, None] * between * root[:, None])[:, :1]
+        statics = replace(statics, between=between, shifted=-least / k)
     search = ForceSearch(meshes_under=meshes_under, nominal=nominal, tolerance=tolerance, gap_change=gap_change)
     force, q, k, steps = search.solve(statics, even)
     # separated flanks were solved under a tiny load

@@ -181,13 +181,8 @@ class TrainModel(LinearModel):
     @cached_property
     def _tangent(self) -> NDArray:
         """K = (1/k + C)⁻¹ (position, mesh, mesh) [N/mm] with mesh stiffnesses k and the compliance C of the bodies."""
-        balance, one = self.solved.balance, np.eye(len(self.names))
-        k, statics = balance.stiffness[..., None] * one, balance.statics
-        if statics.elastic is None:
-            return k
-        C = statics.elastic @ np.swapaxes(statics.elastic, 1, 2) - np.expand_dims(statics.shifted, -1) * one
-        K = np.linalg.solve(one + k @ C, k)
-        return (K + np.swapaxes(K, 1, 2)) / 2
+        balance = self.solved.balance
+        return balance.statics.tangent(balance.stiffness)
 
     @cached_property
     def groups(self) -> tuple[Group, ...]:

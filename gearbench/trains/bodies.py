@@ -64,8 +64,7 @@ def yielding_bodies(
         return None
     # a gear that drives in one mesh and is driven in another is treated as driving: that side comes first
     pairs = [sorted(both, key=lambda s: names[s][1]) for own in shared for both in combinations(own, 2)]
-    own = tuple(link(s, s) for each in shared for s in each)
-    return Bodies(sides=tuple(sides), links=tuple(link(*both) for both in pairs), self_links=own)
+    return Bodies(sides=tuple(sides), links=tuple(link(*both) for both in pairs))
 
 
 def _body(scene: Scene) -> GearBody | None:

@@ -86,14 +86,13 @@ class SolvedTrain:
         Samples use this value unchanged, as if they had the load distribution of this solution.
         """
         own, F = self.own, self.balance.force
-        if own.elastic is None:
+        if own.between is None:
             return 0.0
         F = np.maximum(F, LEAST * np.array([mesh.nominal for mesh in self.contacts]))
         contacts = zip(self.contacts, F.T, self.balance.fields, strict=True)
         both = [[m.under(f, Guess.empty(m.problem), e)[0] for e in (field, None)] for m, f, field in contacts]
         yielded = [one - other for one, other in both]
-        mean = (own.elastic @ (np.swapaxes(own.elastic, 1, 2) @ F[..., None]))[..., 0] - own.shifted * F
-        return np.stack(yielded, axis=1) - mean
+        return np.stack(yielded, axis=1) - (own.between @ F[..., None])[..., 0]
 
     @cached_property
     def cycle(self) -> TrainCycle:
@@ -130,12 +129,9 @@ class SolvedTrain:
         """Change of the transmission error when the ends of the contact patches were last refined, (position,) [µm]."""
         by_mesh = zip(self.meshes.values(), self.contacts, strict=True)
         change = [(m.solution.approach - m.solution.coarse_approach) / contact.cos_b for m, contact in by_mesh]
-        k, (B, _, _) = self.balance.stiffness, self.own.with_bodies
-        pulled = (
-            np.swapaxes(np.broadcast_to(B, (*k.shape, B.shape[-1])), 1, 2)
-            @ (self.own.without_shifted(k) * np.stack(change, axis=1))[..., None]
-        )
-        moved = (np.linalg.pinv(self.own.matrix(k), hermitian=True) @ pulled)[:, : len(self.linkage.motions), 0]
+        k = self.balance.stiffness
+        pulled = self.linkage.rows.T @ self.own.tangent(k) @ np.stack(change, axis=1)[..., None]
+        moved = (np.linalg.pinv(self.own.matrix(k), hermitian=True) @ pulled)[..., 0]
         return replace(self.cycle, motion=moved).transmission_error
 
     @property
