@@ -76,10 +76,5 @@ def test_every_effect_is_public():
         assert getattr(gearbench, kind.__name__) is kind
 
 
-def test_what_is_not_public_is_an_attribute_error():
-    with pytest.raises(AttributeError, match="no_such_name"):
-        _ = gearbench.no_such_name
-
-
 def test_types_are_marked_as_such():
     assert (ROOT / "gearbench" / "py.typed").exists()

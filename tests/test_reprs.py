@@ -4,8 +4,6 @@ from html.parser import HTMLParser
 
 import h5py
 import matplotlib as mpl
-import numpy as np
-import pandas as pd
 import pytest
 from matplotlib.axes import Axes
 
@@ -95,16 +93,6 @@ def test_plots_draw_on_the_axes_given_and_return_axes(result):
         fresh = call(None)
         assert isinstance(fresh, Axes)
         plt.close("all")
-
-
-def test_results_are_data_frames_with_one_call(result):
-    frame = result[["transmission_error", "mesh_stiffness"]].to_dataframe()
-    assert isinstance(frame, pd.DataFrame)
-    assert len(frame) == result.sizes["position"]
-    weighted = np.average(frame["mesh_stiffness"], weights=frame["phase_weight"])
-    np.testing.assert_allclose(weighted, result["mesh_stiffness_mean"], rtol=1e-12)
-    loads = result["line_load"].to_dataframe().dropna()
-    assert loads.index.names == ["position", "pair", "segment"]
 
 
 def test_files_hold_only_types_that_every_netcdf_reader_knows(result, tmp_path):

@@ -81,37 +81,6 @@ def test_a_chain_is_two_springs_in_series():
     assert_allclose(whole.input_stiffness / r_b**2, 1 / (1 / k).sum(axis=0), rtol=1e-9)
 
 
-@pytest.mark.parametrize("helix", [0.0, 20.0])
-def test_idlers_in_phase_are_one_idler_under_its_part_of_the_torque(helix):
-    one, turn = solved([15.0], 20.0, helix=helix)
-    three, turns = solved([15.0, 135.0, 255.0], 60.0, helix=helix)
-    assert_allclose(three, np.repeat(one, 3, axis=1), rtol=1e-10)
-    assert_allclose(turns, turn, rtol=1e-10)
-
-
-def test_order_and_turning_of_the_idlers_change_nothing():
-    angles = [0.0, 90.0, 180.0, 270.0]  # 21 teeth: phases of 0, ¾, ½, ¼
-    force, turn = solved(angles)
-    assert np.ptp(force[:, :4]) > 0.1 * force.mean()
-    # the first mesh is that of the first idler: phases begin with it whatever the others are called
-    swapped, same = solved([0.0, 270.0, 90.0, 180.0])
-    assert_allclose(same, turn, rtol=1e-10)
-    assert_allclose(swapped[:, [0, 2, 3, 1]], force[:, :4], rtol=1e-9)
-    turned, same = solved([angle + 37.0 for angle in angles])
-    assert_allclose(same, turn, rtol=1e-10)
-    assert_allclose(turned, force, rtol=1e-10)
-
-
-def test_phasing_cancels_what_the_rule_says():
-    # k = l z N⁻¹: 0 torsion, 1 and N − 1 a radial force, else nothing
-    whole = simulate(parse_scene(tables([0.0, 90.0, 180.0, 270.0])), outputs=["transmission_error"])
-    radial = np.hypot(*whole["member_force_amplitude"].sel(member="sun").values)
-    assert_allclose(radial[[1, 3, 5, 7]] / radial.max(), 0.0, atol=1e-10)
-    assert (radial[[0, 2]] / radial.max() > 0.1).all()
-    error = whole["train_transmission_error_amplitude"].values
-    assert_allclose(error[[0, 1, 2, 4, 5, 6]] / error.max(), 0.0, atol=1e-10)
-
-
 def test_the_dataset_holds_each_mesh_and_what_they_have_in_common():
     scene = parse_scene(tables([0.0, 90.0, 180.0, 270.0], resolution={"positions": 8}))
     whole = simulate(scene, outputs=["transmission_error", "line_load"])

@@ -179,12 +179,11 @@ def test_keys_at_random(name, tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_keys_at_random_of_every_pair(name, tmp_path):
-    for seed in range(1, 4):
-        written_read_solved_kept(drawn(name, seed, tmp_path), tmp_path)
+    written_read_solved_kept(drawn(name, 1, tmp_path), tmp_path)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", ["fzg_c", "thin_rim", "e_drive_output", "sew stage 1"])
 def test_keys_at_random_on_bodies_under_loads_of_both_flanks(name, tmp_path):
     written_read_solved_kept(on_bodies_under_loads(drawn(name, 5, tmp_path)), tmp_path)
 

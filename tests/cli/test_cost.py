@@ -10,11 +10,10 @@ import numpy as np
 import pytest
 
 from gearbench.accuracy.measure import MEASURED
-from gearbench.accuracy.settings import GAUSS_POINTS, PLATE_ORDER, POSITIONS, SEGMENTS, Setting, with_resolution
+from gearbench.accuracy.settings import PLATE_ORDER, SEGMENTS, Setting, with_resolution
 from gearbench.effects.helix_slope import HelixSlope
 from gearbench.effort import workprecision
-from gearbench.effort.clock import peak_megabytes
-from gearbench.effort.curves import WorkPrecision, as_dataset, observed_order, setting_curve
+from gearbench.effort.curves import WorkPrecision, observed_order, setting_curve
 from gearbench.effort.workprecision import sample_curves
 from gearbench.library.garambois2017 import case, gear
 from gearbench.results.netcdf import open_result
@@ -36,22 +35,6 @@ torque = 230.0
 gauss_points = 2
 segments = 4
 """
-
-
-@pytest.mark.slow
-def test_cost_prints_every_setting_and_writes_dataset_and_plot(run, tmp_path):
-    scene = tmp_path / "small.toml"
-    scene.write_text(SMALL, encoding="utf-8")
-    code, out, err = run("cost", scene, "-o", tmp_path / "cost", "--repeats", 1)
-    assert (code, err) == (0, "")
-    for setting in ("segments", "gauss_points", "positions"):
-        assert setting in out
-    assert "plate order" not in out  # no tooth, no setting for it
-    dataset = open_result(tmp_path / "cost" / "cost.nc")
-    assert list(dataset["quantity"].values) == list(MEASURED)
-    assert (dataset["seconds"] > 0).all()
-    assert (dataset["megabytes"] > 0).all()
-    assert (tmp_path / "cost" / "work_precision.png").stat().st_size > 10_000
 
 
 def test_cost_as_json_and_in_silence(run, tmp_path, monkeypatch):
@@ -163,19 +146,6 @@ def test_a_setting_from_elsewhere_is_measured_with_the_others(monkeypatch):
     rows = dataset.isel(setting=dataset["setting_knob"].values == double.name)
     assert list(rows["level"].values) == ["1", "2"]  # the two finest are the reference and its error bar
     assert float(rows["error"].max()) < 1e-11  # rounding
-
-
-def test_memory_is_that_of_the_arrays_made():
-    assert peak_megabytes(lambda: np.ones(500_000)) == pytest.approx(4.0, rel=0.01)
-
-
-def test_curves_are_rows_of_one_dataset():
-    scene = with_resolution(gear("SC").scene(), segments=2, gauss_points=2)
-    made = [setting_curve(scene, setting, repeats=1) for setting in (GAUSS_POINTS, POSITIONS)]
-    dataset = as_dataset(made)
-    assert dataset.sizes["setting"] == sum(len(c.points) for c in made)
-    assert list(dataset["knob"].values) == ["gauss_points", "positions"]
-    assert dataset["error"].attrs["units"] == "1"
 
 
 def test_tables_of_the_page_on_run_time_are_those_of_its_dataset(tmp_path):

@@ -122,6 +122,7 @@ def strict(text: str) -> dict:
     return json.loads(text, parse_constant=lambda name: pytest.fail(f"{name} is no JSON"))
 
 
+@pytest.mark.slow
 def test_json_summaries(run, study, tmp_path):
     front = tmp_path / "front"
     calls = {

@@ -45,6 +45,7 @@ def scene(tmp_path, monkeypatch):
     return path
 
 
+@pytest.mark.slow
 def test_a_report_and_a_dataset_are_written(run, scene, tmp_path):
     code, out, err = run("validate", scene, "-o", tmp_path / "out", "--accuracy", 0.05)
     assert (code, err) == (0, "")

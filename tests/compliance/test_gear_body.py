@@ -13,7 +13,6 @@ from numpy.testing import assert_allclose
 from gearbench.compliance.bases import gauss, width_functions
 from gearbench.compliance.gear_body import ToothedRing, wave_weights, waves_computed
 from gearbench.compliance.ring import Ring, harmonic_weights
-from gearbench.compliance.solid_tooth import SolidTooth
 from tests.support.toothed_rings import NU, E, body, gear, tooth
 
 
@@ -161,55 +160,6 @@ def test_a_body_of_no_thickness_is_a_clamp(helix, teeth):
     assert size[-1] < 1e-3 * np.linalg.norm(tooth(gear(helix, teeth=teeth)).matrix)
 
 
-def test_scaling():
-    """All lengths × s, moduli × m: deflection per force × 1/(s m); the polynomials are per length."""
-    small = body(gear(15.0))
-    large = ToothedRing(
-        tooth=SolidTooth(gear=gear(15.0, module=14.0, width=84.0), E=3 * E, nu=NU), bore_radius=7 * small.bore_radius
-    )
-    a = small.tooth.flank.shapes(3.0, 2.0) @ small.blocks(1) @ small.tooth.flank.shapes(4.0, 9.0)
-    c = large.tooth.flank.shapes(21.0, 14.0) @ replace(large, order=8).blocks(1) @ large.tooth.flank.shapes(28.0, 63.0)
-    assert_allclose(c * 21.0, a, rtol=1e-9)  # the junction of the flank is found to 1e-12, and divided by √x
-
-
-def test_faces_of_a_spur_gear_are_alike():
-    C = body(order=(4, 4, 5)).blocks(2).reshape(5, 4, 5, 4, 5)
-    assert_allclose(C[:, :, ::2, :, 1::2], 0, atol=1e-14 * C.max())
-
-
-def test_hand_of_the_helix():
-    """Right and left hand are mirror images in the face of the gear."""
-    C, D = (body(gear(h), order=(4, 4, 5)).blocks(1).reshape(3, 4, 5, 4, 5) for h in (20.0, -20.0))
-    sign = (-1.0) ** np.arange(5)
-    assert_allclose(D * sign[:, None, None] * sign, C, rtol=0, atol=1e-12 * C.max())
-    assert np.abs(C[:, :, ::2, :, 1::2]).max() > 0.01 * C.max()
-
-
-def test_vanishing_helix_is_a_spur_gear():
-    C, D = (body(gear(h)).blocks(1) for h in (0.0, 1e-7))
-    assert_allclose(D, C, rtol=0, atol=1e-7 * C.max())
-
-
-@pytest.mark.parametrize("driven", [False, True])
-def test_factor_of_neighbouring_pairs(driven):
-    """ψ_i(a)·ψ_j(b) = φ(a)ᵀ C_{i−j} φ(b); the driven gear is mirrored and counted the other way."""
-    g = gear(20.0)
-    f = replace(body(g).flank(2), driven=driven)
-    plain = body(g)
-    C, phi = plain.blocks(2), plain.tooth.flank.shapes
-    w, a, load = g.face_width, (3.0, 2.0), (4.0, 9.0)
-    for i in range(3):
-        for j in range(3):
-            found = f.factor(*a, i, 3) @ f.factor(*load, j, 3)
-            if driven:
-                expected = phi(a[0], w - a[1]) @ C[2 + j - i] @ phi(load[0], w - load[1])
-            else:
-                expected = phi(*a) @ C[2 + i - j] @ phi(*load)
-            assert found == pytest.approx(expected, abs=1e-9 * np.abs(C).max())
-    alone = f.factor(*a) @ f.factor(*load)
-    assert alone == pytest.approx(f.factor(*a, 1, 3) @ f.factor(*load, 1, 3), rel=1e-9)
-
-
 @GEARS
 def test_what_is_cut_off_does_not_count(helix, teeth, monkeypatch):
     """Higher order along R, more harmonics and more polynomials in z of the root change nothing."""
@@ -226,15 +176,6 @@ def test_what_is_cut_off_does_not_count(helix, teeth, monkeypatch):
         assert 1e-6 * size < np.linalg.norm(blocks() - C) < 3e-4 * size
     monkeypatch.setattr(ToothedRing, "axis_order", property(lambda self: self.tooth.order[2]))
     assert 1e-6 * size < np.linalg.norm(blocks() - C) < 4e-3 * size
-
-
-@GEARS
-def test_convergence_with_the_order_of_the_tooth(helix, teeth):
-    """Under an even load the default order is within 1 % of (9, 10, 9), at the loaded tooth and at its neighbour."""
-    values = [body(gear(helix, teeth=teeth), order=o).blocks(1)[1:, 0, 0] for o in [(4, 5, 5), (5, 6, 6), (9, 10, 9)]]
-    coarse, fine = 1 - np.array(values[:2]) / values[2]
-    assert 0 < fine[0] < 0.5 * coarse[0] < 0.015
-    assert abs(fine[1]) < 0.005
 
 
 @pytest.mark.parametrize(

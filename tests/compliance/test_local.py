@@ -10,7 +10,6 @@ from scipy.integrate import quad
 from fem_reference.flank import Flank
 from gearbench.compliance import local
 from gearbench.compliance.local import compression, flank_functions, half_space_compression
-from gearbench.compliance.solid_tooth import SolidTooth
 from gearbench.geometry.gear import Gear
 from tests.support.gears import standard_gear
 
@@ -85,23 +84,6 @@ def test_waves_between_those_computed_are_interpolated(count, monkeypatch):
     assert 0 < np.linalg.norm(found - every) < 1e-7 * np.linalg.norm(every)
 
 
-def test_even_load_alone_needs_no_waves():
-    """One function across the width: only the plane part, as a double integral over the height."""
-    g = gear()
-    low, high = g.form_radius, g.tip_radius
-
-    def inner(R):
-        def part(other):
-            r = abs(other - R) * (other + R) / (2 * g.base_radius)
-            t = math.sqrt(float(g.flank_depth(np.array(R))) * float(g.flank_depth(np.array(other))))
-            return float(compression(E, NU, np.array([0.0]), np.array(r), np.array(t))[0])
-
-        return quad(part, low, R, limit=200)[0] + quad(part, R, high, limit=200)[0]
-
-    exact = quad(inner, low, high, epsrel=1e-6)[0] / (high - low)
-    assert_allclose(half_space_compression(g, E, NU, (1, 1))[0, 0], exact, rtol=2e-6)
-
-
 def even_helix(g: Gear, R: float, other: float) -> float:
     """Compression at R, y = 0 under point forces all along the helix at ``other``, by positions in space."""
     depth = math.sqrt(float(g.flank_depth(np.array(R))) * float(g.flank_depth(np.array(other))))
@@ -139,8 +121,3 @@ def test_flank_functions_are_orthonormal_and_constant_outside():
     assert_allclose(
         flank_functions(5, np.array([1.0, 9.0]), 2.0, 4.0), flank_functions(5, np.array([2.0, 4.0]), 2.0, 4.0)
     )
-
-
-def test_smooth_and_local_part_make_the_flank():
-    smooth, flank = (SolidTooth(gear=gear(), E=E, nu=NU, measured_at=m).matrix for m in ("smooth", "flank"))
-    assert_allclose(smooth + half_space_compression(gear(), E, NU, (5, 5)), flank, rtol=0, atol=1e-14 * flank.max())

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from functools import cache
 from itertools import pairwise
 
@@ -112,18 +111,6 @@ def test_layer_of_high_harmonics_costs_little(n):
     exact = annulus(n, NU, R_I)
     assert_allclose(found, exact, rtol=0, atol=1.2e-4 * exact.max())
     assert np.linalg.eigvalsh(exact - found).min() > 0
-
-
-def test_convergence_along_the_radius_is_spectral():
-    """Two more functions reduce the error to less than a quarter, down to the error of the layer."""
-    for n in (0, 2, 8, 40):
-        exact = annulus(n, NU, R_I)
-        error = [
-            np.linalg.norm(ring((p, 1)).harmonics(np.array([n]))[0, :2, :2] * R_O - exact) / exact.max()
-            for p in (2, 4, 6, 8)
-        ]
-        assert all(fine < max(0.25 * coarse, 1e-4) for coarse, fine in pairwise(error))
-        assert error[0] > 5e-3
 
 
 @pytest.mark.parametrize("bore", [0.95, 0.6, 0.2, 0.05])
@@ -238,13 +225,6 @@ N = np.array([0, 1, 2, 5, 14, 15, 40, 200])
 
 
 @pytest.mark.parametrize("screw", [0.0, 0.02])
-def test_harmonics_are_symmetric_and_positive(screw):
-    found = ring((8, 5), screw=screw).harmonics(N)
-    assert_allclose(found, found.swapaxes(1, 2), rtol=0, atol=1e-18)
-    assert np.linalg.eigvalsh(found).min() > 0
-
-
-@pytest.mark.parametrize("screw", [0.0, 0.02])
 def test_compliance_grows_with_every_function(screw):
     """By Rayleigh–Ritz the compliance under the same load grows as a quadratic form."""
     orders = [(3, 3), (4, 3), (4, 5), (7, 5), (8, 8)]
@@ -255,25 +235,6 @@ def test_compliance_grows_with_every_function(screw):
     for coarse, fine in pairwise(found):
         assert np.linalg.eigvalsh(fine - coarse).min() > -1e-13 * fine.max()
         assert np.all(np.trace(fine, axis1=1, axis2=2) > np.trace(coarse, axis1=1, axis2=2))
-
-
-def test_smaller_bore_is_softer():
-    """A smaller bore holds less: the compliance grows as a quadratic form for every harmonic that reaches the bore."""
-    n = np.array([0, 1, 2, 5])
-    found = [ring((20, 3), inner_radius=r).harmonics(n) for r in (39.0, 36.0, 30.0, 20.0)]
-    for stiff, soft in pairwise(found):
-        assert np.linalg.eigvalsh(soft - stiff).min() > -1e-9 * soft.max()
-    # a thin layer: tractions over the thickness, in shear and with no room to contract
-    thin = ring((8, 1), inner_radius=R_O - 1e-4).harmonics(np.array([0.0]))[0] * R_O
-    oedometer = (1 + NU) * (1 - 2 * NU) / (E * (1 - NU))
-    assert_allclose(np.diag(thin), 1e-4 * np.array([1 / MU, oedometer, 1 / MU]), rtol=1e-5)
-
-
-def test_scaling():
-    """Scaling all lengths leaves ĉ unchanged (mm/N per unit traction × length); moduli × m give 1/m."""
-    body = ring((6, 4), screw=0.02)
-    large = replace(body, inner_radius=3 * R_I, radius=3 * R_O, width=3 * WIDTH, screw=0.02 / 3, E=5 * E)
-    assert_allclose(5 * large.harmonics(N), body.harmonics(N), rtol=0, atol=1e-11 * body.harmonics(N).max())
 
 
 def test_negative_harmonics_are_mirror_images():

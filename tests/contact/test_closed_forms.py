@@ -63,23 +63,6 @@ def test_one_segment():
     assert_allclose(s.stiffness[0], 1 / (2.0 - 0.5 + 0.4**2 + 0.6**2), rtol=1e-14)  # dg/dP = a − h at P = 1
 
 
-def test_equal_segments_share_the_load_equally():
-    n = 12
-    s = solve(problem([0.1] * n, [3.0] * n, [0.2] * n, [[0.5, 0.1]] * n))
-    assert_allclose(s.force.ravel(), 1 / n, rtol=1e-14)
-    assert_allclose(s.approach[0], 0.1 + (3.0 + 0.2 * math.log(n)) / n + 0.26, rtol=1e-14)
-    assert_allclose(s.stiffness[0], 1 / ((3.0 + 0.2 * math.log(n) - 0.2) / n + 0.26), rtol=1e-13)
-
-
-def test_a_rigid_offset_moves_the_approach_alone():
-    rng = np.random.default_rng(2)
-    gap, psi = rng.random(9), rng.normal(size=(9, 3)).tolist()
-    near, far = (solve(problem((gap + c).tolist(), [8.0] * 9, [0.3] * 9, psi)) for c in (0.0, 37.5))
-    assert_allclose(far.force, near.force, atol=1e-13)
-    assert_allclose(far.approach, near.approach + 37.5, rtol=1e-14)
-    assert_allclose(far.stiffness, near.stiffness, rtol=1e-11)
-
-
 @pytest.mark.parametrize(("phase", "teeth"), [(SINGLE, 1), (DOUBLE, 2)])
 @pytest.mark.parametrize("loaded", [1, 13, 40])
 def test_linear_gap_on_an_elastic_foundation(phase, teeth, loaded):
@@ -248,9 +231,3 @@ def test_stiffness_is_the_derivative_of_force_by_approach(pair, law, gaps):
     smooth = np.all(near[0] == near[1], axis=(1, 2))
     assert smooth.sum() >= 7
     assert_allclose(found[smooth], exact[smooth], rtol=2e-9)
-
-
-def test_partial_contact_is_softer():
-    full, partial = (solution(scene(ToothBending(), Hertz(), HelixSlope(wheel=x)), SINGLE) for x in (0.0, 60.0))
-    assert np.count_nonzero(partial.force) < np.count_nonzero(full.force)
-    assert partial.stiffness < full.stiffness

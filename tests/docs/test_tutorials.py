@@ -62,6 +62,7 @@ def test_from_the_data_sheet_of_a_planetary_set_to_its_quietest_arrangement(fold
     assert static | over_speed < {path.name for path in (folder / "plots").glob("*.png")}
 
 
+@pytest.mark.slow
 def test_bring_measured_flanks(folder):
     shutil.copy(GEARBOX, folder / "gearbox.rexs")
     assert GEARBOX.relative_to(ROOT).as_posix() in (ROOT / "docs" / "tutorial_measured.md").read_text(encoding="utf-8")

@@ -54,60 +54,6 @@ def test_two_wheels_against_time_integration(seed):
     assert_allclose(series(f[0, 0], omega, t), force, atol=1e-6 * np.ptp(force))
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", [0, 1])
-def test_chain_of_masses_against_time_integration(seed):
-    """Chain of four masses with two meshes of one frequency and a damper to ground."""
-    rng = np.random.default_rng(seed)
-    n, H, zeta = 4, 20, 0.05
-    M = np.diag(rng.uniform(1, 3, n) * 1e-3)
-    K = np.diag(rng.uniform(1, 4, n) * 1e5)
-    a = np.array([[-1.0, 1.0, 0.3, 0.0], [0.0, -0.2, -1.0, 1.0]])
-    k = np.array([4e5, 6e5])
-    rows = np.eye(1, n, 3)
-    system = Mechanics(
-        mass=M,
-        stiffness=K,
-        damping=(rows, np.array([0.8])),
-        mesh=a,
-        spin=a,
-        bearing=np.zeros((0, 3, n)),
-        bearing_names=(),
-    )
-    found = modes(system, np.diag(k), zeta)
-    k_hat = np.zeros((2, 2, 2 * H + 1), complex)
-    k_hat[0, 0, :3], k_hat[1, 1, :3] = k[:, None] * np.array([[1, 0.08, 0.03j], [1, 0.05j, -0.02]])
-    e_hat = np.zeros((2, H + 1), complex)
-    e_hat[:, :3] = 1e-3 * np.array([[5, 1, 0.3j], [4, 0.5j, 0.2]])
-    F = np.array([1500.0, 900.0])
-    omega = 0.55 * found.frequency[2]
-    drive = Excitation(stiffness=k_hat, motion=e_hat, force=F[:, None] * np.eye(1, H + 1))
-    x, _ = solve(drive, receptances(found, np.arange(2), np.array([omega]), H), np.diag(k))
-    # modal damping as a matrix: C = M Φ 2ζω Φᵀ M
-    from scipy.linalg import eigh
-
-    values, vectors = eigh(K + (a.T * k) @ a, M)
-    C = M @ vectors @ np.diag(2 * zeta * np.sqrt(values)) @ vectors.T @ M + rows.T @ rows * 0.8
-
-    def rate(t, y):
-        q, v = y[:n], y[n:]
-        push = np.zeros(n)
-        for m in range(2):
-            e, stiff = series(e_hat[m], omega, t), series(k_hat[m, m], omega, t)
-            # fluctuations about rest, where constant loads hold the mean forces
-            push += a[m] * stiff * (-a[m] @ q - e)
-        return [*v, *np.linalg.solve(M, push - K @ (q - rest) - C @ v)]
-
-    # motions: q̂_n from the mesh motions is not unique to the balance; integrate to the steady state instead
-    rest = np.linalg.lstsq(a, -np.real(e_hat[:, 0]), rcond=None)[0]
-    T = 2 * np.pi / omega
-    t = np.linspace(199 * T, 200 * T, 40)
-    y = solve_ivp(rate, (0, 200 * T), [*rest, *np.zeros(n)], method="DOP853", rtol=1e-10, atol=1e-14, t_eval=t).y[:n]
-    for m in range(2):
-        wave = -a[m] @ y
-        assert_allclose(series(x[0, m], omega, t) - wave, 0, atol=1e-6 * np.ptp(wave))
-
-
 @pytest.mark.parametrize("depth", [0.1, 0.3])
 def test_first_tongue_of_mathieu(depth):
     w0, m = 2e4, 1e-3

@@ -155,7 +155,7 @@ ENDS = [{"position": p, "radial_stiffness": 250.0, "axial_stiffness": 150.0} for
 SHAFT = {"sections": [{"length": 150.0, "diameter": 50.0}], "bearings": ENDS, "coupling": {"position": 0.0}}
 
 
-@pytest.mark.parametrize("on_shafts", [False, True], ids=["wheels", "shafts"])
+@pytest.mark.parametrize("on_shafts", [False, pytest.param(True, marks=pytest.mark.slow)], ids=["wheels", "shafts"])
 def test_with_a_linear_law_and_contact_kept_it_is_the_linear_response(on_shafts):
     """A law linear in the load, no relief: F is linear in x while flanks touch, both answers solve one equation."""
     seats = ({"gears": [{"gear": name, "position": 50.0}], "name": name} for name in ("pinion", "wheel"))

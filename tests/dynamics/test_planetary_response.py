@@ -14,7 +14,6 @@ from scipy.integrate import solve_ivp
 from gearbench import response, simulate
 from gearbench.contact.phases import uniform_phases
 from gearbench.dynamics.analysis import over_speed
-from gearbench.dynamics.drawing import write
 from gearbench.dynamics.figures import draw_response
 from gearbench.dynamics.housing import housing_response
 from gearbench.dynamics.nonlinear import nonlinear_response
@@ -219,22 +218,6 @@ def test_bodies_that_yield_couple_the_stiffness_of_the_meshes():
     assert_allclose(np.linalg.inv(solved.linkage.stiffness + B.T @ K @ B), yields, rtol=1e-8, atol=1e-9 * yields.max())
 
 
-def test_the_order_of_planets_changes_nothing():
-    errors, order = [0.0, 12.0, 5.0, -7.0], [0, 3, 1, 2]
-    keys = {**ELASTIC, "phases": 16}
-    base = response(
-        scene(positions=[0.0, 90.0, 180.0, 270.0], pin_tangential=errors, **keys), speed=4000.0, harmonics=3
-    )
-    positions = [90.0 * i for i in order]
-    moved = scene(positions=positions, pin_tangential=[errors[i] for i in order], **keys)
-    other = response(moved, speed=4000.0, harmonics=3)
-    for name in ("train_dynamic_transmission_error_amplitude", "mesh_load_factor", "natural_frequency"):
-        assert_allclose(other[name], base[name], rtol=1e-9)
-    meshes = [*order, *(4 + i for i in order)]
-    assert_allclose(other["mesh_force_amplitude"], base["mesh_force_amplitude"].isel(mesh=meshes), rtol=1e-9)
-    assert_allclose(other["load_sharing_greatest"], base["load_sharing_greatest"].isel(mesh=meshes), rtol=1e-9)
-
-
 def test_supports_carry_what_meshes_and_inertia_leave():
     whole = scene((35, 31, 97), planets=4, phases=16, damping=1e-9, ring_support=400.0, **ELASTIC)
     model, speeds = TrainModel(scene=whole, solved=solve_train(whole)), np.array([3100.0])
@@ -308,6 +291,7 @@ def test_figures_are_of_the_set(tmp_path):
     assert all((tmp_path / name).stat().st_size > 10_000 for name in names)
 
 
+@pytest.mark.slow
 def test_axes_name_the_member_and_names_of_modes_do_not_overlap(tmp_path, monkeypatch):
     keep, save = {}, Figure.savefig
     monkeypatch.setattr(Figure, "savefig", lambda own, *a, **k: (keep.setdefault(len(keep), own), save(own, *a, **k)))
@@ -321,18 +305,6 @@ def test_axes_name_the_member_and_names_of_modes_do_not_overlap(tmp_path, monkey
         boxes = [each.get_window_extent() for each in figure.axes[0].texts if "Hz" in each.get_text()]
         assert len(boxes) > 4
         assert all(low.y1 <= high.y0 + 1 for low, high in pairwise(boxes))
-
-
-def test_long_titles_stay_within_their_figure(tmp_path):
-    one, figures = xr.Dataset(attrs={"scene": f'name = "{"long name " * 4}"'}), []
-
-    def draw(figure, _):
-        figures.append(figure)
-        return "largest mesh force, 2.85e+03 N, at 1.428e+04 Hz and 8000 1/min"
-
-    write(draw, one, tmp_path / "figure.png")
-    (title,), whole = figures[0].texts, figures[0].bbox
-    assert title.get_window_extent().width < whole.width
 
 
 def test_other_answers_over_speed_are_refused_in_one_line():

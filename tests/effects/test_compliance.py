@@ -88,33 +88,6 @@ def test_weber_banaschek_is_the_printed_formula(pair, q):
         assert found == pytest.approx(float(expected), rel=1e-11)
 
 
-def test_depth_of_a_helical_flank_is_measured_along_its_own_normal():
-    """In space: from the flank along its normal (inclined by β_b) to the helicoid through the centre lines.
-
-    cos β_b times the transverse depth is the first-order answer: the centre surface is met at another section, where it
-    has turned; what is left is of the order t²/R².
-    """
-    from scipy.optimize import brentq
-
-    gear = HELICAL.gears[0]
-    for radius in np.linspace(gear.form_radius + 0.2, gear.tip_radius, 4):
-        point, n = right_flank(gear, float(radius))
-        twist = math.tan(gear.beta) / gear.pitch_radius  # rad per mm along the axis
-
-        def off(d: float, sense: float, point=point, n=n, twist=twist) -> float:
-            x, y = point + d * math.cos(gear.beta_b) * n
-            z = d * math.sin(gear.beta_b)
-            return math.atan2(x, y) + sense * twist * z
-
-        # of the two hands of the helix the normal belongs to the one in which the flank's own helix is square to it
-        along = np.array([point[1] * twist, -point[0] * twist, 1.0])
-        normal = np.array([*(math.cos(gear.beta_b) * n), math.sin(gear.beta_b)])
-        sense = 1.0 if abs(along * [-1, -1, 1] @ normal) < 1e-12 else -1.0
-        assert min(abs(along @ normal), abs(along * [-1, -1, 1] @ normal)) < 1e-12
-        exact = brentq(off, 0.0, 3 * gear.normal_module, args=(sense,))
-        assert depth(gear, float(radius)) * math.cos(gear.beta_b) == pytest.approx(exact, rel=0.06)
-
-
 @PAIRS
 def test_yang_sun_is_constant(pair):
     law = Hertz(law="yang_sun").compliance(lines(pair), {})
@@ -169,13 +142,6 @@ def test_load_component_of_a_tooth(pair):
     # many teeth: a rack, whose load angle is the pressure angle in its normal section
     rack = replace(gear, teeth=2_000_000)
     assert float(normal_component(rack, rack.pitch_radius)) == pytest.approx(math.cos(math.radians(20)), abs=1e-6)
-
-
-def test_load_component_stiffens_the_tooth():
-    at = lines(HELICAL)
-    full, part = (ToothBending(load=x).compliance(at, {}).factor for x in ("full", "component"))
-    ratio = np.sum(part**2, axis=-1) / np.sum(full**2, axis=-1)
-    assert np.all((ratio > 0.7) & (ratio < 1))
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,6 @@ from numpy.testing import assert_allclose, assert_array_equal
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
-from gearbench.contact.gaps import total_gap
 from gearbench.effects.base import GapEffect
 from gearbench.effects.crowning import Crowning
 from gearbench.effects.end_relief import EndRelief
@@ -191,31 +190,9 @@ def test_positive_is_missing_material_and_the_gap_is_linear(pair, i):
     assert_array_equal(minus, -one)
 
 
-@PAIRS
-def test_both_gears_are_the_sum_of_each(pair):
-    for kind in (TipRelief, RootRelief):
-        both, pinion, wheel = (
-            kind(amount=5.0, length=0.9, gear=g).gap(lines(pair)) for g in ("both", "pinion", "wheel")
-        )
-        assert_allclose(both, pinion + wheel, atol=1e-19)
-        assert not np.allclose(pinion, wheel)
-    for kind in (ProfileSlope, ProfileCrowning, FlankTwist, HelixSlope):
-        pinion, wheel, both = (
-            kind(**k).gap(lines(pair)) for k in ({"pinion": 3}, {"wheel": 4}, {"pinion": 3, "wheel": 4})
-        )
-        assert_allclose(both, pinion + wheel, atol=1e-18)
-
-
 def scene(*effects: GapEffect, **resolution: int) -> Scene:
     law = Hertz(law="yang_sun")
     return Scene(pair=HELICAL, load=Load(torque=80.0), effects=(*effects, law), resolution=Resolution(**resolution))
-
-
-def test_gaps_of_a_scene_are_the_sum_over_its_effects():
-    effects = [e for e in every(3.0) if getattr(e, "shape", "linear") == "linear"]
-    expected = sum(e.gap(lines(HELICAL)) for e in effects)
-    assert_allclose(total_gap(scene(*effects).acting_effects, lines(HELICAL)), expected, atol=1e-17)
-    assert_array_equal(total_gap(scene().acting_effects, lines(HELICAL)), 0)
 
 
 @pytest.mark.parametrize(
@@ -244,12 +221,6 @@ def test_kinks_are_where_the_slope_of_the_gap_jumps(pair, kind, gear):
     steps = 1e-3 * np.array([-1.0, 0.0, 1.0])
     bend = [np.diff(effect.gap(at(pair, np.clip(v + steps, 0, None), np.ones(3))).ravel(), 2)[0] for v in elsewhere]
     assert np.abs(bend).max() < 2e-8
-
-
-def test_effects_without_kinks_in_the_profile_name_none():
-    for effect in every(5.0):
-        smooth = effect.name not in ("tip_relief", "root_relief")
-        assert (effect.kinks(SPUR) == ()) is smooth
 
 
 @pytest.mark.parametrize(

@@ -16,9 +16,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from gearbench.compliance.flank import NEGLIGIBLE
-from gearbench.contact.assemble import assemble
 from gearbench.contact.coarse_solution import scene_lines
-from gearbench.contact.solver import solve
 from gearbench.effects.base import Dense, LowRank
 from gearbench.effects.gear_body import GearBody
 from gearbench.effects.registry import RENAMED
@@ -221,42 +219,6 @@ def test_order_is_that_of_the_tooth(kind):
     assert toothed_ring(at.pair, 0, None).tooth.gear == pinion
 
 
-@pytest.mark.parametrize("effect", [OWN, COUPLED, GearBody(model="sainsot_velex")])
-@pytest.mark.usefixtures("every_direction")
-def test_factor_of_one_tooth_is_what_the_pair_adds_up(effect):
-    at = lines("spur")
-    own = pair_blocks(effect.compliance(at, {}), at)
-    p, k = np.argwhere(at.active)[0]
-    heights = [r - g.root_radius for r, g in zip(at.radii, at.pair.gears, strict=True)]
-    psi = [effect.tooth_factor(at.pair, g, heights[g][p, k], at.y[p, k], {}) for g in range(2)]
-    assert_allclose(own[p, k, :, k], sum(f @ f.T for f in psi), rtol=0, atol=1e-9 * own.max())
-
-
-# -- what comes out ---------------------------------------------------------------------------------------------------
-@BOTH
-@pytest.mark.parametrize("more", BODIES)
-def test_problem_is_solved_to_its_residual(kind, more):
-    """H P + g(P) + e = δ in contact, P ≥ 0, ΣP = F, evaluated with the compliances of the effects."""
-    data = simulate(scene(kind, more))
-    for name in ("equilibrium_residual", "complementarity_residual"):
-        assert float(np.abs(data[name]).max()) < 1e-9
-    assert float(data.minimum_force.min()) > -1e-9
-    problem = assemble(scene(kind, more), scene_lines(scene(kind, more), data.mesh_phase.values))
-    assert problem.blocks == (1 if more == "coupled" else problem.shape[1])
-    # the same equations with H from the effects, at every position
-    psi = problem.factor
-    own = problem.block[:, None] == problem.block
-    solution = solve(problem)
-    H = np.where(own, psi @ psi.swapaxes(1, 2), 0.0)
-    force = solution.force.reshape(problem.gap.shape) / problem.force
-    law = np.where(force > 0, force * (problem.a - problem.h * np.log(np.maximum(force, 1e-300))), 0.0)
-    gap = np.einsum("pij,pj->pi", H, force) + law + problem.gap
-    gap = gap - solution.approach[:, None] / problem.length_scale
-    loaded = problem.active & (force > 0)
-    assert_allclose(gap[loaded], 0, atol=1e-9)
-    assert np.all(gap[problem.active & ~loaded] > -1e-9)
-
-
 @cache
 def stiffness(kind: str, body: str = "") -> np.ndarray:
     return simulated(kind, body).mesh_stiffness.values
@@ -280,26 +242,6 @@ def test_body_makes_the_mesh_softer(kind):
     clamped, own, coupled = (stiffness(kind, m) for m in ("", "own", "coupled"))
     assert np.all(own < 0.75 * clamped)
     assert np.all(coupled < own * (1 + 1e-9))
-
-
-@BOTH
-def test_coupling_changes_the_sharing_of_the_load(kind):
-    """Coupled teeth share the load differently; the sum remains the load."""
-    load = [simulated(kind, m).line_load for m in BODIES]
-    force = [(q * q.segment_length).sum("segment").values for q in load]
-    total = scene(kind).F_bn
-    for f in force:
-        assert_allclose(f.sum(axis=1), total, rtol=1e-9)
-    assert np.abs(force[0] - force[1]).max() > 0.005 * total
-
-
-def test_bore_as_large_as_can_be_is_a_clamp():
-    """With the largest possible bore the mesh stiffness is that of clamped teeth within 3 %."""
-    given = tables("spur", SOLID | {"gear_body": {}}, {"bore_diameter": 64.8})
-    given["pair"]["wheel"]["bore_diameter"] = 100.6
-    found = simulate(parse_scene(given)).mesh_stiffness.values
-    assert np.all(found < stiffness("spur"))
-    assert_allclose(found, stiffness("spur"), rtol=0.03)
 
 
 def test_ring_is_not_imported_for_the_closed_form():

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import subprocess
-import sys
 from copy import deepcopy
 from functools import cache
 from typing import Any
@@ -19,7 +16,6 @@ from gearbench.scene_file import parse_scene
 from gearbench.schema import keys
 from gearbench.simulation import simulate
 from tests.test_scene_economy import BASE as SIZES
-from tests.test_scene_economy import ROOT, RUNNER
 
 BASE: dict[str, Any] = SIZES | {
     "effects": {"tooth_bending": {"basis": "paper"}, "hertz": {}, "tip_relief": {"amount": 6.0, "length": 0.9}},
@@ -124,31 +120,3 @@ def test_coast_flanks_are_not_looked_at_under_a_positive_torque():
     backwards = BASE | {"load": {"torque": -150.0}}
     alike = parse_scene(backwards | {"coast": {"tip_relief": {"amount": 6.0, "length": 0.9}}})
     assert same(simulate(alike), simulate(parse_scene(backwards)))
-
-
-#: Modules that belong to a key or table, with a scene that has it.
-OWN: dict[str, dict[str, Any]] = {
-    "gearbench.sweeps.run": {"loads": [{"torque": 50.0}, {"torque": 150.0}]},
-    "gearbench.effects.thermal_pitch": {"pair": BASE["pair"] | {"temperature": {"pinion": 30.0, "housing": 80.0}}},
-    "gearbench.compliance.webbed_ring": {
-        "pair": BASE["pair"] | {"wheel": BASE["pair"]["wheel"] | WEB},
-        "effects": BASE["effects"] | {"gear_body": {}},
-    },
-}
-
-
-@pytest.mark.slow
-def test_modules_of_keys_that_are_not_given_are_not_imported():
-    body = BASE | {"effects": BASE["effects"] | {"gear_body": {}}}
-    with_each = [{k: v for k, v in BASE.items() if k != "load" or "loads" not in own} | own for own in OWN.values()]
-    lines = "\n".join(map(json.dumps, [BASE, body, *with_each]))
-    done = subprocess.run(
-        [sys.executable, "-c", RUNNER, "[]"], input=lines, capture_output=True, text=True, check=False, cwd=ROOT
-    )
-    assert done.returncode == 0, done.stderr[-2000:]
-    without, on_body, *each = (set(json.loads(line)) for line in done.stdout.splitlines())
-    assert not set(OWN) & without
-    assert not set(OWN) & on_body
-    for name, found in zip(OWN, each, strict=True):
-        assert name in found
-        assert not (set(OWN) - {name}) & found

@@ -326,13 +326,3 @@ def test_bad_coast_tables_are_one_line(coast, message):
     with pytest.raises(InputError) as caught:
         parse_scene(tables(150.0, {}, coast=coast))
     assert str(caught.value).startswith(message)
-
-
-def test_flank_twist_keeps_its_sign_on_either_flank():
-    """S_α is the slope at y = b minus the slope at y = 0 of the gear's own face, whichever flank is loaded."""
-    found = simulate(parse_scene(tables(-150.0, {"flank_twist": {"pinion": 8.0}})), outputs=["initial_gap"])
-    y, u, e = (found[name].values for name in ("face_position", "path_position", "initial_gap"))
-    present = found["segment_length"].values > 0
-    far = present & (y > 18.0) & (u > np.quantile(u[present], 0.8))
-    assert far.any()
-    assert np.all(e[far] > 0)

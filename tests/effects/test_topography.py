@@ -16,7 +16,6 @@ from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.transitions import mesh_phases
 from gearbench.effects.crowning import Crowning
 from gearbench.effects.flank_grid import read_grid
-from gearbench.effects.helix_slope import HelixSlope
 from gearbench.effects.topography import Topography
 from gearbench.errors import InputError
 from gearbench.results.origin import scene_of
@@ -71,16 +70,6 @@ def test_a_grid_that_is_bilinear_is_reproduced(scene, along):
     gaps, lines = gap(scene(csv(along, x, FACE, truth(x[:, None], FACE))))
     # a few roundings of numbers of size 100
     np.testing.assert_allclose(gaps, truth(grid.coordinate_of(gear, lines.radii[0]), lines.y), atol=1e-12)
-
-
-def test_helix_slope_as_a_topography(scene):
-    made = scene(csv("radius", [25.0, 29.0], [0.0, 20.0], [[0, 8], [0, 8]]))
-    gaps, lines = gap(made)
-    np.testing.assert_allclose(gaps, 1e3 * HelixSlope(pinion=8.0).gap(lines), atol=1e-13)
-    same = replace(made, effects=(made.effects[0], HelixSlope(pinion=8.0)))
-    for name in ("transmission_error_rms", "mesh_stiffness_mean"):
-        # the topography adds kinks where its rows are, so that the mean is integrated on other panels
-        assert float(simulate(made)[name]) == pytest.approx(float(simulate(same)[name]), rel=1e-3)
 
 
 def test_crowning_converges_at_second_order(scene):

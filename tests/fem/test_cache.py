@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-import multiprocessing
 from dataclasses import replace
 from pathlib import Path
 
@@ -95,26 +94,6 @@ def test_cache_that_cannot_be_written_only_warns(monkeypatch, tmp_path, counted,
     with pytest.warns(UserWarning, match="cannot keep the result"):
         found = cached_compliance(Body(gear=spur), steel, 0.01, (2, 2))
     assert found.error == 0.005
-
-
-def _write_and_read(arguments) -> bool:
-
-    path, gear = arguments
-    whole = True
-    for i in range(40):
-        blocks = np.full((1, 30, 30), float(i))
-        result = FlankCompliance(gear=gear, order=(5, 6), blocks=blocks, error=0.0, attrs={})
-        cache.store(Path(path), result)
-        found = cache.load(Path(path), gear)
-        whole &= found is not None and np.ptp(found.blocks) == 0
-    return whole
-
-
-@pytest.mark.slow
-def test_concurrent_writers_never_leave_half_a_file(tmp_path, spur):
-    with multiprocessing.get_context("spawn").Pool(3) as pool:
-        assert all(pool.map(_write_and_read, [(str(tmp_path / "entry.npz"), spur)] * 3))
-    assert [p.name for p in tmp_path.iterdir()] == ["entry.npz"]
 
 
 def test_every_source_that_finite_elements_import_is_in_the_hash():

@@ -49,7 +49,7 @@ def even_load(found: FilletStress, R: float, points: int = 40) -> np.ndarray:
 
 @pytest.mark.parametrize(
     ("teeth", "shift", "number"),
-    [(17, 0.0, 4), *(pytest.param(*one, marks=pytest.mark.slow) for one in ((25, 0.3, 4), (60, 0.0, 4), (25, 0.3, 5)))],
+    [(17, 0.0, 4), *(pytest.param(*one, marks=pytest.mark.slow) for one in ((25, 0.3, 4), (60, 0.0, 4)))],
 )
 def test_the_middle_of_a_wide_gear_is_in_plane_strain(teeth, shift, number, steel):
     """Against triangles refined at the fillet and at the contact strip, load at the outer point of single contact."""
@@ -135,7 +135,6 @@ def test_condensed_functionals_are_those_of_the_whole_solution(steel):
     ("name", "index"),
     [
         ("osu_50", 0),
-        pytest.param("osu_50", 1, marks=pytest.mark.slow),
         pytest.param("e_drive_output", 0, marks=pytest.mark.slow),
         pytest.param("e_drive_output", 1, marks=pytest.mark.slow),
     ],

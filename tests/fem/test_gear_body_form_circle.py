@@ -45,16 +45,6 @@ def parts() -> tuple[FlankCompliance, NDArray, NDArray, NDArray]:
 
 
 @pytest.mark.slow
-def test_negative_directions_are_those_of_the_tooth_alone(parts):
-    whole, clamped, solid, ring = parts
-    counts = [int((np.linalg.eigvalsh(block) < 0).sum()) for block in (whole.block(0), clamped, solid, ring[6])]
-    assert counts == [2, 5, 10, 0]
-    for block, least in ((clamped, -0.03), (solid, -0.039)):
-        value = np.linalg.eigvalsh(block)
-        assert value[0] / value[-1] == pytest.approx(least, abs=0.001)
-
-
-@pytest.mark.slow
 def test_negative_directions_of_the_tooth_are_filled_by_its_body(parts, monkeypatch):
     whole, clamped, solid, ring = parts
     accuracy = 0.002

@@ -38,7 +38,7 @@ def solid(gear, rim: float, neighbours: int, support=None, lugs=None):
     return flank
 
 
-@pytest.mark.parametrize("count", [12, pytest.param(200, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [12, pytest.param(60, marks=pytest.mark.slow)])
 def test_no_random_ring_is_inverted(count):
     rng = np.random.default_rng(33)
     for gear in (drawn(rng) for _ in range(count)):
@@ -51,9 +51,7 @@ def test_no_random_ring_is_inverted(count):
     ("helix", "rim", "support"),
     [
         (0.0, 1.2, None),
-        pytest.param(0.0, 1.5, (0.0, 1.0), marks=pytest.mark.slow),
         (0.0, 2.8, (0.0, 2000.0)),
-        pytest.param(20.0, 3.0, None, marks=pytest.mark.slow),
         pytest.param(20.0, 1.5, (0.0, 1.0), marks=pytest.mark.slow),
     ],
 )
@@ -91,8 +89,6 @@ def test_a_free_ring_yields_alike(monkeypatch):
     [
         (0.0, (0.1, 1.2, 2.2, 3.2, 4.3, 5.3), None),
         pytest.param(20.0, (0.2, 2.0, 4.1), (100.0, 300.0), marks=pytest.mark.slow),
-        pytest.param(0.0, (0.2, 2.0, 4.1), (100.0, 300.0), marks=pytest.mark.slow),
-        pytest.param(20.0, (0.1, 1.2, 2.2, 3.2, 4.3, 5.3), None, marks=pytest.mark.slow),
     ],
 )
 def test_rings_on_lugs_are_those_of_finite_elements(helix, angles, springs):
@@ -111,7 +107,6 @@ def test_rings_on_lugs_are_those_of_finite_elements(helix, angles, springs):
     "support",
     [
         None,
-        {"radial": 500.0, "tangential": 5000.0},
         {"radial": 0.0, "tangential": 0.0},
         {"lugs": [0.0, 60.0, 120.0, 180.0, 240.0, 300.0], "lug_length": 20.0, "tooth": 5},
     ],

@@ -78,7 +78,7 @@ def test_tensor_stiffness_is_the_energy_of_its_products(steel):
     assert abs(found - sp.triu(exact.tocsr()[kept][:, kept])).max() < 1e-12 * abs(exact).max()
 
 
-@pytest.mark.parametrize("number", [2, *(pytest.param(n, marks=pytest.mark.slow) for n in (3, 4))])
+@pytest.mark.parametrize("number", [2, pytest.param(3, marks=pytest.mark.slow)])
 def test_waves_left_out_below_the_teeth_are_not_missed(number, steel, monkeypatch):
     gear = standard_gear(20, 20.0, helix=25.0)
     body = Body(gear=gear, bore_radius=0.3 * gear.root_radius, teeth=5)
@@ -103,9 +103,7 @@ def test_waves_left_out_are_interpolated(steel, monkeypatch):
     assert np.linalg.norm(some - everyone) < 1e-5 * np.linalg.norm(everyone)
 
 
-@pytest.mark.parametrize(
-    "body", [SPUR, *(pytest.param(b, marks=pytest.mark.slow) for b in (HELICAL, Body(gear=HELICAL.gear)))]
-)
+@pytest.mark.parametrize("body", [SPUR, *(pytest.param(b, marks=pytest.mark.slow) for b in (HELICAL,))])
 def test_levels_grow_and_the_error_bar_bounds_the_error(body, steel):
     fine = refined_compliance(body, steel, 3e-4, ORDER)
     last = refined_compliance(body, steel, 0.01, ORDER)
@@ -119,7 +117,7 @@ def test_levels_grow_and_the_error_bar_bounds_the_error(body, steel):
 @pytest.mark.parametrize(
     "body",
     [
-        *(pytest.param(b, marks=pytest.mark.slow) for b in (SPUR, HELICAL, Body(gear=HELICAL.gear))),
+        pytest.param(HELICAL, marks=pytest.mark.slow),
         Body(gear=SPUR.gear),
     ],
 )

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-import multiprocessing
-import threading
 from dataclasses import replace
 
 import numpy as np
@@ -167,26 +165,6 @@ def test_elements_turned_inside_out_are_refused(monkeypatch):
     monkeypatch.setattr(module, "screw", fold)
     with pytest.raises(MeshingError, match="inside out"):
         tooth_mesh(Body(gear=standard_gear()), CELLS)
-
-
-def _count(_: int) -> int:
-    return tooth_mesh(Body(gear=standard_gear()), CELLS, "hex8").mesh.nelements
-
-
-def test_gmsh_in_a_thread_and_in_a_spawned_worker():
-    expected = _count(0)
-    found: list[int] = []
-    threads = [threading.Thread(target=lambda: found.append(_count(0))) for _ in range(2)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    with multiprocessing.get_context("spawn").Pool(1) as pool:
-        found += pool.map(_count, [0])
-    assert found == [expected] * 3
-    import gmsh
-
-    assert not gmsh.isInitialized()
 
 
 @pytest.mark.parametrize("m", [5, 6])

@@ -22,14 +22,12 @@ ORDER = (4, 5)
 @pytest.mark.parametrize(
     ("name", "meshes"),
     [
-        ("fzg_c", (3, 4, 5)),
         ("thin_rim", (3, 4, 5)),
         ("e_drive_output", (3, 4)),
-        ("large_wheel", (3, 4)),
     ],
 )
 def test_both_routes_agree_on_gears_in_use(name, meshes):
-    """Two spur pinions, one of them on a rim of 1.6 modules, and two helical ones 14 and 15 modules wide."""
+    """A spur pinion on a rim of 1.6 modules, and a helical one 15 modules wide."""
     pair = read_scene(GEARS / f"{name}.toml").pair
     body, material = meshed_body(pair, 0, on_body=True), pair.materials[0]
     found = refined_compliance(body, material, 0.002, ORDER)
@@ -37,5 +35,5 @@ def test_both_routes_agree_on_gears_in_use(name, meshes):
     n, m = found.neighbours, plain.neighbours
     difference = np.linalg.norm(found.blocks[n - m : n + m + 1] - plain.blocks) / np.linalg.norm(plain.blocks)
     assert difference < found.error + plain.error
-    # seen: 0.24, 0.18, 0.22, 0.27 %; bars of 0.3 to 0.6 % would hide a fault as large as they are
+    # seen: 0.18, 0.22 %; bars of 0.3 to 0.6 % would hide a fault as large as they are
     assert difference < 0.003

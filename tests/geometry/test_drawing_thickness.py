@@ -75,15 +75,6 @@ def test_span_is_a_sum_of_base_pitches_and_a_base_thickness(pair):
         assert span(gear, gear.profile_shift, k) == pytest.approx(expected, abs=1e-12)
 
 
-# -- in a pair --------------------------------------------------------------------------------------------------------
-@BOTH
-def test_a_measured_size_gives_the_profile_shift(pair):
-    x = pair.profile_shifts[0]
-    measured = with_thickness(pair, Thickness(span=span(pair.sections[0], x, 3), span_teeth=3))
-    assert_allclose(measured.profile_shifts, pair.profile_shifts, rtol=0, atol=1e-13)
-    assert measured.actual_backlash == pytest.approx(0.0, abs=1e-12)
-
-
 @BOTH
 def test_deviations_thin_the_tooth_and_leave_the_tip(pair):
     thin = with_thickness(pair, Thickness(upper=-60.0, lower=-100.0))

@@ -142,15 +142,6 @@ def test_undercut_begins_at_the_book_s_number_of_teeth():
     assert gear(teeth=12, x=depth - 6 * math.sin(math.radians(20)) ** 2 - 1e-3, addendum=0.8).is_undercut
 
 
-def test_flank_points_follow_the_section():
-    g = gear(teeth=15, helix=20.0)
-    x, y = g.flank_points(50, 30).T
-    radius = np.hypot(x, y)
-    assert_allclose(np.arctan2(x, y), g.half_angle(radius), atol=1e-12)
-    assert_allclose(radius[[0, -1]], [g.root_radius, g.tip_radius], rtol=1e-12)
-    assert np.all(np.diff(radius) > 0)
-
-
 @pytest.mark.parametrize(
     ("options", "key"),
     [({"addendum": 2.0}, "addendum"), ({"dedendum": 2.2}, "dedendum"), ({"fillet": 0.6}, "fillet_radius"),
@@ -161,11 +152,6 @@ def test_gears_that_cannot_be_made_are_refused(options, key):
     with pytest.raises(InputError) as caught:
         gear(**options)
     assert caught.value.key == key
-
-
-def test_pointed_radius():
-    g = gear(teeth=12, x=0.5, addendum=0.7)
-    assert g.involute_half_angle(g.pointed_radius) == pytest.approx(0.0, abs=1e-14)
 
 
 # -- pairs ------------------------------------------------------------------------------------------------------------
@@ -235,12 +221,6 @@ def test_contact_ratio_of_standard_gears_in_closed_form():
     assert pair.meshing.overlap_ratio == 0.0
 
 
-def test_overlap_ratio_in_its_other_form():
-    pair = case(2).pair
-    expected = pair.face_width * math.sin(math.radians(25.648)) / (math.pi * 2.676)  # ISO 21771: b sin β / (π m_n)
-    assert pair.meshing.overlap_ratio == pytest.approx(expected, rel=1e-12)
-
-
 def test_specific_sliding_is_zero_at_the_pitch_point_and_exchanges_with_the_gears():
     pair = case(1).pair
     (a1, e1), (a2, e2) = pair.meshing.specific_sliding
@@ -291,15 +271,6 @@ def test_lines_stay_in_their_rectangle_and_go_on_in_the_next_period(pair):
     for gear_, radius in zip(pair.gears, lines.radii, strict=True):
         assert np.all(radius <= gear_.tip_radius * (1 + 1e-12))
         assert np.all(radius >= gear_.form_radius * (1 - 1e-12))
-
-
-def test_a_hardly_helical_pair_is_a_spur_pair():
-    spur = case(1).pair
-    hardly = replace(spur, helix_angle=0.01, centre_distance=spur.centre_distance)
-    phase = np.array([0.1, 0.35, 0.85])
-    a, b = (contact_lines(p, phase, 15) for p in (spur, hardly))
-    total = [lines.length.sum(axis=(1, 2)) for lines in (a, b)]
-    assert_allclose(total[0], total[1], rtol=1e-6)
 
 
 def test_lines_of_many_panels_are_cut_at_all_of_them():

@@ -26,7 +26,6 @@ from gearbench.geometry.temperature import Temperatures
 from gearbench.geometry.thickness import over_balls, span
 from gearbench.geometry.tooth_shapes import mesh
 from gearbench.results.warnings import warnings
-from gearbench.scene import Scene
 from gearbench.scene_file import parse_scene
 from gearbench.simulation import simulate
 from tests.support.paths import EXAMPLES
@@ -174,9 +173,9 @@ def test_flank_and_fillet_are_those_of_a_brute_force_cut():
 
 
 @pytest.mark.slow
-def test_two_hundred_rings_are_those_of_a_brute_force_cut():
+def test_sixty_rings_are_those_of_a_brute_force_cut():
     rng = np.random.default_rng(32)
-    assert max(held_to_the_cut(drawn(rng)) for _ in range(200)) < 1e-4
+    assert max(held_to_the_cut(drawn(rng)) for _ in range(60)) < 1e-4
 
 
 # -- conditions of a pair ---------------------------------------------------------------------------------------------
@@ -306,12 +305,9 @@ def test_a_train_of_a_ring_is_its_pair():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "support", [None, {"radial": 0.0, "tangential": 0.0}, {"lugs": [0.0, 90.0, 180.0, 270.0], "lug_length": 15.0}]
-)
-def test_a_requested_accuracy_is_met_on_rings(support):
+def test_a_requested_accuracy_is_met_on_a_ring_on_lugs():
     tables = example(pair__wheel__outer_diameter=215.0, resolution={"accuracy": 0.01})
-    tables["pair"]["wheel"] |= {} if support is None else {"support": support}
+    tables["pair"]["wheel"]["support"] = {"lugs": [0.0, 90.0, 180.0, 270.0], "lug_length": 15.0}
     assert simulate(parse_scene(tables)).attrs["accuracy_estimated"] < 0.01
 
 
@@ -341,11 +337,6 @@ def test_a_ring_as_pinion_is_refused():
 def test_what_is_not_there_for_rings_is_refused(change, message):
     with pytest.raises(InputError, match=message):
         simulate(parse_scene(example(**change)))
-
-
-def test_root_stress_of_a_ring_is_refused():
-    with pytest.raises(InputError, match="cut by a rack"):
-        simulate(parse_scene(example()), outputs=["root_stress"])
 
 
 def test_size_between_balls_gives_the_shift_and_a_greater_one_a_thinner_tooth():
@@ -381,40 +372,3 @@ def test_conforming_flanks_are_warned_of():
     for factor, warned in ((1.0, True), (0.8, False)):
         fake = xr.Dataset({"flank_pressure_max": factor * pressure / rho})
         assert any("conforming" in line for line in warnings(other, fake)) == warned
-
-
-def near_rack_scene(teeth: int) -> Scene:
-    """A pinion in mesh with a wheel (z > 0) or ring (z < 0) of many teeth, with the same rim thickness.
-
-    The cutter of the ring has half as many teeth as the ring.
-    """
-    rim = 2 * (1.25 + 0.1) + 8.0
-    wheel = {"teeth": teeth, "addendum": 0.9, "profile_shift": -0.1, "fillet_radius": 0.2}
-    wheel |= {"bore_diameter": 2 * (teeth - rim)} if teeth > 0 else {"outer_diameter": 2 * (rim - teeth)}
-    wheel |= {"cutter": {"teeth": -teeth // 2}} if teeth < 0 else {}
-    return parse_scene({
-        "pair": {
-            "normal_module": 2.0, "face_width": 16.0, "centre_distance": abs(24 + teeth),
-            "pinion": {"teeth": 24, "addendum": 0.9, "profile_shift": 0.1, "bore_diameter": 20.0}, "wheel": wheel,
-        },
-        "load": {"torque": 100.0},
-        "effects": {
-            "tooth_bending": {"model": "solid"}, "gear_body": {}, "hertz": {}, "off_line_contact": {},
-            "tip_relief": {"amount": 10.0, "length": 0.6},
-        },
-        "resolution": {"positions": 16, "segments": 9},
-    })  # fmt: skip
-
-
-@pytest.mark.slow
-def test_a_simulation_with_a_ring_and_one_with_a_wheel_meet_at_the_rack():
-    """Polynomials in 1/z from both sides agree at 1/z = 0, except at a few phases where a line begins to touch."""
-    count = np.array([630.0, 1000.0, 1400.0, 2000.0])
-    found = []
-    for sign in (1, -1):
-        each = [simulate(near_rack_scene(int(sign * z))) for z in count]
-        curves = np.array([[d.transmission_error.values, d.mesh_stiffness.values] for d in each]).reshape(4, -1)
-        found.append(np.linalg.solve(np.vander(1e3 / count, increasing=True), curves)[0])
-    off = np.abs(found[0] / found[1] - 1)
-    assert np.median(off) < 1e-6
-    assert np.quantile(off, 0.9) < 2e-5

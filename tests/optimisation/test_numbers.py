@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from gearbench import optimise
 from gearbench.effects.manufacturing_errors import ErrorKind, ManufacturingErrors
 from gearbench.errors import InputError
 from gearbench.library.garambois2017 import case
@@ -134,22 +133,6 @@ def test_each_gear_has_the_amplitudes_of_its_own_class():
     assert [m.amplitude for m in given] == [m.amplitude for m in mixed.error_modes(pair)]
     with pytest.raises(ValueError, match=r"profile_slope\.amplitude"):
         ManufacturingErrors(pinion_iso_class=4, **kinds)
-
-
-def test_a_study_of_numbers_is_raced_stored_and_resumed(tmp_path):
-    given = tables()
-    given["objectives"] = ["transmission_error_rms_mean", "cost", "contact_pressure"]
-    given["constraints"]["contact_pressure"] = {"max": 1300.0}
-    given["robustness"] = {"samples": 256, "racing": True}
-    given["algorithm"]["generations"] = 3
-    study = parse_study(given)
-    assert parse_study(tomllib.loads(study.to_toml())) == study
-    first = optimise(study, directory=tmp_path, threads=1)
-    (tmp_path / "generation_0003.nc").unlink()
-    again = optimise(study, directory=tmp_path, threads=2, resume=True)
-    assert again.equals(first)
-    assert set(np.unique(first["evaluated_samples"])) <= {0, 128, 256}
-    assert set(first["tool"].values) == {"coarse", "fine"}
 
 
 @pytest.mark.parametrize(

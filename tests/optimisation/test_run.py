@@ -17,7 +17,6 @@ import xarray as xr
 import gearbench
 from gearbench import design_scene, optimise, read_study
 from gearbench.errors import InputError
-from gearbench.optimisation.archive import Archive
 from gearbench.optimisation.front import non_dominated
 from gearbench.optimisation.problem import Evaluation, evaluate
 from gearbench.optimisation.study import Algorithm, Design, OptimisationStudy, Robustness
@@ -122,17 +121,6 @@ def test_equal_designs_are_evaluated_once(monkeypatch):
     assert int(dataset["evaluated"].sum()) == dataset.sizes["design"]
 
 
-def test_the_archive_knows_a_gear_by_any_name():
-    archive = Archive(STUDY)
-    without, also_without = (2, 5, 4, 1, 0, 3), (2, 5, 4, 1, 2, 0)
-    assert archive.unknown([without, also_without]) == [without]
-    answer = evaluate(STUDY, without)
-    assert archive.add([without, also_without], {without: answer}) == [answer, answer]
-    assert archive.unknown([also_without]) == []
-    assert archive.designs == [without]
-    assert archive.evaluated == [1]
-
-
 # -- the store ---------------------------------------------------------------------------------------------------------
 def test_a_stored_run_equals_one_that_is_not_stored(reference, tmp_path):
     dataset = optimise(STUDY, directory=tmp_path / "out", threads=1)
@@ -232,15 +220,6 @@ def test_bad_input_is_one_line(refused, study_file, tmp_path):
         ((study_file, "-o", "/proc/none", "--resume"), "must be a folder"),
     ):
         assert message in refused("optimise", *arguments)
-
-
-@pytest.mark.skipif(os.geteuid() == 0, reason="root may write to any folder")
-def test_a_read_only_folder_is_refused(run, study_file, tmp_path):
-    folder = tmp_path / "out"
-    folder.mkdir(mode=0o500)
-    code, _, err = run("optimise", study_file, "-o", folder)
-    assert code == 2
-    assert "the folder is not writable" in err
 
 
 @pytest.mark.slow

@@ -157,7 +157,9 @@ def test_workers_end_with_a_program_that_has_no_guard(tmp_path, how):
     )
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL, "text": True}
-    with subprocess.Popen([sys.executable, program], env=environment, **pipes) as parent:
+    # a shell starts what runs in the background with Ctrl-C ignored, and that is handed down
+    heard = partial(signal.signal, signal.SIGINT, signal.default_int_handler)
+    with subprocess.Popen([sys.executable, program], env=environment, preexec_fn=heard, **pipes) as parent:
         assert parent.stdout is not None
         child = Path(f"/proc/{int(parent.stdout.readline())}")
         assert child.exists()

@@ -2,11 +2,10 @@ import math
 
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose
 from scipy.special import ndtri
 
 from gearbench.robustness.sampling import unit_samples
-from gearbench.robustness.statistics import average_error, maximum_error, summarise
+from gearbench.robustness.statistics import maximum_error, summarise
 
 MIX = np.random.default_rng(0).normal(size=(12, 8))
 
@@ -60,26 +59,12 @@ def test_standard_errors_against_repeated_draws(name, sampler):
             assert ratio > 0.85
 
 
-@pytest.mark.parametrize("count", [100, 256, 1000])
-def test_sobol_errors_are_tighter_than_those_of_pseudo_random_samples(count):
-    x = _rms_of_errors(unit_samples("sobol", count, 12, 1))
-    assert average_error(x, "sobol") < 0.75 * average_error(x, "random")
-
-
 def test_maximum_error_of_known_tails():
     """Medians over 100 draws of 1000: uniform 1/n, exponential π/√6; γ known to 1/√64 makes 30 %."""
     rng = np.random.default_rng(5)
     uniform, exponential = rng.random((100, 1000)), rng.exponential(size=(100, 1000))
     assert np.median([maximum_error(x) for x in uniform]) == pytest.approx(1e-3, rel=0.5)
     assert np.median([maximum_error(x) for x in exponential]) == pytest.approx(math.pi / math.sqrt(6), rel=0.3)
-
-
-@pytest.mark.parametrize("sampler", ["random", "sobol"])
-def test_scales_with_the_unit_and_does_not_see_an_offset(sampler):
-    x = _rms_of_errors(unit_samples(sampler, 300, 12, 2))
-    one, scaled = summarise(x, sampler), summarise(4.0 * x + 3.0, sampler)
-    for name, (_, error) in one.items():
-        assert_allclose(scaled[name][1], 4 * error, rtol=1e-9)  # differences of numbers 10 times as large
 
 
 @pytest.mark.parametrize("sampler", ["random", "sobol", "latin_hypercube"])

@@ -109,7 +109,7 @@ def undercut(teeth: int) -> Pair:
     )
 
 
-for _z in (5, 6, 8, 10, 12):
+for _z in (5, 8):
     hard(
         f"undercut, z = {_z}",
         "the rack tip cuts the involute away: the form radius is a root found by iteration, the path of contact ends "
@@ -230,7 +230,7 @@ def heaviest(*gaps: Effect) -> Scene:
     return replace(ordinary, load=Load(torque=NOMINAL * LOADS[1] / ordinary.relative_load * (1 - 1e-12)))
 
 
-for _t in (1e-9, 1e-3, 1e3, math.inf):
+for _t in (1e-9, math.inf):
     _loaded = heaviest if _t == math.inf else lambda *gaps, t=_t: scene(HELICAL, *gaps, torque=NOMINAL * t)
     _name = "torque at its upper limit" if _t == math.inf else f"torque × {_t:.0e}"
     hard(
@@ -287,7 +287,7 @@ for _name, _pair in (("spur", SPUR), ("helical", HELICAL)):
     )
 
 # -- material, basis, resolution --------------------------------------------------------------------------------------
-for _nu in (0.0, 0.499, 0.4999999999):
+for _nu in (0.0, 0.4999999999):
     hard(f"ν = {_nu:.10g}", "1 − ν² and 1 − 2ν; the plate has no term that diverges, the logarithm's is finite")(
         lambda nu=_nu: scene(replace(HELICAL, material=Material(poisson_ratio=nu)))
     )
@@ -310,11 +310,6 @@ for _order in ((1, 1), (4, 4), (6, 6)):
         "K is ill-conditioned in monomials; in Legendre functions it must not",
         slow=False,
     )(lambda order=_order: scene(HELICAL, order=order, segments=9))
-
-
-@hard("Ritz order (20, 20)", "1200 unknowns a tooth; compared with long doubles, 19 digits", slow=True)
-def _() -> Scene:
-    return scene(HELICAL, order=(20, 20), segments=15)
 
 
 for _n in (1, 2, 500):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -68,7 +67,7 @@ def test_a_singular_compliance_without_law_is_solved_to_its_residual_or_an_error
 # -- many samples -----------------------------------------------------------------------------------------------------
 BATCHES = [
     *("undercut, z = 5", "teeth nearly pointed", "β = 0.01°", "β = 45°", "ε_γ just above 1, helical", "b/m = 0.5"),
-    *("x at its lower limit", "torque × 1e-09", "torque × 1e-03, gaps", "torque at its upper limit", "1 segments"),
+    *("x at its lower limit", "torque × 1e-09", "torque at its upper limit", "1 segments"),
     *("gaps of 1000 deflections, yang_sun", "gaps of 1000 deflections, weber_banaschek"),
     "contact on one segment, weber_banaschek",
 ]
@@ -91,24 +90,6 @@ def test_a_batch_of_samples_answers_like_single_solves_and_counts_its_rescues(na
         approach, stiffness = single(problem.batch, draws[j])
         assert_allclose(batch.approach[:, j], approach, rtol=1e-9)
         assert_allclose(batch.stiffness[:, j], stiffness, rtol=1e-7)
-
-
-# -- awkward counts ---------------------------------------------------------------------------------------------------
-@pytest.mark.parametrize("sampler", ["sobol", "random", "latin_hypercube"])
-@pytest.mark.parametrize("count", [1, 2, 3, 127, 128, 129, 1000, 1023, 1025])
-def test_any_number_of_samples(sampler, count):
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        points = unit_samples(sampler, count, 7, 3)
-    assert points.shape == (count, 7)
-    assert np.all((points > 0) & (points < 1))
-    if sampler != "latin_hypercube":
-        assert np.array_equal(points, unit_samples(sampler, 4096, 7, 3)[:count])
-    if sampler == "sobol" and count >= 127:
-        # discrepancy of the one-dimensional projections: a Sobol sequence cut anywhere stays below 2 log2(n) / n
-        ranks = np.sort(points, axis=0)
-        star = np.abs(ranks - (np.arange(count)[:, None] + 0.5) / count).max() + 0.5 / count
-        assert star <= 2 * np.log2(count) / count
 
 
 def test_awkward_counts_reach_the_statistics():

@@ -13,9 +13,7 @@ from tests.stability.extended import local, ring
 from tests.stability.extended.balls import ball, number, working
 from tests.stability.extended.geometry import geometry
 from tests.stability.extended.numbers import digits
-from tests.stability.extended.solid import Tooth
-from tests.stability.extended.teeth import solid_tooth
-from tests.stability.measure import compare_body, compare_solid, matrix_digits
+from tests.stability.measure import compare_body, compare_solid
 from tests.stability.models import BODIES, SOLIDS, body_pair
 
 
@@ -34,19 +32,6 @@ def test_solid_keeps_its_digits(case):
 @every(BODIES)
 def test_body_keeps_its_digits(case):
     assert compare_body(case) >= case.digits
-
-
-def test_the_extended_solid_is_converged():
-    """More points and more digits change none of 25: far beyond those of a double."""
-    pair = body_pair(beta=20.0)
-    with working():
-        coarse = solid_tooth(pair, 0, (2, 3, 2)).compliance(2, 2)
-    with working(80):
-        t = solid_tooth(pair, 0, (2, 3, 2))
-        fine = Tooth(t.g, t.width, t.E, t.nu, t.order, points=60).compliance(2, 2)
-        for i in range(4):
-            for j in range(4):
-                assert abs(number(coarse[i, j]) - number(fine[i, j])) <= 1e-25 * abs(number(fine[0, 0]))
 
 
 RINGS = {
@@ -98,15 +83,7 @@ def test_compression_kernel_keeps_its_digits():
             assert digits(found, exact, scale) >= 14, (a, b, c)
 
 
-LOCAL = (
-    "no gap at all, yang_sun",
-    "r_f < r_b",
-    "b/m = 0.5",
-    "b/m = 100",
-    "β = 45°",
-    "teeth nearly pointed",
-    "thin teeth",
-)
+LOCAL = ("no gap at all, yang_sun", "b/m = 0.5", "b/m = 100", "β = 45°", "teeth nearly pointed")
 
 
 @pytest.mark.parametrize("name", LOCAL)
@@ -120,16 +97,15 @@ def test_compression_of_the_flank_is_integrated_to_seven_digits(name):
         assert np.abs(found - exact).max() <= 1e-7 * exact.max()
 
 
-ORDERS = [(2, 3, 5), (4, 6, 6), (6, 10, 9), (8, 18, 14)]
+ORDERS = [(2, 3, 5), (4, 6, 6), (6, 10, 9)]
 
 
 @pytest.mark.parametrize("beta", [0.0, 25.0])
-@pytest.mark.parametrize("last", [3, pytest.param(4, marks=pytest.mark.slow)])
-def test_high_orders_of_the_solid(beta, last):
+def test_high_orders_of_the_solid(beta):
     """Nested spaces: the compliance of the flank grows with each, as a quadratic form; K keeps well conditioned."""
     gear = body_pair(teeth=20, beta=beta, width=5.0).gears[0]
     before = np.zeros((15, 15))
-    for order in ORDERS[:last]:
+    for order in ORDERS:
         tooth = SolidTooth(gear=gear, E=2e5, nu=0.3, order=order, measured_at="flank", heights=3)
         C = tooth.matrix
         assert np.all(np.isfinite(C))
@@ -137,11 +113,3 @@ def test_high_orders_of_the_solid(beta, last):
         assert np.linalg.eigvalsh(C - before).min() >= -1e-12 * np.abs(C).max()
         assert tooth.condition < 1e7
         before = C
-
-
-def test_digits_are_of_the_largest_entry():
-    exact = np.array([[2.0, 1.0], [1.0, 1.0]])
-    with working():
-        balls = ring.entries([[ball(x) for x in row] for row in exact])
-        assert matrix_digits(exact, balls) == 17
-        assert 5.9 < matrix_digits(exact + np.array([[0, 2e-6], [0, 0]]), balls) < 6.1

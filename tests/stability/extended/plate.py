@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from functools import lru_cache
 from itertools import pairwise
 from typing import Any
@@ -10,12 +9,8 @@ from typing import Any
 import mpmath as mp
 
 from gearbench.geometry.pair import Pair
-from tests.stability.extended import long_plate
 from tests.stability.extended.geometry import geometry, half_angle
 from tests.stability.extended.numbers import DIGITS, Number, cholesky, forward
-
-#: Functions of a field above which the plate is solved in long doubles.
-LARGE = 16
 
 
 def tanh_sinh(step: Number) -> list[tuple[Number, Number, Number]]:
@@ -88,20 +83,7 @@ def plate(pair: Pair, index: int, basis: Any) -> tuple[list[tuple[int, int]], An
     return terms, triangle
 
 
-@lru_cache(maxsize=8)
-def long_factor(pair: Pair, index: int, order: tuple[int, int]) -> Any:
-    """ψ of one tooth as a function of (ξ, η), in long doubles."""
-    G = geometry(pair)
-    nu, E = mp.mpf(pair.material.poisson_ratio), 1000 * mp.mpf(pair.material.youngs_modulus)
-    return long_plate.plate(G.gears[index], G.b, E, nu, order)[0]
-
-
 def plate_factor(pair: Pair, index: int, order: tuple[int, int] | None, xi: Number, eta: Number) -> list[Number]:
     """ψ of one tooth at ξ = (R − r_f)/h, η = y/b [√(mm/N)]."""
-    if order is not None and math.prod(order) > LARGE:
-        return [
-            mp.mpf(x.astype(float)) + mp.mpf(float(x - x.astype(float)))
-            for x in long_factor(pair, index, order)(xi, eta)
-        ]
     terms, triangle = plate(pair, index, order or "paper")
     return forward(triangle, [xi ** (i + 1) * eta**j for i, j in terms])
