@@ -62,7 +62,13 @@ def test_a_search_finds_the_smoothest(run_example):
     assert lines[-1].startswith(f"design {names['best']}: ")
 
 
-@pytest.mark.parametrize("path", sorted((EXAMPLES / "gears").glob("*.toml")), ids=lambda path: path.stem)
+GEARS = [
+    pytest.param(path, id=path.stem, marks=() if path.stem in {"hcr_spur", "thin_rim", "fzg_c"} else pytest.mark.slow)
+    for path in sorted((EXAMPLES / "gears").glob("*.toml"))
+]
+
+
+@pytest.mark.parametrize("path", GEARS)
 def test_gears_in_use_stand_on_their_bodies(path):
     """Twelve pairs of practice: wide, helical, high contact ratio, thin rims, large wheels."""
     scene = read_scene(path)

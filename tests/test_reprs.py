@@ -5,9 +5,7 @@ from html.parser import HTMLParser
 import h5py
 import matplotlib as mpl
 import pytest
-from matplotlib.axes import Axes
 
-from gearbench import plotting
 from gearbench.html import notebook_table
 from gearbench.library.garambois2017 import case, gear
 from gearbench.results.netcdf import save
@@ -73,26 +71,6 @@ def test_names_are_escaped():
     assert "&lt;script&gt;" in text
     table = notebook_table("a & b", ("<i>",), {"<b>": ("<u>",)})
     assert [mark for mark in ("<i>", "<b>", "<u>", "a & b") if mark in table] == []
-
-
-def test_plots_draw_on_the_axes_given_and_return_axes(result):
-    import matplotlib.pyplot as plt
-
-    sampled = robust(gear("55").scene(errors=True), samples=64, threads=1)
-    calls = [
-        lambda axes: plotting.over_two_periods(result, "mesh_stiffness", axes),
-        lambda axes: plotting.order_spectrum(result, "transmission_error", axes),
-        lambda axes: plotting.load_distribution(result, axes),
-        lambda axes: plotting.density(sampled, "transmission_error_rms", axes),
-        lambda axes: plotting.contributions(sampled, axes),
-    ]
-    for call in calls:
-        _, axes = plt.subplots()
-        assert call(axes) is axes
-        assert axes.has_data()
-        fresh = call(None)
-        assert isinstance(fresh, Axes)
-        plt.close("all")
 
 
 def test_files_hold_only_types_that_every_netcdf_reader_knows(result, tmp_path):

@@ -138,9 +138,8 @@ def test_the_stiffness_of_a_set_is_its_torque_over_its_turn(tangential):
     assert_allclose(whole.input_stiffness, 600.0 / np.abs(turn), rtol=1e-4)
 
 
-@pytest.mark.parametrize("law", ["yang_sun", "weber_banaschek"])
-def test_permuting_and_turning_planets_changes_nothing_on_bodies_either(law):
-    effects = {**EFFECTS, "hertz": {"law": law}, "crowning": {"amount": 4.0}}
+def test_permuting_and_turning_planets_changes_nothing_on_bodies_either():
+    effects = {**EFFECTS, "hertz": {}, "crowning": {"amount": 4.0}}
     keys = {"effects": effects, "pin_stiffness": 150.0, "torque": 400.0, "phases": 4}
     errors, other, step = [0.0, 12.0, 5.0, -7.0], [0, 3, 1, 2], 360.0 / (36 + 96)
     base = solve_train(made(planets=4, pin_tangential=errors, **keys))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from itertools import islice
 
 import numpy as np
@@ -11,7 +12,7 @@ from numpy.testing import assert_allclose
 
 from gearbench import read_scene
 from gearbench.effects.gear_body import GearBody
-from gearbench.results.cycle import coefficients, peak_to_peak
+from gearbench.results.cycle import MeshCycle, coefficients, peak_to_peak
 from gearbench.results.outputs import output
 from gearbench.scene import Resolution, Scene
 from gearbench.simulation import simulate
@@ -28,13 +29,18 @@ def example(name: str) -> Scene:
     return read_scene(ROOT / "examples" / "gears" / f"{name}.toml").without("off_line_contact")
 
 
+@cache
+def resolved(name: str) -> MeshCycle:
+    return converged(example(name), 30)
+
+
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=[] if name in FAST else [pytest.mark.slow]) for name in GEARS]
 )
 def test_default_settings_resolve_gears_in_use(name):
     scene = example(name)
     found = solve_scene(scene).cycle
-    exact = converged(scene, 30)
+    exact = resolved(name)
     for curve in ("transmission_error", "mesh_stiffness"):
         worst, span = misses(found, exact, curve)
         assert worst <= 1.0, curve
@@ -82,7 +88,7 @@ def test_spur_pairs_converge_exponentially_in_the_points_of_a_panel(name):
 def test_the_noise_floor_bounds_the_error_of_the_harmonics(name):
     scene = example(name)
     solved = solve_scene(scene)
-    exact = converged(scene, 30)
+    exact = resolved(name)
     for curve in ("transmission_error", "mesh_stiffness"):
         floor = output(solved, f"{curve}_amplitude_noise_floor")[1][:HIGHEST]
         found, wanted = (2 * np.abs(coefficients(c.phases, getattr(c, curve), HIGHEST)) for c in (solved.cycle, exact))

@@ -101,21 +101,6 @@ def test_energy_of_motions_of_the_root_is_the_symbolic_one(shape):
 
 
 @pytest.mark.parametrize("helix", [0.0, 20.0])
-def test_rigid_motions_of_the_root_cost_no_energy(helix):
-    """Six directions of S: along and about the axis to rounding; across as polynomials of θ; tilts like θ R near √x."""
-    found = []
-    for order in ((3, 3, 4), (4, 5, 5), (5, 6, 6)):
-        value = np.linalg.eigvalsh(body(gear(helix), order=order).tooth_parts[0])
-        assert value[0] > -1e-13 * value[-1]
-        found.append(value[:6] / value[6])
-    found = np.array(found)
-    assert np.all(found[:, :2] < 1e-12)
-    assert np.all(found < 2e-5)
-    for k, limit in enumerate((5e-7, 1e-8, 1e-12)):
-        assert np.all(found[k, 2:4] < limit)
-
-
-@pytest.mark.parametrize("helix", [0.0, 20.0])
 def test_turn_of_the_root_about_the_axis_of_the_gear(helix):
     """No force, and each point of the flank moves by r_b cos β_b against its normal per radian."""
     g = gear(helix)

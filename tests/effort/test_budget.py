@@ -72,13 +72,10 @@ def test_a_need_beyond_it_is_one_line(monkeypatch):
 PREDICTED = {
     "plate": case(2, Resolution(positions=400, segments=100)),
     "Hertz alone": replace(case(2, Resolution(positions=500, segments=60)), effects=case(2).effects[1:]),
-    "plate, many positions": case(1, Resolution(positions=3000, segments=15)),
     "solid": replace(
         case(2, Resolution(positions=100, segments=60)), effects=(ToothBending(model="solid"), *case(2).effects[1:])
     ),
     "on bodies": on_bodies(positions=40, segments=40),
-    "on bodies, many segments": on_bodies(positions=6, segments=200),
-    "on bodies, few segments": on_bodies(positions=600, segments=10),
 }
 
 

@@ -159,9 +159,8 @@ def test_teeth_that_are_new_are_sketched_with_few_functions_until_they_are_known
     assert ask.sketch(few).effect("tooth_bending").order == (3, 3, 4)
 
 
-@pytest.mark.parametrize("gear", ["e_drive_input", "e_drive_output", "fine_pitch"])
-def test_few_functions_are_good_enough_for_a_sketch(gear):
-    base = replace(read_scene(f"examples/gears/{gear}.toml"), resolution=COARSE)
+def test_few_functions_are_good_enough_for_a_sketch():
+    base = replace(read_scene("examples/gears/e_drive_input.toml"), resolution=COARSE)
     few = replace(base.effect("tooth_bending"), order=QUICK_ORDER)
     quick = replace(base, effects=tuple(few if each.name == few.name else each for each in base.effects))
     expected, found = (simulate(each) for each in (base, quick))

@@ -131,20 +131,6 @@ def test_the_outside_of_a_free_ring_is_held_as_a_rigid_body():
     np.testing.assert_allclose(work / [[1, 1, 105.5], [1, 1, 105.5], [1 / 105.5, 1 / 105.5, 1]], np.eye(3), atol=2e-3)
 
 
-def test_linear_relief_moves_the_first_touch():
-    relief = TipRelief(amount=10.0, length=1.0, gear="pinion")
-    placement = placed(PAIR, 0.55, relief)
-    u = placement.path_position(1)
-    # the involute point that is moved onto the line of action
-    R = float(np.hypot(PAIR.gears[0].base_radius, u + placement.touch(1).gap))
-    e = 0.01 * (R - PAIR.gears[0].tip_radius + 1.0)
-    # along the involute ds = u du / r_b, and R dR = u du
-    kappa = 0.01 * PAIR.gears[0].base_radius / R
-    rho = float(PAIR.meshing.curvature_radius(np.array(u)))
-    assert placement.touch(1).gap == pytest.approx(e - kappa**2 * rho / 2, rel=2e-3)
-    assert placement.touch(1).gap < e
-
-
 @pytest.mark.parametrize("contact", [1.0, 0.35])
 @pytest.mark.parametrize("phase", [0.3, 0.725])
 def test_mesh_lies_on_the_flank_that_was_made(phase, contact):

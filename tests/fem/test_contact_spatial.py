@@ -98,19 +98,6 @@ def test_a_fine_tooth_bears_strips_that_jump_and_knows_its_points():
     assert determinant.min() > 0
 
 
-def test_strips_reach_where_flanks_deflect_to():
-    laying, sections = first_laying(HELICAL, (), 0.2, 5e3)
-    strips = lay_strips(HELICAL, (), 0.2, laying, sections, Fineness())
-    assert {strip.k for strip in strips} >= {0, 1}
-    for strip in strips:
-        points = strip.points
-        assert points.weight.sum() > 0
-        # the functions of the pressure add up to one where all of a layer is near
-        total = np.asarray(points.hats.sum(axis=1)).ravel()
-        assert total.max() == pytest.approx(1)
-        assert (np.diff(strip.layers) > 0).all()
-
-
 def line_load(low: float, high: float, count: int = 9, q: float = 100.0) -> LineLoad:
     y = np.linspace(0.0, 12.0, count)
     return LineLoad(y=y, q=np.where((y > low) & (y < high), q, 0.0))

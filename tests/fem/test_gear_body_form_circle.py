@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from fem_reference.refinement import refined_compliance
 from gearbench.compliance.flank import FlankCompliance
 from gearbench.effects import tooth_bending
 from gearbench.effects.teeth import meshed_body, meshed_flank, ring_flank, solid_flank
@@ -70,16 +69,3 @@ def test_negative_directions_of_the_tooth_are_filled_by_its_body(parts, monkeypa
     assert with_blocks(clamped, ring) / exact == pytest.approx(1.0, abs=0.01)
     for tooth in (solid, clamped):
         assert with_blocks(without_negative(tooth), ring) / exact == pytest.approx(0.93, abs=0.01)
-
-
-@pytest.mark.slow
-def test_more_polynomials_on_the_flank_change_nothing(monkeypatch):
-    """Negative directions left out one tooth at a time, with what neighbours feel through them, shift m_k by 2 %."""
-    pair = gear().pair
-    found = []
-    for number, order in enumerate([(5, 5), (6, 5)]):
-        flank = refined_compliance(meshed_body(pair, 0, on_body=True), pair.materials[0], 0.002, order)
-        monkeypatch.setattr(tooth_bending, "meshed_flank", lambda *_, flank=flank: flank)
-        scene = gear(model="finite_elements", accuracy=0.003 + number * 1e-5)
-        found.append(float(simulate(scene, outputs=("mesh_stiffness_rms",)).mesh_stiffness_rms))
-    assert found[1] == pytest.approx(found[0], rel=0.005)

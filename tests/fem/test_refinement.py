@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import pytest
 import scipy.sparse as sp
@@ -151,19 +149,3 @@ def test_memory_is_bounded_by_the_entries_of_the_matrix(steel):
             assert level.unknowns == matrix.shape[0]
             # 120 bytes an entry, measured; spur gears have about half of the entries of helical ones
             assert 1.0 < (level.memory - 150e6) / (120 * entries) < 3.5
-
-
-def test_the_body_winds_up_at_least_like_a_plain_annulus(steel):
-    """An even load on every tooth, the sum of all C_d, twists the body; its teeth only add to that."""
-    gear = SPUR.gear
-    z = gear.teeth
-    level = Level(body=SPUR, number=3, waves=1)
-    all_of_them = circulant.flank_blocks(level.section, level.axis, level.there, steel, (1, 1), (z - 1) // 2)[0]
-    total = (
-        all_of_them.sum()
-        + circulant.flank_blocks(level.section, level.axis, level.there, steel, (1, 1), z // 2)[0][0].sum()
-    )
-    # turning of an annulus by shear between bore and root circle is less than all of it
-    shear = z * (1 / SPUR.bore_radius**2 - 1 / gear.root_radius**2) / (4 * math.pi * steel.E / 2.6 * gear.face_width)
-    of_unit_load = gear.base_radius**2 * shear * (gear.tip_radius - gear.form_radius) * gear.face_width
-    assert of_unit_load < total

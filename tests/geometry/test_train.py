@@ -133,10 +133,6 @@ def test_phase_of_a_gear_that_drives_two_or_is_driven_by_two(shared):
     assert train.coast == {"mesh 0": False, "mesh 1": False}
 
 
-def test_an_idler_carries_on_both_flanks():
-    assert chain().coast == {"in": False, "out": True}
-
-
 def test_speeds_of_a_chain_are_exact():
     rates = chain().rates
     assert rates == {"motor": 1, "idler": Fraction(-19, 31), "load": Fraction(19, 26)}
@@ -170,10 +166,6 @@ def test_gears_of_one_shaft_turn_together_or_contradict():
         _ = Train(meshes=meshes, shafts={"1": "s", "3": "s", "2": "t", "4": "t"}).rates
     with pytest.raises(InputError, match="carries both"):
         Train(meshes=meshes, shafts={"1": "s", "2": "s"})
-
-
-def test_torque_of_an_idler_passes_whole():
-    assert_allclose(chain().torques()["out"], 31 / 19)  # the force is the same on both its sides
 
 
 def test_parallel_paths_are_refused_unless_a_torque_is_wished():

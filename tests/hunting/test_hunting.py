@@ -96,27 +96,6 @@ def test_a_wave_of_a_pair_without_fluctuation_is_its_order_alone():
     assert found["wheel_order"].values[at] == pytest.approx(33 / 7)
 
 
-def test_pitch_errors_make_side_bands_at_shaft_orders_alone():
-    """Errors of the pinion: the orders are those of its shaft; the wheel's are empty."""
-    found = hunting_cycle(scene({"pitch_errors": {"pinion": PITCH["pinion"]}}))
-    amplitude, order = found["transmission_error_order_amplitude"].values, found["pinion_order"].values
-    own = np.isclose(order, np.round(order))
-    assert amplitude[own].max() > 0.1
-    assert amplitude[~own].max() < 1e-10
-
-
-def test_a_linear_contact_is_a_sum_over_the_teeth():
-    """With a constant law, and no flanks that part, errors superpose: half of them make half the side bands."""
-    small = {gear: [x / 50 for x in values] for gear, values in PITCH.items()}
-    still = simulate(scene({}, law="yang_sun"))["transmission_error"].values
-    parts = [
-        hunting_cycle(scene({"pitch_errors": each}, law="yang_sun"))["transmission_error"].values - still
-        for each in ({g: [x / 2 for x in v] for g, v in small.items()}, small)
-    ]
-    assert_allclose(2 * parts[0], parts[1], atol=1e-11)
-    assert np.abs(parts[1]).max() > 0.01
-
-
 def test_wobble_is_solved_as_it_is():
     made = scene({"waviness": {"wheel": [{"order": 1, "amplitude": 1.0, "over_face": "tilting"}]}}, segments=40,
                  gauss_points=4)  # fmt: skip

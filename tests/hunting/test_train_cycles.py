@@ -105,14 +105,6 @@ def test_planets_that_pass_leave_side_bands_at_multiples_of_their_number():
     assert amplitude[order.round() == 52] > 1.0
 
 
-def test_an_eccentric_sun_passes_planet_after_planet():
-    found = hunting_cycle(made({}, run_out={"sun": 10.0}, pin_stiffness=100.0, phases=8))
-    load = found["load_sharing"].values.reshape(8, -1)
-    assert np.ptp(load[0]) > 0.02
-    for planet in range(4):
-        assert_allclose(load[planet], np.roll(load[0], 8 * planet * 18 // 4), atol=1e-8)
-
-
 def test_the_figure_shows_both_curves_and_names_their_orders(monkeypatch, tmp_path):
     figures = []
     monkeypatch.setattr("gearbench.hunting.figures.write_figure", lambda figure, _: figures.append(figure))

@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -81,12 +80,6 @@ def test_outside_the_fit_is_refused(theta, h, which):
         shape_factors(stand_in(theta), 20.0 / h)
 
 
-def test_rack_like_gears_are_refused():
-    """4000 teeth: the polynomial gives L* = −343 for a ring of h = 1.4 or so, and would be believed."""
-    with pytest.raises(InputError, match=r"L\* = -\d+.* is outside the fit, 6.82 … 6.94"):
-        shape_factors(gear(teeth=4000), gear(teeth=4000).root_radius / 1.4)
-
-
 @pytest.mark.parametrize(
     ("teeth", "module", "width", "h"), [(24, 3.0, 24.0, 2.0), (40, 2.0, 20.0, 2.0), (40, 2.0, 20.0, 4.0)]
 )
@@ -104,10 +97,3 @@ def test_our_ring_agrees_inside_the_fit(teeth, module, width, h):
     # it takes linear and constant root stresses for granted, and a plane problem
     assert np.all(np.abs(theirs / ours - 1) < 0.06)
     assert ours[-1] > 1.5 * ours[0]  # it follows the height of the load
-
-
-def test_deflection_does_not_depend_on_size():
-    small, large = gear(), replace(gear(), normal_module=6.0, face_width=60.0)
-    a = foundation_factor(small, E, 17.0, small.root_radius + np.array([1.0, 3.0])) ** 2
-    b = foundation_factor(large, E, 51.0, large.root_radius + np.array([3.0, 9.0])) ** 2
-    assert_allclose(3 * b, a, rtol=1e-9)

@@ -34,22 +34,26 @@ STUDY = replace(
 
 
 NURSERY = """
-import os, sys
+import os, signal, sys
 from gearbench import read_study, optimise
 from gearbench.cli import main
 
 study = read_study(sys.argv[1])
 optimise(study, threads=1)
+# a search that does not listen yet dies silently, as a program does that Python has not begun
+signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 print("ready", flush=True)
 for line in iter(sys.stdin.readline, ""):
     folder, *more = line.split()
+    said = os.open(folder + ".err", os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
     child = os.fork()
     if child == 0:
-        os.dup2(os.open(folder + ".err", os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), 2)
-        os.dup2(2, 1)
+        os.dup2(said, 2)
+        os.dup2(said, 1)
         sys.argv = ["gearbench", "optimise", sys.argv[1], "-o", folder, "--resume", "-q", *more]
         main()
+    os.close(said)
     print(child, flush=True)
     sys.stdin.readline()  # until then its number is not given to another process
     _, status = os.waitpid(child, 0)

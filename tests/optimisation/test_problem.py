@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gearbench.geometry.pair import Pair
 from gearbench.optimisation.constraints import constrained, judge
 from gearbench.optimisation.numbers import largest_pressure
 from gearbench.optimisation.problem import NO_GEAR, evaluate, scene_of
@@ -127,20 +126,6 @@ def test_a_thousand_random_designs_raise_nothing():
         assert all(map(math.isfinite, result.statistics)) == result.feasible
         solved += result.feasible
     assert solved > 3  # the limits keep most of them away from the solver
-
-
-def test_designs_of_one_macro_geometry_share_pair_and_teeth():
-    from gearbench.effects.teeth import plate_tooth
-
-    scenes = [scene_of(STUDY, (2, 10, 4, crowning, 3, 3)) for crowning in range(8)]
-    assert all(scene.pair is scenes[0].pair for scene in scenes)
-    assert isinstance(scenes[0].pair, Pair)
-    before = plate_tooth.cache_info()
-    for crowning in range(4):
-        evaluate(STUDY, (2, 10, 4, crowning, 3, 3))
-    after = plate_tooth.cache_info()
-    assert after.misses - before.misses <= 1
-    assert after.hits > before.hits
 
 
 def test_every_design_sees_the_same_samples():

@@ -106,39 +106,27 @@ def test_limits_are_relative_and_finite():
 
 FAULTS = {
     'objectives = ["noise"]': ("objectives.noise", "transmission_error_rms_mean, "),
-    "objectives = []": ("objectives", "at least one"),
     'objectives = ["mesh_stiffness_rms_mean", "mesh_stiffness_rms_mean"]': ("objectives", "given twice"),
     "objectives = [{ mesh_stiffness_rms_mean = -1.0 }]": ("objectives.mesh_stiffness_rms_mean", "greater than 0"),
-    "objectives = 3": ("objectives", "must be a list"),
     "[constraints]\nsliding.max = 2.0": ("constraints.sliding", "specific_sliding"),
     "[constraints]\nspecific_sliding.most = 2.0": ("constraints.specific_sliding.most", "allowed: min, max"),
-    "[constraints.specific_sliding]": ("constraints.specific_sliding", "give min or max"),
     "[variables.teeth]\npaths = []\nmin = 15\nmax = 19": ("variables.teeth.paths", "at least one key"),
     '[variables.teeth]\npaths = ["pair.pinion.tooth"]\nmin = 15\nmax = 19': ("pair.pinion.tooth", "teeth, addendum"),
-    '[variables.teeth]\npaths = ["pair.pinion"]\nmin = 15\nmax = 19': ("pair.pinion", "must be a key of a scene"),
     '[variables.teeth]\npaths = ["pair.pinion.teeth"]\nmin = 15.0\nmax = 19.0': ("variables.teeth", "valid integer"),
     '[variables.teeth]\npaths = ["pair.pinion.teeth"]\nmin = 19\nmax = 15': ("variables.teeth.max", "below min"),
     '[variables.teeth]\npaths = ["pair.pinion.teeth"]\nmin = 15': ("variables.teeth.max", "is required"),
-    '[variables.teeth]\npaths = ["pair.pinion.teeth"]\nvalues = []': ("variables.teeth.values", "at least one"),
     '[variables.teeth]\npaths = ["pair.pinion.teeth"]\nmin = 1\nmax = 2\nstep = 0': (
         "variables.teeth.step",
         "positive",
     ),
-    '[variables.teeth]\npaths = ["pair.pinion.teeth"]\nmin = 15\nmax = 19': ("pair.wheel.teeth", "is required"),
     '[variables]\n"pair.helix_angle" = 5.0': ("variables.pair.helix_angle", "must be a table"),
-    '[variables]\n"pair.helix_angle" = { min = 0.0, max = 5.0, steps = 1.0 }': ("helix_angle.steps", "unknown key"),
     "[algorithm]\npopulation = 2": ("algorithm.population", "greater than or equal to 4"),
-    "[algorithm]\nmethod = 'ga'": ("algorithm.method", "must be 'nsga2' or 'nsga3'"),
-    "[algorithm]\nkind = 'ga'": ("algorithm.kind", "method, population, generations, seed"),
     "[robustness]\nsampler = 'halton'": ("robustness.sampler", "'sobol', 'random' or 'latin_hypercube'"),
-    "[robustness]\nsamples = -1": ("robustness.samples", "greater than or equal to 0"),
-    "[base.load]\nforce = 10.0": ("base.load.force", "allowed: torque"),
     "[base.resolution]\npositions = 4": ("base.resolution.gauss_points", "conflicts with positions"),
     "[base.load]\nunit = 3\n[base.pear]\nx = 1": (
         "base.pear = unknown key",
         "did you mean pair? allowed: name, pair, load",
     ),
-    "[study]\nx = 1": ("study", "allowed: name, base"),
 }
 
 

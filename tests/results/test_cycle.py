@@ -64,13 +64,6 @@ def test_orders_of_a_cosine_from_uniform_phases_and_the_limit_of_what_they_resol
     assert np.isnan(amplitude[5:]).all()
 
 
-@pytest.mark.parametrize("points", [1, 2, 8])
-@pytest.mark.parametrize("orders", [1, 10])
-def test_a_constant_over_one_panel_has_no_harmonics(points, orders):
-    phases = gauss(points, (0.0,))
-    assert_allclose(coefficients(phases, np.full(points, 7.0), orders), 0, atol=1e-13)
-
-
 @pytest.mark.parametrize("phases", [uniform(64), gauss(24)], ids=["uniform", "gauss"])
 def test_coefficients_carry_the_phase_of_every_curve(phases):
     """x = c_0 + Σ Re(2 c_n e^{2πi n τ}): a phase of +0.4 puts the crest 0.4/2πn before τ = 0."""

@@ -1,5 +1,7 @@
 """The digest in stored Datasets."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -12,8 +14,9 @@ from tests.support.explore_designs import front
 from tests.support.paths import EXAMPLES
 
 
-@pytest.mark.parametrize("dataset", [simulate(case(1)), front(20)], ids=["cycle", "front"])
-def test_a_dataset_survives_its_file(dataset, tmp_path, caplog):
+@pytest.mark.parametrize("made", [partial(simulate, case(1)), partial(front, 20)], ids=["cycle", "front"])
+def test_a_dataset_survives_its_file(made, tmp_path, caplog):
+    dataset = made()
     path = save(dataset, tmp_path / "whole.nc")
     assert open_result(path).equals(dataset)
     assert save(open_result(path), tmp_path / "again.nc").stat().st_size == path.stat().st_size

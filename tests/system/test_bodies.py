@@ -104,26 +104,6 @@ def test_bearing_on_a_spring_is_one_in_series(tmp_path):
     assert_allclose(two["bearing_force_amplitude"], one["bearing_force_amplitude"], rtol=1e-6, atol=1e-7)
 
 
-def test_curved_bearing_on_a_spring_is_one_in_series(tmp_path):
-    """A linear characteristic curve is settled by iteration; a heavy housing does not vibrate."""
-    curve = {"radial_curve": {"deflection": [10.0], "load": [2000.0]}, "axial_stiffness": 80.0}
-    seated, straight = on_springs(tmp_path, mass=1e9 * np.eye(6)), []
-    for given in (curve, {"radial_stiffness": 200.0, "axial_stiffness": 80.0}):
-        tables = seated.to_mapping()
-        for bearing in tables["system"]["shafts"][0]["bearings"]:
-            for key in BEARING:
-                bearing.pop(key)
-            bearing |= given
-        straight.append(parse_scene(tables))
-    one, two = (simulate(scene)["transmission_error"] for scene in straight)
-    assert_allclose(two, one, rtol=1e-7)
-    still = [{"position": p, **BEARING} for p in (0.0, 200.0)]
-    plain = spur_scene(shafts({"bearings": still}), helix=15.0, segments=10)
-    one, two = (response(scene, speed=SPEEDS, harmonics=3)["natural_frequency"].values for scene in (plain, seated))
-    # under the mean load the housing tilts: the mesh is softer by some percent, and its modes are lower
-    assert_allclose(two[two > 10.0], one, rtol=0.02)
-
-
 def test_forces_of_both_shafts_meet_in_the_housing(tmp_path):
     """If all bearings are on one node, the forces of pinion and wheel cancel and do not load the housing's springs."""
     names = [("a", d) for d in "xyz"]
@@ -232,10 +212,7 @@ SPRING = 1e5 * np.eye(3)
 XYZ = [("a", d) for d in "xyz"]
 FAULTS = {
     "no file": ({}, r"bodies.0.file = missing: give one of file and stiffness"),
-    "both": ({"file": "b.nc", "stiffness": "K.mtx"}, r"give one of file and stiffness"),
-    "absent": ({"file": "c.nc"}, r"bodies.0.file = .*c.nc: must be a readable file"),
     "no netCDF": ({"file": "text.nc"}, r"text.nc: must be a netCDF file"),
-    "no DMIG": ({"file": "text.pch"}, r"text.pch, DMIG none: must have one matrix K… and at most one M…"),
     "bad DMIG": ({"file": "bad.pch"}, r"bad.pch, line 2: component 7: must be 0 to 6"),
     "no Matrix Market": ({"stiffness": "text.nc", "nodes": ["a"]}, r"must be a Matrix Market file"),
     "no nodes": ({"stiffness": "K.mtx"}, r"nodes = 0: must be 1 to 1: six rows each of 6"),
@@ -244,10 +221,7 @@ FAULTS = {
     "negative": ({"file": "negative.nc"}, r"stiffness = a negative eigenvalue"),
     "direction": ({"file": "odd.nc"}, r"direction = up: must be one of x, y, z, rx, ry, rz"),
     "unknown node": ({"file": "b.nc", "joints": [joint(node="q")]}, r"node = q: must be one of a"),
-    "unknown shaft": ({"file": "b.nc", "joints": [joint(shaft="q")]}, r"joints.0.shaft = q: allowed: input, output"),
-    "beyond": ({"file": "b.nc", "joints": [joint(position=201.0)]}, r"must lie on the shaft, 0 to 200 mm"),
     "untouched": ({"file": "b.nc"}, r"the body is unconnected: add a bearing or joint"),
-    "axes": ({"file": "b.nc", "x": [1.0, 1.0, 0.0]}, r"bodies.0.x = .*: must be a unit vector"),
 }  # fmt: skip
 
 
@@ -297,15 +271,10 @@ HEADER = "%%MatrixMarket matrix {} {} {}\n% a comment\n"
     ("text", "reason"),
     [
         (HEADER.format("coordinate", "real", "general") + "2 2 1\n1 1 1.0\n2 2 1.0\n", "2 entries, 1 expected"),
-        (HEADER.format("coordinate", "real", "general") + "2 2 3\n1 1 1.0\n", "1 entries, 3 expected"),
         (HEADER.format("coordinate", "real", "general") + "2 2 1\n3 1 1.0\n", "rows and columns must be 1 to 2"),
-        (HEADER.format("coordinate", "real", "general") + "2 2 1\n0 1 1.0\n", "rows and columns must be 1 to 2"),
         (HEADER.format("coordinate", "real", "general") + "2 2 1\n1.5 1 1.0\n", "must be whole numbers"),
-        (HEADER.format("coordinate", "real", "general") + "2 2 1\nnan 1 1.0\n", "must be a Matrix Market file"),
-        (HEADER.format("coordinate", "real", "general") + "2 2 1\n1 1\n", "2 numbers in a line, 3 expected"),
         (HEADER.format("coordinate", "real", "general") + f"2 2 {10**17}\n1 1 1\n", "1 entries, 1000000"),
         (HEADER.format("array", "real", "symmetric") + "2 2\n1.0\n2.0\n", "2 entries, 3 expected"),
-        (HEADER.format("coordinate", "pattern", "general") + "2 2 1\n1 1\n", "must be real and square"),
         (HEADER.format("coordinate", "real", "skew-symmetric") + "2 2 1\n2 1 1.0\n", "must be real and square"),
         (HEADER.format("coordinate", "real", "general") + "2 2 1\n1 1 1\x00.0\n", "must be a Matrix Market file"),
     ],

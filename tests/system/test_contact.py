@@ -187,13 +187,6 @@ def test_clearance_of_bearings_is_taken_up_once():
     assert 1.0 < more - less < 1.3
 
 
-def test_scene_with_shafts_survives_its_file():
-    scene = spur_scene(shafts())
-    from gearbench.scene_file import parse_scene
-
-    assert parse_scene(scene.to_mapping()) == scene
-
-
 def test_mean_force_balances_on_bearings():
     scene = spur_scene(shafts(), helix=15.0)
     solved = solve_scene(scene)

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
 import xarray as xr
 from numpy.testing import assert_allclose
 
 from gearbench.effects.hertz import Hertz
-from gearbench.effects.tooth_bending import ToothBending
 from gearbench.library.garambois2017 import case
 from gearbench.results.netcdf import open_result, save
 from gearbench.results.quantities import QUANTITIES
@@ -114,11 +112,3 @@ def test_nothing_is_computed_where_one_scene_cannot_be_compared(monkeypatch):
     monkeypatch.setattr(comparison, "compare", lambda *_: pytest.fail("computed"))
     with pytest.raises(InputError, match=r"no teeth: effects = .*nothing to compare"):
         validate([case(1), replace(case(2), name="no teeth", effects=(Hertz(),))])
-
-
-def test_each_scene_is_announced(monkeypatch):
-    plates_for_finite_elements(monkeypatch)
-    said: list[str] = []
-    found = validate([case(1), replace(case(2), effects=(ToothBending(order=(2, 2)), Hertz()))], progress=said.append)
-    assert [line.partition(": finite elements of ")[0] for line in said] == ["case 1", "case 2"]
-    assert np.all(found["mac_mean"].sel(scene="case 2") < 1)

@@ -11,7 +11,6 @@ from numpy.testing import assert_allclose
 from gearbench.effects.crowning import Crowning
 from gearbench.effects.hertz import Hertz
 from gearbench.effects.tooth_bending import ToothBending
-from gearbench.effort.clock import unseen
 from gearbench.errors import InputError
 from gearbench.library.garambois2017 import case
 from gearbench.results.cycle import Phases
@@ -97,10 +96,3 @@ def test_a_scene_with_a_body_is_compared_with_teeth_on_a_body():
 def test_scenes_without_anything_to_compare_are_refused(effects, message):
     with pytest.raises(InputError, match=message):
         reference_scene(replace(case(1), effects=effects))
-
-
-def test_an_unseen_pair_is_the_same_pair_but_to_nine_digits():
-    scene = case(1)
-    widths = {unseen(scene, i).pair.face_width for i in range(6)}
-    assert len(widths) == 6
-    assert_allclose(sorted(widths), scene.pair.face_width, rtol=6e-9)
