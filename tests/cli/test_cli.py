@@ -12,7 +12,6 @@ import xarray as xr
 from gearbench import __version__
 from gearbench.doctor import Finding
 from gearbench.library.garambois2017 import case, gear
-from gearbench.plotting import density
 from gearbench.results.netcdf import open_result
 from gearbench.scene_file import read_scene
 from tests.support.paths import EXAMPLES
@@ -106,6 +105,7 @@ def test_robust_writes_samples_and_statistics(run, tmp_path):
             assert f"mesh_stiffness_rms_{name}_standard_error" in dataset
 
 
+@pytest.mark.slow
 def test_plots_are_drawn_where_asked(run, tmp_path):
     run("simulate", EXAMPLES / "case2.toml", "--plots", tmp_path / "a", "-q")
     run("robust", EXAMPLES / "gear55_robust.toml", "--samples", 64, "--plots", tmp_path / "b", "-q")
@@ -115,13 +115,6 @@ def test_plots_are_drawn_where_asked(run, tmp_path):
         "ste_and_stiffness.png",
     ]  # fmt: skip
     assert all(path.stat().st_size > 10_000 for path in tmp_path.rglob("*.png"))
-
-
-def test_no_line_runs_through_the_legend_of_a_density(run, tmp_path):
-    run("robust", EXAMPLES / "gear55_robust.toml", "--samples", 16, "-o", tmp_path / "r.nc", "-q")
-    axes = density(open_result(tmp_path / "r.nc"), "mesh_stiffness_rms")
-    axes.figure.canvas.draw()
-    assert axes.get_legend().get_window_extent().y0 >= axes.get_window_extent().y1
 
 
 def test_doctor_is_content_where_the_tests_run(run):
@@ -146,41 +139,24 @@ def test_version(run):
 PINION = "teeth = 38\n[pair.wheel]"
 BAD = {
     "unknown key": ("face_width = 8.0", "face_widht = 8.0", "pair.face_widht", "did you mean face_width?"),
-    "American key": ("centre_distance", "center_distance", "pair.center_distance", "did you mean centre_distance?"),
-    "unknown table": ("[load]", "[lod]", "lod", "did you mean load?"),
     "unknown effect": ("[effects.hertz]", "[effects.herz]", "effects.herz", "did you mean hertz?"),
     "module in metres": ("normal_module = 1.0", "normal_module = 0.001", "pair.normal_module", "0.001"),
-    "distance in metres": ("centre_distance = 38.0", "centre_distance = 0.038", "pair.centre_distance", "0.038"),
-    "width in metres": ("face_width = 8.0", "face_width = 0.008", "pair.face_width", "0.008"),
     "modulus in MPa": ("[load]", "[pair.material]\nyoungs_modulus = 210000.0\n[load]", "youngs_modulus", "210000"),
-    "few teeth": ("teeth = 38\n[pair.wheel]", "teeth = 4\n[pair.wheel]", "pair.pinion.teeth", "4"),
     "internal gear": (PINION, "teeth = -38\n[pair.wheel]", "pair.pinion.teeth = -38:", "internal gear"),
     "teeth of text": ("teeth = 38\n[pair.wheel]", 'teeth = "38"\n[pair.wheel]', "pair.pinion.teeth", "38"),
-    "half a tooth": ("teeth = 38\n[pair.wheel]", "teeth = 37.5\n[pair.wheel]", "pair.pinion.teeth", "37.5"),
-    "distance too small": ("centre_distance = 38.0", "centre_distance = 35.0", "pair.centre_distance", "35"),
     "pointed tip": (PINION, "teeth = 38\naddendum = 2.4\n[pair.wheel]", "pair.pinion.addendum", "2.4"),
-    "pointed rack": (PINION, "teeth = 38\ndedendum = 2.4\n[pair.wheel]", "pair.pinion.dedendum", "2.4"),
     "tip twice": ("teeth = 38", "teeth = 38\naddendum = 0.9\ntip_diameter = 40.0", "pair.pinion.tip_diameter", "40"),
-    "tip diameter in root": (PINION, "teeth = 38\ntip_diameter = 40.6\n[pair.wheel]",
-                             "pair.pinion.tip_diameter", "40.6"),
     "no contact": ("teeth = 38", "teeth = 38\naddendum = 0.02", "pair.centre_distance", "38"),
-    "tip in root": (PINION, "teeth = 38\naddendum = 1.3\n[pair.wheel]", "pair.pinion.addendum", "1.3"),
-    "contact ratio": ("teeth = 38", "teeth = 38\naddendum = 0.5", "pair.centre_distance", "contact ratio"),
-    "teeth overlap": ("teeth = 38", "teeth = 38\nprofile_shift = 0.3", "pair.centre_distance", "overlap"),
     "backlash twice": ("[pair.pinion]\nteeth = 38\n[pair.wheel]\n",
                        "backlash = 0.1\n[pair.pinion]\nteeth = 38\nprofile_shift = 0.0\n"
                        "[pair.wheel]\nprofile_shift = 0.0\n",
                        "pair.backlash", "0.1"),
     "no torque": ("torque = 10.0", "torque = 0.0", "load.torque", "0"),
     "not a number": ("torque = 10.0", "torque = nan", "load.torque", None),
-    "infinite": ("torque = 10.0", "torque = inf", "load.torque", None),
     "missing key": ("torque = 10.0", "", "load.torque", "missing"),
-    "missing table": ("[load]\ntorque = 10.0", "", "load", "missing"),
     "no effects": ("[effects.hertz]", "", "effects", "none"),
     "gap only": ("[effects.hertz]", "[effects.crowning]\namount = 5.0", "effects", "crowning"),
     "law": ("[effects.hertz]", '[effects.hertz]\nlaw = "sun_yang"', "effects.hertz.law", "sun_yang"),
-    "both resolutions": ("positions = 4", "positions = 4\ngauss_points = 4", "resolution.gauss_points", "positions"),
-    "no positions": ("positions = 4", "positions = 0", "resolution.positions", "0"),
     "no TOML": ("[pair]", "[pair", "not TOML", None),
 }  # fmt: skip
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from gearbench.accuracy.measure import MEASURED
-from gearbench.accuracy.settings import PLATE_ORDER, SEGMENTS, Setting, with_resolution
+from gearbench.accuracy.settings import PLATE_ORDER, SEGMENTS, with_resolution
 from gearbench.effects.helix_slope import HelixSlope
 from gearbench.effort import workprecision
 from gearbench.effort.curves import WorkPrecision, observed_order, setting_curve
@@ -130,22 +130,6 @@ def test_the_order_observed_leaves_out_what_is_not_clear():
     errors[-1] = errors[-2]  # as large as the error bar
     assert observed_order(sizes, errors, errors[-1]) == pytest.approx(2.0)
     assert np.isnan(observed_order(sizes, errors, 1.0))
-
-
-def test_a_setting_from_elsewhere_is_measured_with_the_others(monkeypatch):
-    """A setting is its name, its levels and how to turn it; here doubled segments, which are exact for a spur pair."""
-    double = Setting(
-        name="doubled segments",
-        levels=lambda _: (1, 2, 4, 8),
-        with_level=lambda scene, level: with_resolution(scene, segments=2 * level),
-        order="exact",
-    )
-    monkeypatch.setattr(workprecision, "SETTINGS", {double.name: double})
-    dataset = workprecision.cost(with_resolution(gear("SC").scene(), gauss_points=2), repeats=1)
-    assert list(dataset["knob"].values) == ["doubled segments"]
-    rows = dataset.isel(setting=dataset["setting_knob"].values == double.name)
-    assert list(rows["level"].values) == ["1", "2"]  # the two finest are the reference and its error bar
-    assert float(rows["error"].max()) < 1e-11  # rounding
 
 
 def test_tables_of_the_page_on_run_time_are_those_of_its_dataset(tmp_path):

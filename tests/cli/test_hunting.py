@@ -41,9 +41,3 @@ def test_as_json(run, file):
     found = json.loads(out)
     assert (code, found["cycles"]) == (0, 77)
     assert max(found["largest"], key=lambda each: each["amplitude"])["mesh_order"] == pytest.approx(1 / 7)
-
-
-def test_teeth_that_are_alike_are_one_line(refused, tmp_path):
-    path = tmp_path / "alike.toml"
-    path.write_text(scene({}).to_toml(), encoding="utf-8")
-    assert "effects = all teeth are alike: must have pitch_errors or waviness" in refused("hunting", path)

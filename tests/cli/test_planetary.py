@@ -54,6 +54,7 @@ def test_a_page_is_refused_of_several_meshes(run, scene, tmp_path):
     assert "without --report" in said
 
 
+@pytest.mark.slow
 def test_forces_on_bearings_that_cancel_are_not_printed(run, scene):
     scene.write_text(SET.replace("positions = 4", "positions = 8"))
     code, said, _ = run("response", scene, "--speed", "1000:2000:2", "--harmonics", "1")

@@ -109,23 +109,6 @@ def test_bound_compliance_grows_with_every_function(helix):
         assert np.trace(fine) > np.trace(coarse)
 
 
-@pytest.mark.parametrize("helix", [0.0, 25.0])
-@pytest.mark.parametrize("measured_at", ["smooth", "mid", "flank"])
-def test_factor_is_symmetric_and_positive(helix, measured_at):
-    rng = np.random.default_rng(1)
-    t = tooth(gear(helix), measured_at=measured_at)
-    height, y = rng.uniform(1.5, t.gear.tooth_height, 20), rng.uniform(0, 12, 20)
-    assert_allclose(t.matrix, t.matrix.T, rtol=0, atol=1e-13 * np.abs(t.matrix).max())
-    factor = t.flank.factor(height, y)
-    assert np.all(np.sum(factor**2, axis=-1) > 0)
-    assert_allclose(
-        t.flank.deflection(height[0], y[0], height[1], y[1]),
-        t.flank.deflection(height[1], y[1], height[0], y[0]),
-        rtol=1e-12,
-    )
-    assert factor.shape == (20, t.flank.root().shape[2])
-
-
 @pytest.mark.parametrize("helix", [0.0, 30.0])
 @pytest.mark.parametrize(("width", "teeth"), [(1.0, 25), (100.0, 25), (12.0, 10), (12.0, 150)])
 @pytest.mark.parametrize("order", [(4, 5, 5), (6, 9, 8)])
@@ -176,8 +159,3 @@ def test_chains_are_all_there_is(helix, axis):
         assert_allclose(whole, full[np.ix_(at, moving)], rtol=0, atol=1e-12 * full.max())
         rest = np.setdiff1d(np.arange(len(full)), np.concatenate([at, moving]))
         assert np.abs(full[np.ix_(at, rest)]).max(initial=0.0) < 1e-12 * full.max()
-
-
-def test_a_straight_block_has_no_screw():
-    with pytest.raises(ValueError, match="root_radius"):
-        ToothSection(height=1.0, half_width=lambda x: x, root_radius=math.inf, screw=0.1, order=(2, 2))

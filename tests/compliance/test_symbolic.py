@@ -29,29 +29,6 @@ def test_deflections(kind, basis):
     assert_allclose(factor @ factor.T, np.array(exact, dtype=float), rtol=1e-12)
 
 
-@pytest.mark.parametrize("kind", THICKNESS)
-@pytest.mark.parametrize("basis", ["paper", (2, 2)])
-def test_stiffness_is_the_symbolic_one_in_another_basis(kind, basis):
-    """Kₙ = Tᵀ K_s T with T the monomial coefficients of the numerical functions, found by interpolation."""
-    exact = symbolic.stiffness(basis, THICKNESS[kind], HEIGHT, WIDTH, E, NU)
-    plate = numeric_plate(kind, basis)
-    monomials = [sp.lambdify((symbolic.x, symbolic.y), m, "numpy") for m in symbolic.monomials(basis)]
-    rng = np.random.default_rng(0)
-    px, py = rng.uniform(0.1, float(HEIGHT), 60), rng.uniform(0, float(WIDTH), 60)
-    values = np.column_stack([m(px, py) for m in monomials])
-    functions = plate.functions(px, py)
-    transform = np.linalg.lstsq(values, functions, rcond=None)[0]
-    n = len(monomials)
-    order = np.r_[n : 2 * n, 2 * n : 3 * n, 0:n]  # w, θ_x, θ_y there; θ_x, θ_y, w here
-    expected = (
-        np.kron(np.eye(3), transform).T
-        @ np.array(exact, dtype=float)[np.ix_(order, order)]
-        @ np.kron(np.eye(3), transform)
-    )
-    # the transform itself is found to about 1e-13; the scale is the largest entry
-    assert_allclose(plate.stiffness(), expected, rtol=0, atol=1e-12 * np.abs(expected).max())
-
-
 def test_the_symbolic_energy_of_a_rigid_motion_is_zero_and_of_a_pure_bend_is_the_book_s():
     x, y = symbolic.x, symbolic.y
     h, e, nu, c = sp.symbols("h E nu c", positive=True)

@@ -43,39 +43,6 @@ def test_spread_falls_like_the_softness_far_from_the_load() -> None:
         assert far - near == pytest.approx(-3.0 * softness(angle), rel=1e-3)
 
 
-def modes(angle: float, eta: float) -> complex:
-    """Normal displacement of the loaded face of a wedge under the pressure r^{λ−1}, λ = iη, from Airy's functions.
-
-    φ = r^{λ+1} [A cos(λ+1)θ + B cos(λ−1)θ + C sin(λ+1)θ + D sin(λ−1)θ] solved for its four boundary conditions;
-    displacements after Williams, over (1−ν²)/E.
-    """
-    lam, nu = 1j * eta, 0.3
-    alpha, kappa = angle / 2, 3 - 4 * nu
-    p, m = lam + 1, lam - 1
-
-    def rows(theta: float) -> tuple[list[complex], list[complex]]:
-        value = [np.cos(p * theta), np.cos(m * theta), np.sin(p * theta), np.sin(m * theta)]
-        slope = [-p * np.sin(p * theta), -m * np.sin(m * theta), p * np.cos(p * theta), m * np.cos(m * theta)]
-        return [lam * p * v for v in value], [-lam * s for s in slope]
-
-    matrix = np.array([*rows(alpha), *rows(-alpha)])
-    A, B, C, D = np.linalg.solve(matrix, np.array([-1.0, 0, 0, 0], dtype=complex))
-    twice_mu_u = p * A * np.sin(p * alpha) + (kappa + lam) * B * np.sin(m * alpha)
-    twice_mu_u -= p * C * np.cos(p * alpha) + (kappa + lam) * D * np.cos(m * alpha)
-    # E = 2μ(1+ν): u E/(1−ν²) = 2μu/(1−ν)
-    return -twice_mu_u / (1 - nu)
-
-
-def test_transform_is_that_of_airys_functions() -> None:
-    """m(η)/η of the wedge against its four boundary conditions solved by themselves."""
-    for degrees in (90, 120, 150):
-        angle = math.radians(degrees)
-        for eta in (0.2, 1.0, 3.0):
-            s, c, z = math.sin(angle), math.cos(angle), eta * angle
-            m = (math.cosh(z) - c) / (math.sinh(z) + eta * s) + (math.cosh(z) + c) / (math.sinh(z) - eta * s)
-            assert modes(angle, eta) == pytest.approx(m / eta, rel=1e-9)
-
-
 def test_strip_far_from_the_edge_is_hertzs() -> None:
     """Approach of a Hertzian strip, 4 (ln 2 + ½), and W = −2B ln|σ| of the wedge; elements of 1/24 of the strip."""
     hertz = 4 * (math.log(2) + 0.5)

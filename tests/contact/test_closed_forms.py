@@ -163,16 +163,6 @@ def test_dense_compliance_equals_the_structured_one(pair):
     same(*(solve(assemble(s, lines, truncation=0.0)) for s in (dense, base)))
 
 
-@pytest.mark.parametrize("pair", [SPUR, HELICAL], ids=["spur", "helical"])
-def test_dense_compliance_without_a_law_equals_the_structured_one(pair):
-    """A matrix has no law to average over cells, so both are compared at nodes."""
-    base = scene(ToothBending(), WINKLER, HelixSlope(pinion=30.0), pair=pair, segments=9)
-    lines = replace(scene_lines(base, PHASES), cells=False)
-    structured = assemble(base, lines, truncation=0.0)
-    dense = assemble(replace(base, effects=(DenseOf((ToothBending(),), C), HelixSlope(pinion=30.0))), lines)
-    same(solve(dense), solve(structured))
-
-
 @pytest.mark.parametrize("bending", [(), (ToothBending(),)], ids=["alone", "with own columns"])
 def test_coupled_columns_equal_their_matrix(bending):
     base = scene(*bending, Coupled(), Hertz(), Crowning(amount=8.0), segments=9)

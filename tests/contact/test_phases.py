@@ -14,10 +14,9 @@ from numpy.typing import NDArray
 
 from gearbench.contact.assemble import assemble
 from gearbench.contact.coarse_solution import scene_lines
-from gearbench.contact.patches import solve_patches
 from gearbench.contact.phases import gauss_phases, uniform_phases
 from gearbench.contact.solver import solve
-from gearbench.contact.transitions import mesh_phases, transitions
+from gearbench.contact.transitions import mesh_phases
 from gearbench.effects.hertz import Hertz
 from gearbench.effects.tip_relief import TipRelief
 from gearbench.effects.tooth_bending import ToothBending
@@ -73,19 +72,6 @@ def test_panels_of_no_length_are_left_out(shift):
     phase, weight = gauss_phases([0.25, 0.25 + shift, 0.75, 1.75 + shift], 4)
     assert phase.size == 12
     assert_allclose(weight.sum(), 1, rtol=1e-15)
-
-
-def test_panels_end_where_pairs_enter_and_leave():
-    """No Gauss panel contains a change of the number of contact lines; and there are such changes."""
-    for pair in (SPUR, HELICAL):
-        s = scene(pair, gauss_points=6)
-        phase, _ = mesh_phases(s)
-        edges = np.append(pair.meshing.transition_phases, 1.0 + pair.meshing.transition_phases[0])
-        count = scene_lines(s, phase).active.sum(axis=1)
-        panel = np.searchsorted(edges, phase + (phase < edges[0]), side="right")
-        for k in np.unique(panel):
-            assert np.ptp(count[panel == k]) == 0
-        assert np.ptp(count) > 0
 
 
 def test_panels_end_where_a_relief_begins():
@@ -158,15 +144,3 @@ def test_kinks_of_a_relief_restore_the_convergence():
     with_kinks = figures(s, *mesh_phases(s))
     without = figures(s, *gauss_phases(SPUR.meshing.transition_phases, 8))
     assert np.abs(with_kinks / exact - 1).max() < 1e-10 < 1e-5 < np.abs(without / exact - 1).max()
-
-
-@pytest.mark.parametrize("amount", [20.0, 30.0])
-def test_phases_at_which_pairs_take_and_leave_their_load_are_found_to_a_hundred_thousandth(amount):
-    """On either side of them a different number of pairs is loaded."""
-    relieved = replace(scene(SPUR), effects=(*scene(SPUR).effects, TipRelief(amount=amount, length=1.5)))
-    transfers = [change.phase for change in transitions(relieved, exact=True) if change.side]
-    assert transfers
-    phases = (np.array(transfers)[:, None] + 1e-5 * np.array([-1.0, 1.0])).ravel() % 1.0
-    solution = solve_patches(assemble(relieved, scene_lines(relieved, phases)))
-    loaded = np.count_nonzero(solution.force.sum(axis=2) > 0, axis=1).reshape(-1, 2)
-    assert np.all(loaded[:, 0] != loaded[:, 1])

@@ -48,6 +48,7 @@ def test_programs_run(folder, number):
     assert all((folder / name).stat().st_size > 1000 for name in expected)
 
 
+@pytest.mark.slow
 def test_the_measured_flank_is_read(folder):
     run("gearbench rexs gearbox.rexs --scene 2 stage2.toml -q")
     (folder / "flank.csv").write_text(blocks("csv")[0])

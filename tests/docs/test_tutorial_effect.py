@@ -6,7 +6,6 @@ The package is tests/plugin: its files are those of the page, its dist-info is w
 from __future__ import annotations
 
 import re
-import subprocess
 import sys
 import tomllib
 from configparser import ConfigParser
@@ -236,14 +235,3 @@ def test_the_commands_of_the_page_run(tmp_path, monkeypatch):
     done = list(follow(PAGE, programs=False))
     assert [block.language for block in done].count("sh") == 1
     assert (tmp_path / "wavy.nc").exists()
-
-
-def test_files_of_the_page_pass_the_checks_of_the_house(tmp_path):
-    for name in (f"{module}.py" for module in MODULES):
-        (tmp_path / name).write_text(FILES[name], encoding="utf-8")
-    options = ["--config", str(ROOT / "pyproject.toml"), "--no-cache"]
-    for command in (["check"], ["format", "--check"]):
-        done = subprocess.run(
-            [sys.executable, "-m", "ruff", *command, *options, tmp_path], capture_output=True, text=True
-        )
-        assert done.returncode == 0, done.stdout

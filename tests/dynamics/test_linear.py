@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 from scipy.special import mathieu_a, mathieu_b
 
 from gearbench.dynamics.analysis import response
-from gearbench.dynamics.balance import Excitation, receptances, solve
+from gearbench.dynamics.balance import receptances, solve
 from gearbench.dynamics.model import Model
 from gearbench.dynamics.modes import modes
 from gearbench.dynamics.stability import multipliers
@@ -18,7 +18,6 @@ from gearbench.errors import InputError
 from gearbench.scene_file import read_scene
 from gearbench.schema import read
 from gearbench.system.gearbox import Gearbox
-from gearbench.system.mechanics import Mechanics
 from gearbench.system.schema import System
 from tests.support.paths import EXAMPLES
 from tests.support.systems import excitation, series, shafts, spur_scene, wheels
@@ -181,34 +180,6 @@ def test_phases_of_meshes_on_a_shared_pinion(planet, phase):
         assert_allclose(np.exp(2j * np.pi * box.phases["left"]), np.exp(2j * np.pi * expected), atol=1e-12)
 
 
-def test_equal_opposite_forces_cancel_to_rounding():
-    """A pinion on a spring couples two equal wheels on opposite sides, and does not move."""
-    k, H = 4e5, 8
-    a = np.array([[-1.0, 1.0, 0.0], [1.0, 0.0, 1.0]])
-    system = Mechanics(
-        mass=np.diag([1e-3, 2e-3, 2e-3]),
-        stiffness=np.diag([3e5, 0.0, 0.0]),
-        damping=(np.zeros((0, 3)), np.zeros(0)),
-        mesh=a,
-        spin=a,
-        bearing=np.array([[[3e5, 0, 0], [0, 0, 0], [0, 0, 0]]]),
-        bearing_names=("one",),
-    )
-    found = modes(system, k * np.eye(2), 0.04)
-    one = excitation(k, [4e4, 1e4j], [4e-3, 1e-3, 2e-4j], 2000.0, H)
-    both = Excitation(
-        stiffness=np.eye(2)[..., None] * one.stiffness,
-        motion=np.repeat(one.motion, 2, 0),
-        force=np.repeat(one.force, 2, 0),
-    )
-    omega = np.array([0.3, 0.8]) * found.frequency[-1]
-    x, f = solve(both, receptances(found, np.arange(2), omega, H), k * np.eye(2))
-    push = np.moveaxis((f - k * x)[..., 1:], 1, -1)
-    each = (found.everywhere(omega[:, None] * np.arange(1, H + 1), push * part, np.arange(2)) for part in (1, [1, 0]))
-    felt = [bearing for _, _, bearing in each]
-    assert np.abs(felt[0]).max() < 1e-12 * np.abs(felt[1]).max()
-
-
 def test_stiff_bearings_leave_the_lowest_modes():
     """With bearings of 1e10 N/µm the torsional modes of the coupled inertias remain; rigid-body modes are left out."""
     found = []
@@ -219,18 +190,6 @@ def test_stiff_bearings_leave_the_lowest_modes():
         found.append(model.modes.frequency[model.modes.frequency > 0][:2])
     assert found[0][0] / (2 * np.pi) < 100
     assert_allclose(found[1], found[0], rtol=1e-3)
-
-
-def test_dataset_of_a_pair_on_shafts():
-    scene = spur_scene(shafts({"bearings": [{"position": p, "radial_stiffness": 150.0, "axial_stiffness": 80.0} for p in (0.0, 200.0)]}))  # fmt: skip  # noqa: E501
-    data = response(scene, speed=np.linspace(500, 6000, 30), harmonics=6)
-    assert data["mesh_force_amplitude"].dims == ("speed", "mesh", "harmonic")
-    assert data["mesh_frequency"].values[0, 0] == pytest.approx(500 / 60 * 25)
-    assert data["bearing_force_amplitude"].sizes["bearing"] == 4
-    assert all(data[name].attrs["units"] for name in data.data_vars)
-    # below all modes the mesh force does not vary, so neither do the bearing forces
-    slow = response(scene, speed=0.5, harmonics=3)
-    assert float(slow["mesh_force_rms"].max()) < 1e-3 * scene.F_bt
 
 
 @pytest.mark.slow

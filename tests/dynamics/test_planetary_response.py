@@ -283,6 +283,7 @@ def test_the_turning_carrier_moves_modes_by_its_frequency_at_most():
     assert f"the mode at {still[0] / 2 / np.pi:.4g} Hz by up to {100 * turn / still[0]:.2g} % at" in note
 
 
+@pytest.mark.slow
 def test_figures_are_of_the_set(tmp_path):
     found = response(scene(phases=16, planets=4, **ELASTIC), speed=np.linspace(1000, 9000, 6), harmonics=3)
     names = [path.name for path in draw_response(found, tmp_path)]

@@ -58,24 +58,6 @@ def test_excitation_is_that_of_every_pair_of_teeth(errors, cycles):
     assert_allclose(found.excitation.motion[0], orders, atol=1e-9 * np.abs(orders).max())
 
 
-@pytest.mark.parametrize(("gear", "z", "order"), [("pinion", 7, 1), ("wheel", 11, 3)])
-def test_waves_are_those_of_every_mesh_cycle(gear, z, order):
-    """Run-out of the pinion, a ghost order of the wheel: each cycle simulated with the wave's phase in it."""
-    wave, H = {"order": order, "amplitude": 2.0, "phase": 30.0}, 2
-    found = revolution(loaded_mesh(scene({})), unlike(scene({}, waviness={gear: [wave]})), H)
-    assert found.cycles == z
-    orders, n = np.zeros(H * z + 1, complex), np.arange(H * z + 1) / z
-    for i in range(z):
-        turned = wave | {"phase": (30.0 + 360.0 * order * i / z) % 360.0}
-        data = simulate(scene(waviness={gear: [turned]}))
-        rows = fourier_rows(Phases.of_dataset(data), n)
-        orders += np.exp(-2j * np.pi * n * i) * (rows @ data["transmission_error"].values) / z * 1e-3
-    assert_allclose(found.excitation.motion[0], orders, atol=1e-9 * np.abs(orders).max())
-    # the wave itself is the largest side band
-    largest = np.argsort(-np.abs(found.excitation.motion[0, 1:z]))[0] + 1
-    assert largest in (order, z - order)
-
-
 def test_side_bands_against_time_integration():
     """A wheel of five teeth: orders 1/5 … H excite a mesh whose stiffness varies with the mesh frequency."""
     rng = np.random.default_rng(0)

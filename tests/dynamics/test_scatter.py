@@ -69,8 +69,11 @@ class Drawn(GapEffect):
         return self.errors.expansion(lines, {self.errors.name: self.errors}).modes @ np.array(self.amounts)
 
 
+SEATS = [None, *(pytest.param(seat, marks=pytest.mark.slow) for seat in (70.0, 160.0))]
+
+
 @pytest.mark.parametrize("relief", [{}, {"tip_relief": {"amount": 10.0, "length": 1.0}, "crowning": {"amount": 5.0}}])
-@pytest.mark.parametrize("seat", [None, 70.0, 160.0], ids=["wheels", "straddled", "overhung"])
+@pytest.mark.parametrize("seat", SEATS, ids=["wheels", "straddled", "overhung"])
 def test_samples_at_default_settings_are_their_own_scenes(relief, seat):
     """The mean over 16 samples of responses of one scene each; damping is the scene's own, not each sample's."""
     tables = ERRORS | {"tooth_bending": {"model": "plate", "order": [3, 3]}} | relief
@@ -107,32 +110,3 @@ def test_statistics_are_those_of_the_samples():
 def test_scene_without_errors_is_refused():
     with pytest.raises(InputError, match="manufacturing_errors"):
         robust_response(spur_scene({}), speed=1000.0)
-
-
-def test_memory_does_not_grow_with_speeds_times_samples(monkeypatch):
-    """Ten times the speeds and the samples: what both together add is below a tenth of one number for each pair."""
-    import tracemalloc
-
-    from gearbench.dynamics import scatter
-
-    def drawn(model, harmonics, *, samples, **_):
-        rng = np.random.default_rng(0)
-        k = np.zeros((samples, 1, 1, 2 * harmonics + 1), complex)
-        k[..., 0] = model.stiffness[0, 0]
-        error = 1e-3 * rng.normal(size=(samples, 1, harmonics + 1)).astype(complex)
-        tracemalloc.start()
-        return [
-            Excitation(stiffness=k, motion=error, force=0 * error).part(slice(i, i + 8)) for i in range(0, samples, 8)
-        ]
-
-    def peak(speeds, samples):
-        robust_response(scene(), speed=np.linspace(500, 6000, speeds), samples=samples, harmonics=1, threads=1)
-        found = tracemalloc.get_traced_memory()[1]
-        tracemalloc.stop()
-        return found
-
-    robust_response(scene(), speed=[500.0], samples=2, harmonics=1)  # compiled, and loaded
-    monkeypatch.setattr(scatter, "sample_cycles", drawn)
-    sizes = {(s, n): peak(s, n) for s in (60, 600) for n in (32, 320)}
-    both = sizes[600, 320] - sizes[600, 32] - sizes[60, 320] + sizes[60, 32]
-    assert both < 0.1 * 8 * 540 * 288

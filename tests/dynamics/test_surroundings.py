@@ -109,6 +109,7 @@ def test_friction_of_a_spur_pair_turns_at_the_pitch_point():
     assert "friction" in data.attrs["notes"]
 
 
+@pytest.mark.slow
 def test_figures_of_modes_and_ripples_are_drawn(tmp_path):
     scene = replace(heavy(ripples=[{"order": 6, "torque": 2.0}]), name="a $name_")
     names = [path.name for path in draw_response(response(scene, speed=[500.0, 3000.0], harmonics=3), tmp_path)]
@@ -116,6 +117,7 @@ def test_figures_of_modes_and_ripples_are_drawn(tmp_path):
     assert all((tmp_path / name).stat().st_size > 5000 for name in names)
 
 
+@pytest.mark.slow
 def test_orders_whose_excitation_is_uncertain_are_named():
     """All orders that finer phases and segments change by more than a tenth are among them, and there are some."""
     scene = read_scene("examples/shafts.toml")

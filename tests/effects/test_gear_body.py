@@ -3,11 +3,7 @@
 from __future__ import annotations
 
 import copy
-import json
 import re
-import subprocess
-import sys
-from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -242,28 +238,3 @@ def test_body_makes_the_mesh_softer(kind):
     clamped, own, coupled = (stiffness(kind, m) for m in ("", "own", "coupled"))
     assert np.all(own < 0.75 * clamped)
     assert np.all(coupled < own * (1 + 1e-9))
-
-
-def test_ring_is_not_imported_for_the_closed_form():
-    code = """
-import sys, json
-from gearbench.scene_file import parse_scene
-from gearbench.simulation import simulate
-simulate(parse_scene(json.loads(sys.argv[1])))
-print([m for m in sys.modules if m in ("gearbench.compliance.ring", "gearbench.compliance.gear_body")])
-"""
-    argument = json.dumps(tables("spur", SOLID | {"gear_body": {"model": "sainsot_velex"}}))
-    done = subprocess.run([sys.executable, "-c", code, argument], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "[]"
-
-
-def test_equal_gears_and_new_centre_distances_share_their_teeth():
-    """A tooth and its body do not depend on the mate: with the same profile shift it is the same cached gear."""
-    pair = lines("spur").pair
-    here = toothed_ring(pair, 0, None)
-    members = [replace(m, profile_shift=0.1) for m in (pair.pinion, pair.wheel)]
-    near = replace(pair, pinion=members[0], wheel=members[1], centre_distance=pair.centre_distance * 1.005)
-    far = replace(near, centre_distance=pair.centre_distance * 1.006)
-    assert near.gears[0] != pair.gears[0]
-    assert toothed_ring(near, 0, None) is not here
-    assert toothed_ring(far, 0, None) is toothed_ring(near, 0, None)

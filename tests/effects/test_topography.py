@@ -244,6 +244,7 @@ print(repr(float(simulate(scene_of(open_result(sys.argv[1])))["transmission_erro
 """
 
 
+@pytest.mark.slow
 def test_a_dataset_keeps_the_grid_and_needs_no_file(scene, tmp_path):
     """A separate process in another folder, without the files, gives the same number to the last digit."""
     dataset = simulate(scene(TEXT))

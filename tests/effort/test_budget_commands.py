@@ -79,7 +79,7 @@ def on_shafts(**more: object) -> Scene:
 
 
 @pytest.mark.parametrize("scene", [spur_scene({}, **COARSE), on_shafts()], ids=["wheels", "shafts"])
-@pytest.mark.parametrize("harmonics", [2, 20])
+@pytest.mark.parametrize("harmonics", [2, pytest.param(20, marks=pytest.mark.slow)])
 def test_memory_of_a_response(scene, harmonics):
     each = grows(lambda n: response(scene, speed=SPEEDS(n), harmonics=harmonics), 1000, 3000)
     assert bearings(scene) == len(Model(scene=scene).mechanics.bearing_names)
@@ -99,7 +99,9 @@ def test_memory_of_a_response_with_loss_of_contact():
     assert each < nonlinear_memory(max(STEPS, PER_ORDER * 3), 3, 0, 1) < 2 * each
 
 
-@pytest.mark.parametrize(("harmonics", "few", "many"), [(2, 2000, 5000), (12, 400, 1000)])
+@pytest.mark.parametrize(
+    ("harmonics", "few", "many"), [(2, 2000, 5000), pytest.param(12, 400, 1000, marks=pytest.mark.slow)]
+)
 def test_memory_of_scattered_samples(harmonics, few, many):
     scene = on_shafts(effects={**HERTZ, "manufacturing_errors": {"preset": "garambois2017"}})
     speed = SPEEDS(BLOCK)

@@ -44,7 +44,8 @@ def test_shaft_of_the_file_section_by_section():
     assert shaft.coupling.position == 20.0
 
 
-@pytest.mark.parametrize("stage", [1, *(pytest.param(n, marks=pytest.mark.slow) for n in (2, 3))])
+@pytest.mark.slow
+@pytest.mark.parametrize("stage", [1, 2, 3])
 def test_each_stage_answers_over_speed(stage):
     """Forces of all meshes on all bearings; frequencies follow the ratios, mean forces the torques."""
     scene, _ = system_scene(read_document(SEW), stage)

@@ -16,7 +16,7 @@ from gearbench.effects.registry import EFFECTS
 from gearbench.errors import InputError
 from gearbench.explore.bench.answers import COARSE, QUICK_ORDER, TORQUES, Answers, changed
 from gearbench.explore.bench.form import form
-from gearbench.explore.bench.session import bench_html, example
+from gearbench.explore.bench.session import example
 from gearbench.scene import Load, Resolution
 from gearbench.scene_file import parse_scene, read_scene
 from gearbench.simulation import simulate
@@ -213,11 +213,3 @@ def test_clamped_teeth_are_warned_of(scene):
     clamped = replace(scene, effects=tuple(e for e in scene.effects if e.name != "gear_body"))
     lines = [answer["now"][0] for answer in Answers(clamped)(asked(clamped))][2]["warnings"]["text"]
     assert any("gear_body" in line for line in lines)
-
-
-def test_the_file_holds_all_it_needs(scene):
-    text = bench_html(scene)
-    markup = re.sub(r"(<script[^>]*>).*?</script>", r"\1", text, flags=re.DOTALL)
-    assert not re.search(r"<(?:script|link|img)[^>]+(?:src|href)=", markup)
-    assert "<form" not in markup
-    assert '<meta name="viewport" content="width=device-width' in text

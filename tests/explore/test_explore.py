@@ -1,7 +1,5 @@
 """The explorer without a browser: what is stored, what is changed, what is computed for a picked gear."""
 
-import subprocess
-import sys
 from dataclasses import replace
 
 import numpy as np
@@ -154,13 +152,6 @@ def test_questions_that_are_none_are_answered_by_a_message():
 
 
 # -- the command ------------------------------------------------------------------------------------------------------
-
-
-def test_the_program_loads_the_page(tmp_path):
-    """Its process leaves out packages that other commands do not need."""
-    command = [sys.executable, "-m", "gearbench", "explore", tmp_path / "none"]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.stderr == f"gearbench: {tmp_path / 'none'}: no such file\n"
 
 
 @pytest.mark.parametrize("arguments", [["none.nc"], ["front.nc", "--export", "no/folder/x.html"], ["bad.nc"]])

@@ -100,6 +100,7 @@ def test_a_port_in_use_is_refused(explorer, designs):
         Explorer(partial(Session, designs), explorer.port)
 
 
+@pytest.mark.slow
 def test_the_file_holds_all_it_needs(designs, tmp_path):
     from gearbench.explore.static import html
 

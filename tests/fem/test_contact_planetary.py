@@ -33,6 +33,7 @@ def pairs():
     return sun_planet, planet_ring
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("phase", [0.1, 0.7])
 def test_one_planet_lies_between_sun_and_ring(phase):
     """Both flanks of its teeth meet those of its mates, its bore is at its axis, and no element is inverted."""

@@ -84,11 +84,12 @@ def test_a_free_ring_yields_alike(monkeypatch):
         assert lobes(found, loads) == pytest.approx(lobes(exact, loads), rel=0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("helix", "angles", "springs"),
     [
         (0.0, (0.1, 1.2, 2.2, 3.2, 4.3, 5.3), None),
-        pytest.param(20.0, (0.2, 2.0, 4.1), (100.0, 300.0), marks=pytest.mark.slow),
+        (20.0, (0.2, 2.0, 4.1), (100.0, 300.0)),
     ],
 )
 def test_rings_on_lugs_are_those_of_finite_elements(helix, angles, springs):

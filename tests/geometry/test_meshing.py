@@ -8,7 +8,6 @@ import pytest
 from numpy.testing import assert_allclose
 
 from gearbench.geometry.meshing import Meshing, profile_shift_sum
-from gearbench.geometry.pair import Member, Pair
 from gearbench.geometry.section import TransverseSection
 
 
@@ -100,20 +99,6 @@ def test_profile_shifts_of_an_internal_pair_differ_by_what_the_distance_asks_for
     expected = -40 * (inv[0] - inv[1]) / (2 * math.tan(math.radians(20)))
     assert profile_shift_sum((PINION, RING), -40.1 * R) == pytest.approx(expected, rel=1e-9)
     assert expected < 0
-
-
-def test_an_external_pair_knows_its_sections_gears_and_meshing():
-    pair = Pair(normal_module=2.0, helix_angle=15.0, face_width=20.0, centre_distance=60 * R,
-                pinion=Member(teeth=20), wheel=Member(teeth=40))  # fmt: skip
-    for section, gear in zip(pair.sections, pair.gears, strict=True):
-        for name in ("alpha_t", "beta_b", "pitch_radius", "base_radius", "base_pitch"):
-            assert getattr(section, name) == getattr(gear, name)
-    meshing = pair.meshing
-    circles = ("teeth", "tip_radius", "root_radius", "form_radius")
-    sized = tuple(Sized(**{name: getattr(gear, name) for name in circles}, **ANGLES) for gear in pair.gears)
-    again = Meshing(gears=sized, centre_distance=60 * R, face_width=20.0)  # pyright: ignore
-    assert (again.path_start, again.path_end) == (meshing.path_start, meshing.path_end)
-    assert sum(pair.gears[0].base_pitch - g.base_pitch for g in pair.gears) == pytest.approx(0.0, abs=1e-14)
 
 
 def test_earlier_name_of_an_index_says_what_it_is_now():

@@ -135,47 +135,6 @@ def test_unmodified_flanks_touch_on_the_path_and_part_quadratically_beyond_it() 
         assert at(flanks, u_end + sign * du) == pytest.approx(s**2 / (2 * rho), rel=1e-3)
 
 
-def test_linear_relief_lowers_the_gap_by_the_square_of_its_slope() -> None:
-    """Far from the start of a relief of slope κ along the flank flanks touch κρ off the line, κ²ρ/2 earlier.
-
-    Each gear takes half of the separation as its rotation, so that the pinion stands at u + e/2.
-    """
-    pair = standard()
-    start, length, amount = 26.2, 0.8, 5e-3
-    flanks = separation(pair, (Modification(gear=0, amount=amount, start=start, length=length),))
-    u = pair.meshing.path_coordinate(0, 26.7)
-    R, r_b, T = 26.7, pair.gears[0].base_radius, pair.meshing.tangent_length
-    e = amount * (R - start) / length * (1 + amount / length * u / R / 2)
-    # along the flank ds = ℓ dℓ/r_b, dR = (r_b/R) ds
-    kappa, rho = amount / length * r_b / R, u * (T - u) / T
-    assert at(flanks, u) == pytest.approx(e - kappa**2 * rho / 2, abs=3e-2 * kappa**2 * rho / 2)
-
-
-def test_separation_is_symmetric_under_exchange_of_the_gears() -> None:
-    """With pinion and wheel exchanged u counts from the other end."""
-    pair = standard(addendum=1.1)
-    modifications = relieved(pair, 0.01, 0.7)[:1]
-    mirrored = tuple(Modification(gear=1, amount=m.amount, start=m.start, length=m.length) for m in modifications)
-    flanks, other = separation(pair, modifications), separation(pair.swapped(), mirrored)
-    u = np.linspace(flanks.low + 0.1, flanks.high - 0.1, 301)
-    one, two = flanks(u), other(pair.meshing.tangent_length - u)
-    assert_allclose(one.gap, two.gap, atol=1e-11)
-    touching = one.gap < 0.05
-    assert_allclose(one.levers[:, touching], two.levers[::-1][:, touching], atol=1e-5)
-
-
-@pytest.mark.parametrize("power", [1, 2])
-def test_separation_is_continuous_with_its_derivative(power: int) -> None:
-    """It is the minimum of smooth curves that touch, so it has no step, and on convex flanks no kink."""
-    pair = standard()
-    flanks = separation(pair, relieved(pair, 0.01, 0.8, power))
-    u = np.linspace(pair.meshing.path_start - 1.0, pair.meshing.path_end + 1.0, 20001)
-    gap, h = flanks(u).gap, u[1] - u[0]
-    assert np.abs(np.diff(gap)).max() < 0.1 * h
-    # curvature is bounded by those of the flanks and of the tip relief
-    assert np.abs(np.diff(gap, 2)).max() < 0.5 * h**2
-
-
 @pytest.mark.parametrize("amount", [1e-4, 5e-4, 2e-3])
 def test_between_both_sides_of_a_slight_relief_its_corner_touches(amount: float) -> None:
     """The corner touches on a part of the path shorter than the distance of nodes; the table has no hole there."""

@@ -9,14 +9,14 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from gearbench.contact import batch as batching
 from gearbench.contact._lane_kernels import LANES
-from gearbench.contact.batch import ROUNDING, Batch, chunks, solve_one_chunk
+from gearbench.contact.batch import ROUNDING, Batch
 from gearbench.contact.law import inverse
 from gearbench.effects.gear_body import GearBody
 from gearbench.effects.hertz import Hertz
 from gearbench.effects.manufacturing_errors import ManufacturingErrors
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.library.garambois2017 import gear
-from gearbench.robustness.montecarlo import RobustProblem, prepare_scene, respond
+from gearbench.robustness.montecarlo import RobustProblem, prepare_scene
 from gearbench.scene import Resolution, Scene
 from tests.support.batches import solve_batch
 from tests.support.samples import single, stiffness_slopes
@@ -96,16 +96,6 @@ def test_every_sample_is_the_answer_of_the_single_scene_solver(name):
         assert_allclose(solution.stiffness[:, i], stiffness, rtol=1e-9)
 
 
-@EACH
-def test_samples_of_a_scatter_are_good_to_a_hundred_thousandth(name):
-    exact, problem = prepared(name), prepare_scene(SCENES[name])
-    draws = problem.draw(LANES, 2, "sobol") - problem.mean
-    found, expected = solve_batch(problem.batch, draws), solve_batch(exact.batch, draws)
-    assert_allclose(found.approach, expected.approach, rtol=1e-5)
-    assert_allclose(found.stiffness, expected.stiffness, rtol=1e-5)
-    assert np.abs(found.stiffness / expected.stiffness - 1).max() > 1e-9
-
-
 @pytest.mark.parametrize("times", [1.0, 1000.0])
 def test_both_kernels_give_the_same_answers(monkeypatch, times):
     """The one that eliminates the amplitudes, and conjugate gradients; errors up to a thousand deflections."""
@@ -132,27 +122,3 @@ def test_samples_that_begin_once_more_do_not_change_their_neighbours(monkeypatch
         alone = solve_batch(problem.batch, errors[i : i + 1])
         assert_array_equal(alone.approach[:, 0], whole.approach[:, i])
         assert_array_equal(alone.stiffness[:, 0], whole.stiffness[:, i])
-
-
-def test_a_sample_is_bit_for_bit_the_same_in_any_batch_and_on_any_number_of_threads():
-    problem = prepared("helical")
-    errors = problem.draw(2 * LANES + 5, 0, "sobol")
-    whole, _ = respond(problem, errors, threads=1)
-    threaded, _ = respond(problem, errors, threads=2)
-    for name in ("transmission_error_rms", "mesh_stiffness_rms"):
-        assert_array_equal(whole[name], threaded[name])
-        for start, stop in ((0, 1), (LANES - 3, LANES + 4), (5, 2 * LANES)):
-            part, _ = respond(problem, errors[start:stop], threads=1)
-            assert_array_equal(part[name], whole[name][start:stop])
-
-
-def test_samples_that_are_not_reached_go_to_the_solver_with_line_search(monkeypatch):
-    problem = prepared("spur")
-    draws = next(chunks(problem.draw(10, 0, "sobol") - problem.mean))
-    plain = solve_one_chunk(problem.batch, draws)
-    monkeypatch.setattr(batching, "NEWTON_LIMIT", 2)
-    rescued = solve_one_chunk(problem.batch, draws)
-    assert plain.rescued == 0
-    assert rescued.rescued > 0
-    assert_allclose(rescued.approach, plain.approach, rtol=1e-9)
-    assert_allclose(rescued.stiffness, plain.stiffness, rtol=1e-9)

@@ -73,10 +73,3 @@ def test_sobol_has_the_lowest_discrepancy():
 def test_bad_input(change, message):
     with pytest.raises(InputError, match=message):
         unit_samples(**{"sampler": "sobol", "count": 10, "dimension": 2, "seed": 0, **change})
-
-
-@pytest.mark.parametrize("sampler", SAMPLERS)
-def test_nothing_to_draw(sampler):
-    assert unit_samples(sampler, 0, 3, 0).shape == (0, 3)
-    assert unit_samples(sampler, 5, 0, 0).shape == (5, 0)
-    assert unit_samples(sampler, 5, 3, 0, start=2, stop=2).shape == (0, 3)
