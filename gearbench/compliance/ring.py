@@ -76,7 +76,7 @@ class Ring:
     grip: float = FIRM
 
     def harmonics(self, n: NDArray) -> NDArray:
-        """Compliance ĉ_n of the rim (R3), (harmonic, 3·q, 3·q) [mm²/N·1/mm].
+        """Compliance ĉ_n of the rim (R3), (harmonic, 3·q, 3·q) [mm²/N].
 
         It maps amplitudes of tractions on the rim, times r_o, to those of its displacements (U, V, W) × g_j/√b.
         """

@@ -10,36 +10,36 @@ from numpy.typing import NDArray
 from gearbench.compiled import entry, part
 
 
-class Curve(NamedTuple):
-    """Fields of ``ForceCurve`` and of its ``Beside``, under the same names, and the ``mean`` force of the mesh [N]."""
+class ForceTable(NamedTuple):
+    """Fields of ``ForceCurve`` and ``TiltAndBending``, under the same names, and the ``mean`` force of the mesh [N]."""
 
     begin: NDArray
     table: NDArray
     spacing: float
     backlash: float
-    mirrored: NDArray
+    back_phase: NDArray
     mean: float
-    couple: NDArray
+    coupling: NDArray
     motion: NDArray
     force: NDArray
     stiffness: NDArray
 
 
-class Balance(NamedTuple):
+class MeanState(NamedTuple):
     """Mean state of a mesh, about which its motion is integrated.
 
-    x̄ [mm] and f̄ [N] (row,), K̄ [N/mm] and the compliance ``follow`` of the modes that follow quasi-statically [mm/N]
-    (row, row), and the mean deflection ``unit`` [mm].
+    x̄ [mm] and f̄ [N] (row,), K̄ [N/mm] and the compliance of the modes that follow quasi-statically [mm/N] (row, row),
+    and the mean deflection [mm].
     """
 
     motion: NDArray
     force: NDArray
     stiffness: NDArray
-    follow: NDArray
-    unit: float
+    residual_compliance: NDArray
+    deflection: float
 
 
-class Work(NamedTuple):
+class Workspace(NamedTuple):
     """Scratch arrays: x, f, the residual of the balance and f − f̄ − K̄ (x − x̄) as rows (4, row); two matrices."""
 
     vectors: NDArray
@@ -47,13 +47,13 @@ class Work(NamedTuple):
 
 
 @part()
-def _free(by, s, count, p, v):
+def _free(coefficients, s, count, p, v):
     for r in range(count):
-        pp, pv, vp, vv = by[0, s, r], by[1, s, r], by[2, s, r], by[3, s, r]
+        pp, pv, vp, vv = coefficients[0, s, r], coefficients[1, s, r], coefficients[2, s, r], coefficients[3, s, r]
         for j in range(p.shape[1]):
-            here, speed = p[r, j], v[r, j]
-            p[r, j] = pp * here + pv * speed
-            v[r, j] = vp * here + vv * speed
+            position, speed = p[r, j], v[r, j]
+            p[r, j] = pp * position + pv * speed
+            v[r, j] = vp * position + vv * speed
 
 
 @part()
@@ -68,13 +68,13 @@ def _kick(stiffness, a, dt, count, p, v, motion):
     for m in range(rows):
         for n in range(rows):
             for i in range(count):
-                share = stiffness[m, n] * dt * a[m, i]
+                factor = stiffness[m, n] * dt * a[m, i]
                 for j in range(columns):
-                    v[i, j] -= share * motion[n, j]
+                    v[i, j] -= factor * motion[n, j]
 
 
 @entry()
-def monodromy(own, half, a, kick, dt, r, counts):
+def monodromy(full, half, a, kick, dt, r, counts):
     """Matrix (speed, 2·mode, 2·mode) that maps (p, v/ω_r) over one period: free motion alternates with kicks.
 
     The kicks K(t) − K̄ have the shape (1 or speed, step, row, row). At each speed the first ``counts`` modes (speed,)
@@ -93,7 +93,7 @@ def monodromy(own, half, a, kick, dt, r, counts):
         for step in range(steps):
             _kick(kick[min(s, len(kick) - 1), step], a, dt[s], count, p, v, motion)
             if step < steps - 1:
-                _free(own, s, count, p, v)
+                _free(full, s, count, p, v)
         _free(half, s, count, p, v)
         out[s, :size] = p
         for i in range(count):
@@ -115,14 +115,14 @@ def _flank(table, spacing, row, x):
 @part()
 def _approached(curve, row, x):
     """Force and stiffness of drive and back flanks together, at the phase ``row`` and the approach x."""
-    begin, back = curve.begin, curve.mirrored
+    begin, back = curve.begin, curve.back_phase
     f, k = _flank(curve.table, curve.spacing, row, x - begin[row])
     steps = len(begin)
-    low = int(back[row])
-    for more in range(2):
-        weight = back[row] - low if more else 1.0 - back[row] + low
-        other = (low + more) % steps
-        fb, kb = _flank(curve.table, curve.spacing, other, -x - curve.backlash - begin[other])
+    below = int(back[row])
+    for side in range(2):
+        weight = back[row] - below if side else 1.0 - back[row] + below
+        phase = (below + side) % steps
+        fb, kb = _flank(curve.table, curve.spacing, phase, -x - curve.backlash - begin[phase])
         f, k = f - weight * fb, k + weight * kb
     return f, k
 
@@ -130,28 +130,28 @@ def _approached(curve, row, x):
 @part()
 def _add_force(curve, row, x, weight, f, J):
     """Add the resultants at the phase ``row`` and motions x to f, their derivatives to J, times ``weight`` (D9)."""
-    mean, couple, rest = curve.mean, curve.couple[row], curve.motion[row]
+    mean, coupling, mean_motion = curve.mean, curve.coupling[row], curve.motion[row]
     approach = x[0]
-    for j in range(len(couple)):
-        approach += couple[j] * (x[j + 1] - rest[j])
+    for j in range(len(coupling)):
+        approach += coupling[j] * (x[j + 1] - mean_motion[j])
     force, k = _approached(curve, row, approach)
     loaded = min(max(force / mean, 0.0), 1.0)
     f[0] += weight * force
     J[0, 0] += weight * k
-    for j in range(len(couple)):
-        own, rise = curve.force[row, j] + couple[j] * (force - mean), couple[j]
+    for j in range(len(coupling)):
+        resultant, slope = curve.force[row, j] + coupling[j] * (force - mean), coupling[j]
         if loaded < 1.0:
             # below the mean force: a parabola through zero that keeps the slope at the mean force
-            bend = couple[j] - curve.force[row, j] / mean
-            rise = rise - 2.0 * bend * (1.0 - loaded) if loaded > 0.0 else 0.0
-            own = loaded * (curve.force[row, j] + bend * (force - mean))
-        f[j + 1] += weight * own
-        J[0, j + 1] += weight * k * couple[j]
-        J[j + 1, 0] += weight * rise * k
-        for i in range(len(couple)):
+            bend = coupling[j] - curve.force[row, j] / mean
+            slope = slope - 2.0 * bend * (1.0 - loaded) if loaded > 0.0 else 0.0
+            resultant = loaded * (curve.force[row, j] + bend * (force - mean))
+        f[j + 1] += weight * resultant
+        J[0, j + 1] += weight * k * coupling[j]
+        J[j + 1, 0] += weight * slope * k
+        for i in range(len(coupling)):
             stiffness = loaded * curve.stiffness[row, j, i]
-            f[j + 1] += weight * stiffness * (x[i + 1] - rest[i])
-            J[j + 1, i + 1] += weight * (stiffness + rise * k * couple[i])
+            f[j + 1] += weight * stiffness * (x[i + 1] - mean_motion[i])
+            J[j + 1, i + 1] += weight * (stiffness + slope * k * coupling[i])
 
 
 @part()
@@ -160,33 +160,33 @@ def _motion(curve, balance, row, share, free, work):
 
     f is interpolated between the phase ``row`` and the next one at ``share``. The results are in ``work``.
     """
-    x, f, left, push = work.vectors[0], work.vectors[1], work.vectors[2], work.vectors[3]
+    x, f, residual, excess = work.vectors[0], work.vectors[1], work.vectors[2], work.vectors[3]
     J, A = work.matrices
-    after, size = (row + 1) % len(curve.begin), len(free)
+    next_row, size = (row + 1) % len(curve.begin), len(free)
     x[:] = free
     for _ in range(20):
         f[:], J[:] = 0.0, 0.0
         _add_force(curve, row, x, 1.0 - share, f, J)
         if share > 0.0:
-            _add_force(curve, after, x, share, f, J)
+            _add_force(curve, next_row, x, share, f, J)
         largest = 0.0
         for i in range(size):
-            push[i] = f[i] - balance.force[i]
+            excess[i] = f[i] - balance.force[i]
             for j in range(size):
-                push[i] -= balance.stiffness[i, j] * (x[j] - balance.motion[j])
+                excess[i] -= balance.stiffness[i, j] * (x[j] - balance.motion[j])
         for i in range(size):
-            left[i] = free[i] - x[i]
+            residual[i] = free[i] - x[i]
             for j in range(size):
-                left[i] -= balance.follow[i, j] * push[j]
+                residual[i] -= balance.residual_compliance[i, j] * excess[j]
                 A[i, j] = 1.0 if i == j else 0.0
                 for m in range(size):
-                    A[i, j] += balance.follow[i, m] * (J[m, j] - balance.stiffness[m, j])
-            largest = max(largest, abs(left[i]))
-        if largest <= 1e-9 * balance.unit:
+                    A[i, j] += balance.residual_compliance[i, m] * (J[m, j] - balance.stiffness[m, j])
+            largest = max(largest, abs(residual[i]))
+        if largest <= 1e-9 * balance.deflection:
             break
-        _solve(A, left)
+        _solve(A, residual)
         for i in range(size):
-            x[i] += left[i]
+            x[i] += residual[i]
 
 
 @part()
@@ -195,10 +195,10 @@ def _solve(A, b):
     size = len(b)
     for k in range(size):
         for i in range(k + 1, size):
-            share = A[i, k] / A[k, k]
+            factor = A[i, k] / A[k, k]
             for j in range(k, size):
-                A[i, j] -= share * A[k, j]
-            b[i] -= share * b[k]
+                A[i, j] -= factor * A[k, j]
+            b[i] -= factor * b[k]
     for k in range(size - 1, -1, -1):
         for j in range(k + 1, size):
             b[k] -= A[k, j] * b[j]
@@ -206,84 +206,84 @@ def _solve(A, b):
 
 
 @part()
-def _step(p, v, free, brake, kick, scratch):
-    """Advance the modes by one step: kick the speeds, brake them by the dampers, then move freely."""
+def _step(p, v, free, damper_factors, kick, scratch):
+    """Advance the modes by one step: kick the speeds, reduce them by the dampers, then move freely."""
     n = len(p)
     for j in range(n):
         v[j] += kick[j]
-    if len(brake):
+    if len(damper_factors):
         for j in range(n):
             scratch[j] = 0.0
             for i in range(n):
-                scratch[j] += brake[j, i] * v[i]
+                scratch[j] += damper_factors[j, i] * v[i]
         v[:] = scratch
     for j in range(n):
-        here, speed = p[j], v[j]
-        p[j], v[j] = free[0, j] * here + free[1, j] * speed, free[2, j] * here + free[3, j] * speed
+        position, speed = p[j], v[j]
+        p[j], v[j] = free[0, j] * position + free[1, j] * speed, free[2, j] * position + free[3, j] * speed
 
 
 @part()
-def _change(ends, reach, inverse, repeats):
+def _change(ends, mesh_motion, inverse, repeats):
     """Largest change of the modes over the last ``repeats`` periods, as an approach of the mesh."""
     change = 0.0
-    for j in range(reach.shape[1]):
-        change = max(change, abs(reach[0, j] * (ends[-1, 0, j] - ends[-1 - repeats, 0, j])))
-        change = max(change, abs(reach[0, j] * inverse[j] * (ends[-1, 1, j] - ends[-1 - repeats, 1, j])))
+    for j in range(mesh_motion.shape[1]):
+        change = max(change, abs(mesh_motion[0, j] * (ends[-1, 0, j] - ends[-1 - repeats, 0, j])))
+        change = max(change, abs(mesh_motion[0, j] * inverse[j] * (ends[-1, 1, j] - ends[-1 - repeats, 1, j])))
     return change
 
 
 @entry()
-def run(state, free, brake, reach, curve, balance, record, limits):
+def run(state, free, damper_factors, mesh_motion, curve, balance, record, limits):
     """Integrate until the motion repeats, and return the number of periods after which it does, or 0 if it does not.
 
     Parameters
     ----------
     state
         Modal motions and speeds (2, mode), changed in place.
-    free, brake
+    free, damper_factors
         Free motion over a step and 1/ω (5, mode); matrix by which dampers reduce the speeds in a step (mode, mode), or
         an empty array (0, 0).
-    reach
+    mesh_motion
         Relative motion of the mesh rows per modal motion, a (row, mode).
     curve, balance
-        ``Curve`` and ``Balance``.
+        ``ForceTable`` and ``MeanState``.
     record
         x and f over the last periods (2, row, period, phase).
     limits
-        Time step, steps between phases, maximum number of periods, change (over ``unit``) below which a motion repeats
-        for certain, and below which it counts as repeating after the last period.
+        Time step, steps between phases, maximum number of periods, change (over the mean deflection) below which a
+        motion repeats for certain, and below which it counts as repeating after the last period.
     """
-    rows, modes = reach.shape
-    steps, kept, within = len(curve.begin), record.shape[2], int(limits[1])
+    rows, modes = mesh_motion.shape
+    steps, kept, substeps = len(curve.begin), record.shape[2], int(limits[1])
     p, v = state
-    work = Work(np.zeros((4, rows)), np.zeros((2, rows, rows)))
-    kick, low = np.zeros(modes), np.zeros(rows)
-    ends, scratch, found = np.zeros((kept + 1, 2, len(p))), np.zeros(len(p)), 0
+    work = Workspace(np.zeros((4, rows)), np.zeros((2, rows, rows)))
+    kick, free_motion = np.zeros(modes), np.zeros(rows)
+    ends, scratch, period_count = np.zeros((kept + 1, 2, len(p))), np.zeros(len(p)), 0
     for period in range(int(limits[2])):
         record[:, :, :-1] = record[:, :, 1:].copy()
-        for step in range(steps * within):
-            row, share = step // within, (step % within) / within
+        for step in range(steps * substeps):
+            row, share = step // substeps, (step % substeps) / substeps
             for i in range(rows):
-                low[i] = balance.motion[i]
+                free_motion[i] = balance.motion[i]
                 for j in range(modes):
-                    low[i] -= reach[i, j] * p[j]
-            _motion(curve, balance, row, share, low, work)
+                    free_motion[i] -= mesh_motion[i, j] * p[j]
+            _motion(curve, balance, row, share, free_motion, work)
             if share == 0.0:
                 record[0, :, -1, row], record[1, :, -1, row] = work.vectors[0], work.vectors[1]
             for j in range(modes):
                 kick[j] = 0.0
                 for i in range(rows):
-                    kick[j] += limits[0] * reach[i, j] * work.vectors[3, i]
-            _step(p, v, free, brake, kick, scratch)
+                    kick[j] += limits[0] * mesh_motion[i, j] * work.vectors[3, i]
+            _step(p, v, free, damper_factors, kick, scratch)
         ends[:-1] = ends[1:].copy()
         ends[-1] = state
-        found = 0
+        period_count = 0
         # A motion that nearly repeats settles slowly. By chance it may then agree better with a longer period.
         for repeats in range(1, min(kept, period) + 1):
-            change = _change(ends, reach, free[4], repeats) / balance.unit
+            change = _change(ends, mesh_motion, free[4], repeats) / balance.deflection
             if change <= limits[4]:
-                found = repeats
+                period_count = repeats
                 if change <= limits[3]:
-                    return found
+                    return period_count
                 break
-    return found
+    return period_count

@@ -14,7 +14,7 @@ from gearbench.budget import require_each, speed_memory
 from gearbench.dynamics import waves
 from gearbench.dynamics.model import Group, LinearModel, Model, Variables, Vibration
 from gearbench.dynamics.size import bearings
-from gearbench.dynamics.stability import is_proven, multipliers
+from gearbench.dynamics.stability import is_proven_stable, multipliers
 from gearbench.dynamics.steady import MOST as MOST_COMBINATIONS
 from gearbench.dynamics.steady import SETTLED, steady
 from gearbench.dynamics.train_model import train_model
@@ -34,13 +34,13 @@ _LOG = logging.getLogger(__name__)
 #: Orders of the mesh frequency: default and maximum.
 HARMONICS, MOST = 10, 200
 #: Orders solved beyond those in the result, if the meshes have several frequencies.
-BESIDE = 2
+EXTRA_ORDERS = 2
 #: Excess of a Floquet multiplier over 1 that counts as rounding.
 GROWTH = 1e-6
 #: A note is written if omitted orders have more than this share of the quasi-static motion.
-BEYOND = 0.1
+OMITTED_SHARE = 0.1
 #: Reason for a missing response.
-GROWS = "parametric instability: no steady linear response"
+UNSTABLE = "parametric instability: no steady linear response"
 #: The notes omit modes with a smaller share in the compliance at the meshes.
 NOTED = 0.02
 
@@ -77,10 +77,10 @@ def response(scene: Scene, *, speed: ArrayLike, harmonics: int = HARMONICS) -> x
     speeds = check_speeds(speed)
     check_harmonics(harmonics)
     model = train_model(scene.single_load) if scene.coupled else Model(scene=scene)
-    most = harmonics + (BESIDE + MOST_COMBINATIONS if len(model.groups) > 1 else 0)
-    each = speed_memory(most, len(model.names), bearings(scene))
-    require_each(each, len(speeds), "speed", f"{harmonics} orders")
-    variables = over_speed(model, speeds, harmonics)
+    orders = harmonics + (EXTRA_ORDERS + MOST_COMBINATIONS if len(model.groups) > 1 else 0)
+    speed_bytes = speed_memory(orders, len(model.names), bearings(scene))
+    require_each(speed_bytes, len(speeds), "speed", f"{harmonics} orders")
+    variables = speed_variables(model, speeds, harmonics)
     variables |= modal_variables(model, speeds, harmonics)
     return _dataset(model, speeds, harmonics, variables, notes(model, speeds, harmonics, variables), start)
 
@@ -108,31 +108,31 @@ def check_harmonics(harmonics: int) -> None:
         raise InputError("harmonics", harmonics, f"must be a whole number, 1 to {MOST}")
 
 
-def over_speed(model: LinearModel, speeds: NDArray, harmonics: int) -> Variables:
+def speed_variables(model: LinearModel, speeds: NDArray, harmonics: int) -> Variables:
     """Variables of the Dataset that depend on speed."""
     # with several frequencies the truncated products make the last orders inaccurate: solve a few more than returned
-    kept = harmonics + (BESIDE if len(model.groups) > 1 else 0)
-    rows, found = np.arange(len(model.stiffness)), steady(model, speeds, kept)
-    index, push = found.index[1:], np.moveaxis(found.push, 1, 2)
-    te, motion, shaken = model.modes.everywhere(found.omega, push, rows)
-    force = (push + motion @ model.stiffness.T)[..., :: len(rows) // len(model.names)]
+    solved = harmonics + (EXTRA_ORDERS if len(model.groups) > 1 else 0)
+    rows, found = np.arange(len(model.stiffness)), steady(model, speeds, solved)
+    index, equivalent_force = found.index[1:], np.moveaxis(found.equivalent_force, 1, 2)
+    te, motion, at_bearings = model.modes.response_to_mesh_forces(found.omega, equivalent_force, rows)
+    force = (equivalent_force + motion @ model.stiffness.T)[..., :: len(rows) // len(model.names)]
     stability = np.full((len(speeds), len(model.names)), np.nan)
     for group in model.groups:
         stability[:, group.meshes] = growth(model, group, speeds, harmonics)[:, None]
     # an unstable motion has no steady response
-    grows = (stability > 1 + GROWTH).any(axis=1)
-    te[grows], force[grows], shaken[grows] = np.nan, np.nan, np.nan
+    unstable = (stability > 1 + GROWTH).any(axis=1)
+    te[unstable], force[unstable], at_bearings[unstable] = np.nan, np.nan, np.nan
     # order zero shifts mean load from one parallel path to another
     mean = model.force + np.real(force[:, 0])
-    te, force, shaken = (np.moveaxis(values[:, 1:], 1, -1) for values in (te, force, shaken))
+    te, force, at_bearings = (np.moveaxis(values[:, 1:], 1, -1) for values in (te, force, at_bearings))
     vibration = Vibration(
-        harmonics=harmonics, index=index, omega=found.omega[:, 1:], mean=mean, force=force, shaken=shaken
+        harmonics=harmonics, index=index, omega=found.omega[:, 1:], mean=mean, force=force, at_bearings=at_bearings
     )
-    many = waves.points(kept)
-    peak, least = (mean + sign * waves.highest(sign * force, index, many) for sign in (1, -1))
-    own, dims = _of_own_frequency(model, kept)[:, :harmonics], ("speed", "mesh", "harmonic")
-    alone = np.arange(len(model.names))[:, None]
-    te_own, force_own = te[:, alone, own], force[:, alone, own]
+    points = waves.points(solved)
+    peak, least = (mean + sign * waves.highest(sign * force, index, points) for sign in (1, -1))
+    own_orders, dims = _of_own_frequency(model, solved)[:, :harmonics], ("speed", "mesh", "harmonic")
+    each_mesh = np.arange(len(model.names))[:, None]
+    te_own, force_own = te[:, each_mesh, own_orders], force[:, each_mesh, own_orders]
     variables: Variables = {
         "dynamic_transmission_error_amplitude": (dims, 2e3 * np.abs(te_own)),
         "dynamic_transmission_error_phase": (dims, np.angle(te_own)),
@@ -146,25 +146,31 @@ def over_speed(model: LinearModel, speeds: NDArray, harmonics: int) -> Variables
         "floquet_multiplier": (dims[:2], stability),
     }
     if len(model.groups) > 1:
-        single = len(model.groups) * kept
-        of = [model.names[group.meshes[0]] for group in model.groups]
-        by_source = np.where(model.is_source[:, None, None], np.moveaxis(force[..., own], 2, 1), 0.0)
+        first = len(model.groups) * solved
+        group_names = [model.names[group.meshes[0]] for group in model.groups]
+        by_source = np.where(model.is_source[:, None, None], np.moveaxis(force[..., own_orders], 2, 1), 0.0)
         variables |= {
             "mesh_force_by_source_amplitude": (("speed", "source", "mesh", "harmonic"), 2 * np.abs(by_source)),
-            "mesh_force_combination_amplitude": (("speed", "mesh", "combination"), 2 * np.abs(force[..., single:])),
-            "combination": (("combination",), [_combination(of, each) for each in index[single:]]),
+            "mesh_force_combination_amplitude": (
+                ("speed", "mesh", "combination"),
+                2 * np.abs(force[..., first:]),
+            ),
+            "combination": (("combination",), [_combination(group_names, each) for each in index[first:]]),
             "combination_residual": (("speed",), found.residual),
-            "combination_frequency": (("speed", "combination"), np.abs(found.omega[:, 1 + single :]) / (2 * np.pi)),
+            "combination_frequency": (
+                ("speed", "combination"),
+                np.abs(found.omega[:, 1 + first :]) / (2 * np.pi),
+            ),
         }
     loads = model.on_bearings(vibration)
     if model.mechanics.bearing_names:
         dims = ("speed", "mesh", "bearing", "direction", "harmonic")
-        by_source = np.moveaxis(loads[:, :, : len(model.directions)][..., own], 3, 1)
+        by_source = np.moveaxis(loads[:, :, : len(model.directions)][..., own_orders], 3, 1)
         by_source[:, ~model.is_source] = 0.0
         variables["bearing_force_amplitude"] = (dims, 2 * np.abs(by_source))
         variables["bearing_force_phase"] = (dims, np.angle(by_source))
         variables["bearing_load"] = (("bearing", "direction"), model.mechanics.bearing_load)
-    return variables | model.further(vibration, loads, speeds)
+    return variables | model.other_variables(vibration, loads, speeds)
 
 
 def _combination(names: Sequence[str], index: NDArray) -> str:
@@ -178,7 +184,7 @@ def growth(model: LinearModel, group: Group, speeds: NDArray, harmonics: int) ->
     rows = model.rows_of(group.meshes)
     stiffness = waves.curve(model.excitation(group, harmonics).stiffness, max(256, 16 * harmonics))
     stiffness = np.moveaxis(stiffness, -1, 0)
-    if is_proven(model.modes, rows, stiffness):
+    if is_proven_stable(model.modes, rows, stiffness):
         return np.full(len(speeds), np.nan)
     return multipliers(model.modes, rows, model.omega(group, speeds), stiffness[None])
 
@@ -195,17 +201,17 @@ def modal_variables(model: LinearModel, speeds: NDArray, harmonics: int) -> Vari
     """Elastic modes up to the highest excited frequency, and the critical speeds at which orders meet them."""
     modes = model.modes
     highest = max(float(model.omega(group, speeds).max()) for group in model.groups) * harmonics
-    here = np.flatnonzero((modes.frequency > 0) & (modes.frequency <= 1.2 * highest))
-    f = modes.frequency[here] / (2 * np.pi)
+    excited = np.flatnonzero((modes.frequency > 0) & (modes.frequency <= 1.2 * highest))
+    f = modes.frequency[excited] / (2 * np.pi)
     rate = np.empty(len(model.names))
     for group in model.groups:
         rate[group.meshes] = group.rate
     n = np.arange(1, harmonics + 1)
     return {
         "natural_frequency": (("mode",), f),
-        "mode_participation": (("mesh", "mode"), modes.participation[:, here]),
+        "mode_participation": (("mesh", "mode"), modes.participation[:, excited]),
         "critical_speed": (("mesh", "mode", "harmonic"), 60 * f[:, None] / (rate[:, None, None] * n)),
-        **model.of_modes(here),
+        **model.mode_variables(excited),
     }
 
 
@@ -213,35 +219,39 @@ def notes(model: LinearModel, speeds: NDArray, harmonics: int, variables: Variab
     """Notes for the reader of the result, one line each."""
     lines = model.remarks(speeds, harmonics)
     if unlike(model.scene):
-        lines.append("teeth differ from one another: one mesh cycle stands for all, side bands need a revolution")
+        lines.append(
+            "teeth differ from one another: the response uses one mesh cycle for all; side bands need a revolution"
+        )
     if len(model.groups) > 1:
-        lines.append("meshes of unlike frequencies: peaks of the force are those of all phases they can meet in")
-        if (left := variables["combination_residual"][1] > SETTLED).any():
-            lines.append(f"meshes of unlike frequencies: no balance was found at {spans(speeds, left)} 1/min")
+        lines.append("meshes of different frequencies: force peaks are maxima over all relative phases")
+        if (unsolved := variables["combination_residual"][1] > SETTLED).any():
+            lines.append(
+                f"meshes of different frequencies: harmonic balance not converged at {spans(speeds, unsolved)} 1/min"
+            )
     kept, growth = variables["contact_kept"][1], variables["floquet_multiplier"][1]
     separated = "flanks separate: the linear response does not hold" + (
         "" if model.scene.coupled else ", see nonlinear"
     )
-    said: dict[str, list[str]] = {}
+    meshes_of: dict[str, list[str]] = {}
     for mesh, (name, at_rest) in enumerate(zip(model.names, model.at_rest(2 * harmonics)[:, 1:], strict=True)):
-        for where, text in ((growth[:, mesh] > 1 + GROWTH, GROWS), (~kept[:, mesh], separated)):
+        for where, text in ((growth[:, mesh] > 1 + GROWTH, UNSTABLE), (~kept[:, mesh], separated)):
             if where.any():
-                said.setdefault(f"{text} at {spans(speeds, where)} 1/min", []).append(name)
+                meshes_of.setdefault(f"{text} at {spans(speeds, where)} 1/min", []).append(name)
         share = float(np.linalg.norm(at_rest[harmonics:]) / max(np.linalg.norm(at_rest), 1e-300))
-        if share > BEYOND:
+        if share > OMITTED_SHARE:
             text = (
-                f"{100 * share:.0f} % of its motion at rest is in orders above {harmonics}, which are not "
-                "computed: peaks are too low, raise harmonics"
+                f"{100 * share:.0f} % of its quasi-static motion is in orders above {harmonics}, which are not "
+                "computed: peaks are too low; raise harmonics"
             )
-            said.setdefault(text, []).append(name)
-    lines += [f"mesh {', '.join(names)}: {text}" for text, names in said.items()]
+            meshes_of.setdefault(text, []).append(name)
+    lines += [f"mesh {', '.join(names)}: {text}" for text, names in meshes_of.items()]
     modes = model.modes
     for group in model.groups:
         slowest = float(model.omega(group, speeds).min())
         share = modes.participation[group.meshes].max(axis=0)
-        beyond = np.flatnonzero((share > NOTED) & (modes.frequency > harmonics * slowest))
-        if len(beyond):
-            f = modes.frequency[beyond[0]] / (2 * np.pi)
+        omitted = np.flatnonzero((share > NOTED) & (modes.frequency > harmonics * slowest))
+        if len(omitted):
+            f = modes.frequency[omitted[0]] / (2 * np.pi)
             speed = 60 * f / group.rate / harmonics
             name = model.names[group.meshes[0]]
             lines.append(
@@ -284,8 +294,8 @@ def _dataset(
     for line in lines:
         _LOG.info("%s", line)
     proven = {name: variables.pop(name) for name in ("floquet_multiplier",)}
-    found = described(variables, GROWS) | described(proven, "stability is proven without it, at any speed")
-    whole = xr.Dataset(found, coords=described(coords), attrs=attrs)
+    found = described(variables, UNSTABLE) | described(proven, "stability is proven without it, at any speed")
+    result = xr.Dataset(found, coords=described(coords), attrs=attrs)
     if model.scene.coupled:
-        whole["speed"].attrs["long_name"] = f"speed of {model.scene.geometry.reference}"
-    return keeping(whole, model.scene)
+        result["speed"].attrs["long_name"] = f"speed of {model.scene.geometry.reference}"
+    return keeping(result, model.scene)

@@ -89,7 +89,7 @@ def orders(values: NDArray) -> NDArray:
 
 def receptances(modes: Modes, rows: NDArray, omega: NDArray, orders: int) -> NDArray:
     """ĥ_c (speed, order 0 … H, row, row) [mm/N] of the given ``rows``, at mesh frequencies ω (speed,) [rad/s]."""
-    return modes.at_meshes(omega[:, None] * np.arange(orders + 1), rows)
+    return modes.mesh_receptance(omega[:, None] * np.arange(orders + 1), rows)
 
 
 def block_rows(h: NDArray) -> NDArray:
@@ -117,30 +117,30 @@ def solve(excitation: Excitation, h: NDArray, mean: NDArray) -> tuple[NDArray, N
     mean
         Mean stiffness K̄ (row, row) [N/mm].
     """
-    K, rest = convolution(excitation.stiffness), excitation.motion
+    K, x_s = convolution(excitation.stiffness), excitation.motion
     M, N = K.shape[0], K.shape[-1]
-    vary = K - mean[..., None, None] * np.eye(N)
+    varying = K - mean[..., None, None] * np.eye(N)
     # f_s − K̄ x_s without order 0, which is in static balance
-    push = excitation.force - mean @ rest
-    push[:, 0] = 0.0
-    moved = np.swapaxes(np.einsum("snij,jn->sni", h, push), 1, 2)
-    moved[..., 1:] += rest[:, 1:]
-    b, found = -real(moved).reshape(len(h), M * N), np.empty((len(h), M, N))
-    vary = np.moveaxis(vary, 2, 1).reshape(M * N, M * N)
-    for here in in_blocks(len(h), (M * N) ** 2):
+    p_s = excitation.force - mean @ x_s
+    p_s[:, 0] = 0.0
+    driven = np.swapaxes(np.einsum("snij,jn->sni", h, p_s), 1, 2)
+    driven[..., 1:] += x_s[:, 1:]
+    b, found = -real(driven).reshape(len(h), M * N), np.empty((len(h), M, N))
+    varying = np.moveaxis(varying, 2, 1).reshape(M * N, M * N)
+    for block in in_blocks(len(h), (M * N) ** 2):
         # y + ĥ_c (K − K̄) y = −x_s − ĥ_c (f_s − K̄ x_s)
-        A = np.eye(M * N) + block_rows(h[here]).reshape(-1, M * N, M * N) @ vary
-        found[here] = np.linalg.solve(A, b[here, :, None])[..., 0].reshape(-1, M, N)
+        A = np.eye(M * N) + block_rows(h[block]).reshape(-1, M * N, M * N) @ varying
+        found[block] = np.linalg.solve(A, b[block, :, None])[..., 0].reshape(-1, M, N)
     force = excitation.force + orders(np.einsum("ijab,sjb->sia", K, found))
-    return rest + orders(found), force
+    return x_s + orders(found), force
 
 
-def least_residual(
+def conjugate_residuals(
     apply: Callable[[NDArray], NDArray],
     x: NDArray,
-    left: NDArray,
+    residual: NDArray,
     product: Callable[[NDArray, NDArray], NDArray],
-    enough: NDArray,
+    tolerance: NDArray,
     steps: int,
 ) -> tuple[NDArray, NDArray]:
     """Solve many linear problems A x = b at once by conjugate residuals; return x and the residual b − A x.
@@ -149,26 +149,26 @@ def least_residual(
     ----------
     apply
         Function that returns A x.
-    x, left
+    x, residual
         First guess and its residual b − A x.
     product
         Function that returns the inner product of each problem; the axes it sums over remain, with length 1.
-    enough
+    tolerance
         Square of the allowed norm of the residual of each problem.
     steps
         Maximum number of steps.
     """
-    tried: list[tuple[NDArray, NDArray, NDArray]] = []
+    directions: list[tuple[NDArray, NDArray, NDArray]] = []
     for _ in range(steps):
-        if (product(left, left) <= enough).all():
+        if (product(residual, residual) <= tolerance).all():
             break
-        step, answer = left, apply(left)
-        for before, of, size in tried:
-            share = product(of, answer) / size
-            step, answer = step - share * before, answer - share * of
+        direction, image = residual, apply(residual)
+        for previous, previous_image, size in directions:
+            factor = product(previous_image, image) / size
+            direction, image = direction - factor * previous, image - factor * previous_image
         # a problem without residual makes no step
-        size = np.maximum(product(answer, answer), np.finfo(left.dtype).tiny)
-        share = product(answer, left) / size
-        x, left = x + share * step, left - share * answer
-        tried.append((step, answer, size))
-    return x, left
+        size = np.maximum(product(image, image), np.finfo(residual.dtype).tiny)
+        factor = product(image, residual) / size
+        x, residual = x + factor * direction, residual - factor * image
+        directions.append((direction, image, size))
+    return x, residual

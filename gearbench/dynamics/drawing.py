@@ -25,10 +25,10 @@ def write(draw: Any, one: xr.Dataset, path: Path) -> None:
 
     figure = Figure(figsize=(8, 5.2), layout="constrained")
     FigureCanvasAgg(figure)
-    found = draw(figure, one)
+    finding = draw(figure, one)
     scene = tomllib.loads(one.attrs.get("scene", "")).get("name", "")
     names = [scene, f"mesh {one['mesh'].item()}" if "mesh" in one.coords and not one["mesh"].ndim else ""]
-    title = ": ".join(filter(None, [", ".join(name[:NAME] for name in names if name), found]))
+    title = ": ".join(filter(None, [", ".join(name[:NAME] for name in names if name), finding]))
     figure.suptitle("\n".join(map(as_label, title.split("\n"))), fontsize="medium", wrap=True)
     with replacing(path) as part:
         figure.savefig(part, dpi=120, format="png")
@@ -60,6 +60,6 @@ def hertz(frequency: float) -> str:
 
 def peak(values: Any, speeds: Any) -> tuple[float, float]:
     """Largest value, NaN ignored, and the speed at which it occurs."""
-    known = np.nan_to_num(np.asarray(values, dtype=float), nan=-np.inf)
-    at = int(known.argmax())
-    return float(known[at]), float(speeds[at])
+    finite = np.nan_to_num(np.asarray(values, dtype=float), nan=-np.inf)
+    at = int(finite.argmax())
+    return float(finite[at]), float(speeds[at])

@@ -36,27 +36,27 @@ def draw_response(dataset: xr.Dataset, folder: Path) -> list[Path]:
     if "percentile" in dataset.dims:
         write(_scatter, dataset, folder / "scatter.png")
         return [folder / "scatter.png"]
-    kinds: tuple[tuple[str, Any], ...] = (("force", _force),)
-    whole: tuple[tuple[str, Any], ...] = ()
+    per_mesh: tuple[tuple[str, Any], ...] = (("force", _force),)
+    for_all: tuple[tuple[str, Any], ...] = ()
     if "order" in dataset.dims:
-        kinds = (*kinds, ("bands", _bands))
+        per_mesh = (*per_mesh, ("bands", _bands))
     elif "sweep" not in dataset.dims and dataset.sizes["speed"] > 1:
-        kinds = (*kinds, ("orders", _orders), ("campbell", _campbell), ("waterfall", _waterfall))
-        kinds += (("bearings", _bearings),) if "bearing" in dataset.dims else ()
-        kinds += (("housing", _housing),) if "point" in dataset.dims else ()
-        whole = (("modes", _modes),) if dataset.get("shaft_mode_shape", np.empty(0)).size else ()
-        whole += (("ripples", _ripples),) if "ripple" in dataset.dims else ()
-    first: list[tuple[str, Any, xr.Dataset]] = []
+        per_mesh = (*per_mesh, ("orders", _orders), ("campbell", _campbell), ("waterfall", _waterfall))
+        per_mesh += (("bearings", _bearings),) if "bearing" in dataset.dims else ()
+        per_mesh += (("housing", _housing),) if "point" in dataset.dims else ()
+        for_all = (("modes", _modes),) if dataset.get("shaft_mode_shape", np.empty(0)).size else ()
+        for_all += (("ripples", _ripples),) if "ripple" in dataset.dims else ()
+    of_set_figures: list[tuple[str, Any, xr.Dataset]] = []
     if "mode_kind" in dataset:  # a planetary set: figures of all meshes, then of the mesh with the largest factor
         of_set = [("modes", draw_modes), ("sharing", draw_sharing), ("bearings", _bearings)]
         of_set += [("ring", draw_ring)] if "lobes" in dataset.dims else []
-        first = [(name, draw, dataset) for name, draw in of_set]
-        kinds = tuple(each for each in kinds if each[0] != "bearings")
+        of_set_figures = [(name, draw, dataset) for name, draw in of_set]
+        per_mesh = tuple(each for each in per_mesh if each[0] != "bearings")
         dataset = dataset.isel(mesh=[int(np.argmax(dataset["dynamic_factor"].max("speed").fillna(0.0).values))])
     meshes = file_parts([str(mesh) for mesh in dataset["mesh"].values])
-    drawn = [(f"{name}_{mesh}", draw, dataset.isel(mesh=k)) for k, mesh in enumerate(meshes) for name, draw in kinds]
+    drawn = [(f"{name}_{mesh}", draw, dataset.isel(mesh=k)) for k, mesh in enumerate(meshes) for name, draw in per_mesh]
     written = []
-    for name, draw, one in (*first, *drawn, *((name, draw, dataset) for name, draw in whole)):
+    for name, draw, one in (*of_set_figures, *drawn, *((name, draw, dataset) for name, draw in for_all)):
         written.append(folder / f"{name}.png")
         write(draw, one, written[-1])
     return written
@@ -67,16 +67,16 @@ def _force(figure: Any, one: xr.Dataset) -> str:
     speed, errors, finding = one["speed"].values, others.twinx(), []
     for sweep in one["sweep"].values if "sweep" in one.dims else [None]:
         here = one if sweep is None else one.sel(sweep=sweep)
-        style, of = ("--", ", falling") if sweep == "down" else ("-", "" if sweep is None else ", rising")
+        style, suffix = ("--", ", falling") if sweep == "down" else ("-", "" if sweep is None else ", rising")
         kept, factor = here["contact_kept"].values, here["dynamic_factor"].values
-        factors.plot(speed, factor, style, color="C0", label=f"largest mesh force over mean{of}")
+        factors.plot(speed, factor, style, color="C0", label=f"largest mesh force over mean{suffix}")
         if not kept.all():
-            factors.plot(speed[~kept], factor[~kept], ".", color="C3", label=f"flanks part{of}")
-        others.plot(speed, here["mesh_force_rms"], style, color="C1", label=f"RMS of the mesh force{of}")
+            factors.plot(speed[~kept], factor[~kept], ".", color="C3", label=f"flanks separate{suffix}")
+        others.plot(speed, here["mesh_force_rms"], style, color="C1", label=f"RMS of the mesh force{suffix}")
         rms = here["dynamic_transmission_error_rms"]
-        errors.plot(speed, rms, style, color="C2", linewidth=0.8, label=f"RMS of the transmission error{of}")
+        errors.plot(speed, rms, style, color="C2", linewidth=0.8, label=f"RMS of the transmission error{suffix}")
         largest, at = peak(factor, speed)
-        finding.append(f"dynamic factor up to {largest:.3g} at {at:.4g} 1/min{of}")
+        finding.append(f"dynamic factor up to {largest:.3g} at {at:.4g} 1/min{suffix}")
     factors.set_ylabel("dynamic factor")
     others.set(xlabel=speed_label(one), ylabel="mesh force [N]")
     errors.set_ylabel("transmission error [µm]")
@@ -103,29 +103,29 @@ def _bearings(figure: Any, one: xr.Dataset) -> str:
     """RMS of the force on each bearing over speed, all orders and directions together."""
     squares = (one["bearing_force_amplitude"] ** 2).sum(["direction", "harmonic"], skipna=False)
     squares = squares.sum("mesh", skipna=False) if "mesh" in squares.dims else squares
-    name, largest, at = _felt(figure, squares, "bearing", "RMS of the force on the bearing [N]")
-    return f"bearing {name} feels the most, {largest:.3g} N at {at:.4g} 1/min"
+    name, largest, at = _rms_curves(figure, squares, "bearing", "RMS of the force on the bearing [N]")
+    return f"largest on bearing {name}, {largest:.3g} N at {at:.4g} 1/min"
 
 
 def _housing(figure: Any, one: xr.Dataset) -> str:
     """RMS at each point of the housing over speed, all orders together."""
     unit = one["housing_amplitude"].attrs["units"]
     squares = (one["housing_amplitude"] ** 2).sum("harmonic")
-    name, largest, at = _felt(figure, squares, "point", f"RMS at the point [{unit}]")
-    return f"point {name} has the most, {largest:.3g} {unit} at {at:.4g} 1/min"
+    name, largest, at = _rms_curves(figure, squares, "point", f"RMS at the point [{unit}]")
+    return f"largest at point {name}, {largest:.3g} {unit} at {at:.4g} 1/min"
 
 
-def _felt(figure: Any, squares: xr.DataArray, dim: str, label: str) -> tuple[str, float, float]:
+def _rms_curves(figure: Any, squares: xr.DataArray, dim: str, label: str) -> tuple[str, float, float]:
     """Draw one RMS curve over speed for each label along ``dim``; return the label of the highest, and its peak."""
-    axes, found = figure.subplots(), {}
+    axes, peaks = figure.subplots(), {}
     for name in squares[dim].values:
         rms = np.sqrt(squares.sel({dim: name}).values / 2)
         axes.plot(squares["speed"], rms, label=str(name))
-        found[str(name)] = peak(rms, squares["speed"].values)
+        peaks[str(name)] = peak(rms, squares["speed"].values)
     axes.set(xlabel=speed_label(squares), ylabel=label)
     legend(figure, axes.get_lines())
-    name = max(found, key=lambda each: found[each])
-    return name, *found[name]
+    name = max(peaks, key=lambda each: peaks[each])
+    return name, *peaks[name]
 
 
 def _ripples(figure: Any, one: xr.Dataset) -> str:
@@ -139,13 +139,13 @@ def _ripples(figure: Any, one: xr.Dataset) -> str:
     axes.set(xlabel=speed_label(one), ylabel="amplitude of the mesh force [N]")
     legend(figure, axes.get_lines())
     largest, at = peak(force.max(["ripple", "mesh"]).values, one["speed"].values)
-    return f"ripples make a mesh force of up to {largest:.3g} N, at {at:.4g} 1/min"
+    return f"ripples cause mesh forces of up to {largest:.3g} N, at {at:.4g} 1/min"
 
 
 def _modes(figure: Any, one: xr.Dataset) -> str:
     """Shapes of the shafts in the modes with the largest shares in the mesh compliance."""
-    felt = one["mode_participation"].max("mesh").values
-    chosen = np.sort(np.argsort(-felt)[:PANELS])
+    participation = one["mode_participation"].max("mesh").values
+    chosen = np.sort(np.argsort(-participation)[:PANELS])
     figure.set_size_inches(11, 7)
     panels = figure.subplots(2, -(-len(chosen) // 2), squeeze=False, sharex=True).ravel()
     shafts = list(dict.fromkeys(one["shaft"].values))
@@ -153,12 +153,12 @@ def _modes(figure: Any, one: xr.Dataset) -> str:
     for axes, mode in zip(panels, chosen, strict=False):
         shape = one["shaft_mode_shape"].isel(mode=mode)
         for place, shaft in enumerate(shafts):
-            own = shape.isel(station=np.flatnonzero(one["shaft"].values == shaft))
-            z, base = own["shaft_position"].values, -2.2 * place
+            stations = shape.isel(station=np.flatnonzero(one["shaft"].values == shaft))
+            z, base = stations["shaft_position"].values, -2.2 * place
             axes.plot(z, np.full(len(z), base), color="0.6", linewidth=3)
             axes.annotate(str(shaft), (z[0], base + 1.02), fontsize="x-small", color="0.4")
-            for number, component in enumerate(own["component"].values):
-                moved, colour = own.sel(component=component).values, f"C{number}"
+            for number, component in enumerate(stations["component"].values):
+                moved, colour = stations.sel(component=component).values, f"C{number}"
                 lines += axes.plot(z, base + moved, color=colour, label=component)
                 axes.fill_between(z, base - moved, base + moved, color=colour, alpha=0.12, linewidth=0)
         axes.set(yticks=[], ylim=(1.1 - 2.2 * len(shafts), 1.4))
@@ -168,7 +168,7 @@ def _modes(figure: Any, one: xr.Dataset) -> str:
     for axes in panels[: len(chosen)][-(-len(panels) // 2) :]:
         axes.set_xlabel("position on the shaft [mm]")
     legend(figure, lines[: one.sizes["component"]], title="motion of the axis; twist as an arc on the base circle")
-    return f"the {len(chosen)} modes that the meshes feel the most, and where their strain energy is"
+    return f"the {len(chosen)} modes with the largest share in mesh compliance, and their strain energy"
 
 
 def _mode_name(one: xr.Dataset, mode: int) -> str:
@@ -235,28 +235,28 @@ def _campbell(figure: Any, one: xr.Dataset) -> str:
     force = one["mesh_force_amplitude"].values
     floor = max(np.nanmax(force, initial=0.0) * 1e-4, 1e-300)
     orders = one["harmonic"].values
-    felt = np.flatnonzero(one["mode_participation"].values > SHOWN)
-    natural = one["natural_frequency"].values[felt]
+    coupled = np.flatnonzero(one["mode_participation"].values > SHOWN)
+    natural = one["natural_frequency"].values[coupled]
     # the axis reaches the highest mode, and at least the first order
     top = 1.1 * max(natural.max(initial=0.0), frequency.max())
-    rows = np.multiply.outer(frequency, orders)
-    inside = rows <= top
+    frequencies = np.multiply.outer(frequency, orders)
+    inside = frequencies <= top
     dots = axes.scatter(
-        np.broadcast_to(speed[:, None], rows.shape)[inside],
-        rows[inside],
+        np.broadcast_to(speed[:, None], frequencies.shape)[inside],
+        frequencies[inside],
         c=np.log10(np.maximum(np.nan_to_num(force), floor))[inside],
         s=4,
         cmap="viridis",
     )
     figure.colorbar(dots, ax=axes, label="log₁₀ of the mesh force [N]")
     axes.hlines(natural, *speed[[0, -1]], color="C3", linewidth=0.8)
-    names, free = [_mode_name(one, int(mode)) for mode in felt], 0.0
-    for name, twins in Counter(names).items():
+    names, free = [_mode_name(one, int(mode)) for mode in coupled], 0.0
+    for name, count in Counter(names).items():
         at = max(natural[names.index(name)], free)  # a name that would overlap the one below moves up
         free = at + LINE * top
-        text = name if twins == 1 else f"{twins} × {name}"
-        words = axes.annotate(text, (speed.min(), at), fontsize="x-small", color="C3", va="bottom")
-        words.set_bbox({"facecolor": "white", "edgecolor": "none", "pad": 0})
+        text = name if count == 1 else f"{count} × {name}"
+        label = axes.annotate(text, (speed.min(), at), fontsize="x-small", color="C3", va="bottom")
+        label.set_bbox({"facecolor": "white", "edgecolor": "none", "pad": 0})
     free = np.inf
     for n in orders:
         at = int(np.flatnonzero(n * frequency <= top)[-1]) if n * frequency.min() <= top else None
@@ -265,4 +265,4 @@ def _campbell(figure: Any, one: xr.Dataset) -> str:
             free = speed[at] - ROOM * np.ptp(speed) if n * frequency.max() > top else np.inf
             axes.annotate(f"order {n}", (speed[at], n * frequency[at]), fontsize="x-small", ha="right", va="bottom")
     axes.set(xlabel=speed_label(one), ylabel="frequency [Hz]", ylim=(0, top))
-    return f"{len(natural)} modes that the mesh feels, and the orders that meet them"
+    return f"{len(natural)} modes that the mesh excites, and the orders that meet them"

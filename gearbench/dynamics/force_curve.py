@@ -23,14 +23,14 @@ LEVELS = (0.003, 0.01, 0.03, 0.08, 0.16, 0.3, 0.5, 0.75, 1.0, 1.4, 2.0, 3.0, 5.0
 
 
 @dataclass(frozen=True, kw_only=True)
-class Beside:
+class TiltAndBending:
     """Tilt and bending of the flanks (rows j ≥ 1), linearised about the contact under the mean force (D9).
 
     All arrays are at equal steps of the phase.
 
     Parameters
     ----------
-    couple
+    coupling
         κ_j = K_0j/K_00 (phase, j).
     motion, force
         Quasi-static motions x_s [mm] and resultants f_s [N] (phase, j).
@@ -38,32 +38,32 @@ class Beside:
         K_ij − K_0i K_0j/K_00 (phase, i, j) [N/mm].
     """
 
-    couple: NDArray
+    coupling: NDArray
     motion: NDArray
     force: NDArray
     stiffness: NDArray
 
     @classmethod
-    def of(cls, flanks: Flanks) -> Beside:
+    def of(cls, flanks: Flanks) -> TiltAndBending:
         """Linearise the rows about ``flanks``."""
         K = flanks.stiffness
-        couple = K[:, 0, 1:] / K[:, :1, 0]
+        coupling = K[:, 0, 1:] / K[:, :1, 0]
         return cls(
-            couple=couple,
+            coupling=coupling,
             motion=flanks.motion[:, 1:],
             force=flanks.force[:, 1:],
-            stiffness=K[:, 1:, 1:] - couple[:, :, None] * K[:, :1, 1:],
+            stiffness=K[:, 1:, 1:] - coupling[:, :, None] * K[:, :1, 1:],
         )
 
 
-def _loaded(rest: NDArray, slope: NDArray, level: float, mean: float) -> NDArray:
+def _loaded(mean_resultants: NDArray, slope: NDArray, level: float, mean: float) -> NDArray:
     """Resultants (phase, j) [N] at ``level`` times the ``mean`` force.
 
-    Under the mean force they are ``rest``. Above it they grow with ``slope``; below it they follow a parabola to zero.
+    Above the mean force they grow linearly with ``slope``; below it they follow a parabola to zero.
     """
     if level > 1:
-        return rest + slope * (level - 1) * mean
-    return level * (rest + (slope * mean - rest) * (level - 1))
+        return mean_resultants + slope * (level - 1) * mean
+    return level * (mean_resultants + (slope * mean - mean_resultants) * (level - 1))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,7 +72,7 @@ class ForceCurve:
 
     Parameters
     ----------
-    beside
+    tilt_and_bending
         Resultants of tilt and bending.
     begin
         Approach x at which the drive flanks begin to carry load (phase,) [mm].
@@ -82,16 +82,16 @@ class ForceCurve:
         Step of x [mm].
     backlash
         Play along the line of action [mm].
-    mirrored
+    back_phase
         Step of the phase, as a real number (phase,), at which drive flanks stand as the back flanks do at this phase.
     """
 
-    beside: Beside
+    tilt_and_bending: TiltAndBending
     begin: NDArray
     table: NDArray
     spacing: float
     backlash: float
-    mirrored: NDArray
+    back_phase: NDArray
 
     @property
     def steps(self) -> int:
@@ -100,8 +100,8 @@ class ForceCurve:
 
     def force(self, x: NDArray) -> NDArray:
         """Force [N] at x (…, phase) [mm]: the readable version of the compiled kernel."""
-        low = np.floor(self.mirrored).astype(int)
-        f, part = self._drive(x, np.arange(self.steps)), self.mirrored - low
+        low = np.floor(self.back_phase).astype(int)
+        f, part = self._drive(x, np.arange(self.steps)), self.back_phase - low
         for index, weight in ((low % self.steps, 1 - part), ((low + 1) % self.steps, part)):
             f = f - weight * self._drive(-x - self.backlash, index)
         return f
@@ -121,30 +121,30 @@ def force_curve(cycle: LoadedMesh, steps: int) -> ForceCurve:
     from scipy.interpolate import PchipInterpolator
 
     scene, pair = cycle.scene, cycle.scene.pair
-    phase, unit = np.arange(steps) / steps, scene.F_bt / float(cycle.mean_stiffness[0, 0])
+    phase, deflection = np.arange(steps) / steps, scene.F_bt / float(cycle.mean_stiffness[0, 0])
     flanks, C = cycle.at(phase), cycle.compliance
-    beside = Beside.of(flanks)
+    tilt_and_bending = TiltAndBending.of(flanks)
     # S includes the shafts, which tilt as the force grows
     S = np.linalg.solve(np.eye(len(C)) + flanks.stiffness @ C, flanks.stiffness)
     lines = scene_lines(scene, phase)
     cos_b = math.cos(pair.meshing.beta_b)
     gap = np.where(lines.active[..., None], total_gap(cycle.effects, lines), np.inf)
-    touch = gap.min(axis=(1, 2)) / cos_b
+    first_contact = gap.min(axis=(1, 2)) / cos_b
     # the approach at first contact contains the quasi-static tilt and bending
-    forces, knots = [0.0], [touch - (beside.couple * beside.motion).sum(axis=1)]
+    forces, approaches = [0.0], [first_contact - (tilt_and_bending.coupling * tilt_and_bending.motion).sum(axis=1)]
     for level in LEVELS:
         loaded = replace(scene, load=replace(scene.load, torque=level * scene.load.torque))
         approach = solve(assemble(loaded, lines, cycle.effects)).approach / cos_b
-        others = _loaded(beside.force, S[:, 0, 1:] / S[:, :1, 0], level, scene.F_bt)
-        force = np.column_stack([np.full(steps, loaded.F_bt), others])
-        moved = (-force @ C[:, 1:] - beside.motion) * beside.couple
-        knots.append(approach - force @ C[0] + moved.sum(axis=1))
+        resultants = _loaded(tilt_and_bending.force, S[:, 0, 1:] / S[:, :1, 0], level, scene.F_bt)
+        force = np.column_stack([np.full(steps, loaded.F_bt), resultants])
+        coupled_approach = (-force @ C[:, 1:] - tilt_and_bending.motion) * tilt_and_bending.coupling
+        approaches.append(approach - force @ C[0] + coupled_approach.sum(axis=1))
         forces.append(loaded.F_bt)
     # The smallest gap of the segments may exceed the approach at the smallest load, since the gap varies within a cell.
-    knots[0] = np.minimum(knots[0], knots[1] - 0.1 * LEVELS[0] * unit)
-    x = np.maximum.accumulate(np.array(knots).T, axis=1) + np.arange(len(knots)) * 1e-12
+    approaches[0] = np.minimum(approaches[0], approaches[1] - 0.1 * LEVELS[0] * deflection)
+    x = np.maximum.accumulate(np.array(approaches).T, axis=1) + np.arange(len(approaches)) * 1e-12
     # the corner where flanks touch is rounded: d → (d + ε)²/4ε within ±ε
-    ε, spacing = ROUNDING * unit, REACH * unit / POINTS
+    ε, spacing = ROUNDING * deflection, REACH * deflection / POINTS
     d = spacing * np.arange(POINTS + 1) - ε
     d = np.where(d < ε, (d + ε) ** 2 / (4 * ε), d)
     table = np.empty((steps, len(d)))
@@ -156,11 +156,11 @@ def force_curve(cycle: LoadedMesh, steps: int) -> ForceCurve:
     centred = (pair.meshing.pitch_point - pair.meshing.path_start) / pair.meshing.base_pitch
     centred += float(pinion.half_angle(r_w)) * pair.pinion.teeth / (2 * math.pi)
     return ForceCurve(
-        beside=beside,
+        tilt_and_bending=tilt_and_bending,
         begin=x[:, 0] - ε,
         table=table,
         spacing=spacing,
         # a negative backlash comes from rounded data, not from preload
         backlash=max(pair.actual_backlash, 0.0) * math.cos(pair.meshing.alpha_wt),
-        mirrored=((2 * centred - phase) * steps) % steps,
+        back_phase=((2 * centred - phase) * steps) % steps,
     )

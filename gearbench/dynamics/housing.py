@@ -52,7 +52,7 @@ def read_housing(path: str | Path) -> xr.Dataset:
                 raise InputError(name, f"{data[name].dtype}", "must be finite numbers")
         frequency = data["frequency"].values
         if len(frequency) < 2 or np.any(np.diff(frequency.astype(float)) <= 0):
-            raise InputError("frequency", "given", "must ascend, two values at least")
+            raise InputError("frequency", "given", "must ascend and have at least two values")
         if np.max([np.abs(data[part].values.astype(float)).max() for part in PARTS]) > LARGEST:
             raise InputError(PARTS[0], "given", f"must be at most {LARGEST:g}")
     return data
@@ -72,9 +72,13 @@ def housing_response(dataset: xr.Dataset, housing: xr.Dataset) -> xr.Dataset:
         If the Dataset has no bearing forces by order, or the housing lacks a bearing or direction.
     """
     if "bearing_force_phase" not in dataset:
-        raise InputError("housing", "no bearing forces", "is for the linear response of a pair on shafts")
+        raise InputError("housing", "no bearing forces", "needs a linear response of a pair on shafts")
     if "lobes" in dataset.dims:
-        raise InputError("housing", "a planetary set", "is for a gearbox: forces of a set are in its carrier's frame")
+        raise InputError(
+            "housing",
+            "a planetary set",
+            "needs a gearbox: forces of a planetary set are given in the frame of its carrier",
+        )
     known = list(map(str, housing["bearing"].values))
     for name in map(str, dataset["bearing"].values):
         if name not in known:
@@ -89,10 +93,10 @@ def housing_response(dataset: xr.Dataset, housing: xr.Dataset) -> xr.Dataset:
     force = force.transpose("speed", "mesh", "harmonic", "bearing", "direction").values
     f = dataset["mesh_frequency"].values[..., None] * dataset["harmonic"].values
     k = np.clip(np.searchsorted(at, f) - 1, 0, len(at) - 2)
-    share = (f - at[k]) / (at[k + 1] - at[k])
-    outside = (share < 0) | (share > 1)
-    reach = np.moveaxis(H[..., k] * (1 - share) + H[..., k + 1] * share, (0, 1, 2), (-3, -2, -1))
-    total = np.einsum("smnpbd,smnbd->smpn", reach, force)
+    weight = (f - at[k]) / (at[k + 1] - at[k])
+    outside = (weight < 0) | (weight > 1)
+    transfer = np.moveaxis(H[..., k] * (1 - weight) + H[..., k + 1] * weight, (0, 1, 2), (-3, -2, -1))
+    total = np.einsum("smnpbd,smnbd->smpn", transfer, force)
     total[np.broadcast_to(outside[:, :, None], total.shape)] = np.nan
     dims = ("speed", "mesh", "point", "harmonic")
     values = {"housing_amplitude": (dims, np.abs(total)), "housing_phase": (dims, np.angle(total))}
@@ -101,6 +105,6 @@ def housing_response(dataset: xr.Dataset, housing: xr.Dataset) -> xr.Dataset:
     found["housing_amplitude"] = (*found["housing_amplitude"][:2], found["housing_amplitude"][2] | units)
     result = dataset.assign(found).assign_coords(point=("point", list(map(str, housing["point"].values))))
     if outside.any():
-        line = f"orders outside {at[0]:g} to {at[-1]:g} Hz have no response of the housing: its file ends there"
+        line = f"orders outside {at[0]:g} to {at[-1]:g} Hz have no housing response: the file ends there"
         result.attrs["notes"] = "\n".join(filter(None, [dataset.attrs.get("notes", ""), line]))
     return result

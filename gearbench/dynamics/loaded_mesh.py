@@ -60,13 +60,13 @@ class Flanks:
         motion = -force @ compliance
         motion[..., 0] += error
         # K = (1 − S C)⁻¹ S
-        left = np.linalg.solve(np.eye(len(compliance)) - stiffness @ compliance, stiffness)
-        return cls(force=force, motion=motion, stiffness=(left + np.swapaxes(left, -1, -2)) / 2)
+        free = np.linalg.solve(np.eye(len(compliance)) - stiffness @ compliance, stiffness)
+        return cls(force=force, motion=motion, stiffness=(free + np.swapaxes(free, -1, -2)) / 2)
 
     def orders(self, waves: NDArray) -> Excitation:
         """Orders 0 … H of the excitation, from the matrix ``waves`` (2H + 1, position) of ``LoadedMesh.waves``."""
-        few = waves[: len(waves) // 2 + 1]
-        motion, force = (np.swapaxes(few @ each, -1, -2) for each in (self.motion, self.force))
+        lower = waves[: len(waves) // 2 + 1]
+        motion, force = (np.swapaxes(lower @ each, -1, -2) for each in (self.motion, self.force))
         flat = self.stiffness.reshape(*self.motion.shape[:-1], -1)
         stiffness = np.swapaxes(waves @ flat, -1, -2).reshape(*motion.shape[:-1], motion.shape[-2], -1)
         return Excitation(stiffness=stiffness, motion=motion, force=force)
@@ -169,8 +169,8 @@ class LoadedMesh:
     def friction(self) -> NDArray:
         """Estimated friction force across the line of action (position,) [N]; it changes sign at the pitch point."""
         meshing = self.scene.pair.meshing
-        ahead = np.sign(self.lines.u - meshing.pitch_point)
-        return FRICTION * math.cos(meshing.beta_b) * (self.solved.solution.force * ahead).sum(axis=(1, 2))
+        side = np.sign(self.lines.u - meshing.pitch_point)
+        return FRICTION * math.cos(meshing.beta_b) * (self.solved.solution.force * side).sum(axis=(1, 2))
 
     @property
     def mean_stiffness(self) -> NDArray:
@@ -210,14 +210,14 @@ def loaded_mesh(scene: Scene, mesh: str = PAIR, rows: int = 1) -> LoadedMesh:
     InputError, ConvergenceError
         As ``simulate``.
     """
-    seen, on_shafts = scene.seen_from(mesh), None
-    phase, weight, size = loaded_phases(seen)
-    lines = scene_lines(seen, phase)
-    if seen.has_shafts:
-        on_shafts = solve_on_shafts(seen, seen.shaft_effects, lines, weight)
+    mesh_scene, on_shafts = scene.seen_from(mesh), None
+    phase, weight, size = loaded_phases(mesh_scene)
+    lines = scene_lines(mesh_scene, phase)
+    if mesh_scene.has_shafts:
+        on_shafts = solve_on_shafts(mesh_scene, mesh_scene.shaft_effects, lines, weight)
         problem, solution = on_shafts.problem, on_shafts.solution
     else:
-        problem = assemble(seen, lines)
+        problem = assemble(mesh_scene, lines)
         solution = solve_patches(problem)
-    solved = Solved(scene=seen, lines=lines, weight=weight, problem=problem, solution=solution, size=size)
-    return LoadedMesh(scene=seen, solved=solved, on_shafts=on_shafts, most=rows)
+    solved = Solved(scene=mesh_scene, lines=lines, weight=weight, problem=problem, solution=solution, size=size)
+    return LoadedMesh(scene=mesh_scene, solved=solved, on_shafts=on_shafts, most=rows)

@@ -67,7 +67,7 @@ class Vibration:
         Mean force of each mesh (speed, mesh) [N].
     force
         Complex orders of the mesh forces (speed, mesh, order) [N].
-    shaken
+    at_bearings
         Complex orders at the bearings (speed, bearing, 3, order): forces for ``Model``, motions of the bodies for
         ``TrainModel``.
     """
@@ -77,7 +77,7 @@ class Vibration:
     omega: NDArray
     mean: NDArray
     force: NDArray
-    shaken: NDArray
+    at_bearings: NDArray
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -145,16 +145,16 @@ class LinearModel(ABC):
         """Loads on the bearings (speed, bearing, component, order) [N; N·mm]; ``directions`` come first."""
 
     @abstractmethod
-    def further(self, vibration: Vibration, loads: NDArray, speeds: NDArray) -> Variables:
+    def other_variables(self, vibration: Vibration, loads: NDArray, speeds: NDArray) -> Variables:
         """Further variables over speed; ``loads`` are those of ``on_bearings``."""
 
     @property
     @abstractmethod
     def coords(self) -> dict[str, Any]:
-        """Coordinates of ``further`` and ``of_modes``."""
+        """Coordinates of ``other_variables`` and ``mode_variables``."""
 
     @abstractmethod
-    def of_modes(self, which: NDArray) -> Variables:
+    def mode_variables(self, which: NDArray) -> Variables:
         """Variables of the modes ``which`` (indices)."""
 
     @abstractmethod
@@ -270,23 +270,23 @@ class Model(LinearModel):
             return (Group(meshes=np.array([0]), rate=float(scene.pair.pinion.teeth), phase=np.zeros(1)),)
         rates = np.array([scene.gearbox.train.mesh_rate(name) for name in scene.pairs])
         phases = np.array(list(scene.gearbox.phases.values()))
-        groups, left = [], list(range(len(rates)))
-        while left:
-            same = np.array([m for m in left if np.isclose(rates[m], rates[left[0]], rtol=1e-9)])
-            groups.append(Group(meshes=same, rate=float(rates[left[0]]), phase=phases[same]))
-            left = [m for m in left if m not in same]
+        groups, remaining = [], list(range(len(rates)))
+        while remaining:
+            equal = np.array([m for m in remaining if np.isclose(rates[m], rates[remaining[0]], rtol=1e-9)])
+            groups.append(Group(meshes=equal, rate=float(rates[remaining[0]]), phase=phases[equal]))
+            remaining = [m for m in remaining if m not in equal]
         return tuple(groups)
 
     def excitation(self, group: Group, harmonics: int) -> Excitation:
         """Excitation by the meshes of a group, each at its phase: ŷ_n e^{2πinφ}."""
-        each = len(self.stiffness) // len(self.cycles)
-        count, n = each * len(group.meshes), np.arange(2 * harmonics + 1)
+        row_count = len(self.stiffness) // len(self.cycles)
+        count, n = row_count * len(group.meshes), np.arange(2 * harmonics + 1)
         stiffness = np.zeros((count, count, len(n)), dtype=complex)
         motion, force = (np.zeros((count, harmonics + 1), dtype=complex) for _ in range(2))
         for k, (mesh, phase) in enumerate(zip(group.meshes, group.phase, strict=True)):
-            cycle, here = self.cycles[mesh], slice(each * k, each * (k + 1))
-            own = cycle.flanks.orders(cycle.waves(2 * harmonics) * np.exp(2j * np.pi * n * phase)[:, None])
-            stiffness[here, here], motion[here], force[here] = own.stiffness, own.motion, own.force
+            cycle, here = self.cycles[mesh], slice(row_count * k, row_count * (k + 1))
+            orders = cycle.flanks.orders(cycle.waves(2 * harmonics) * np.exp(2j * np.pi * n * phase)[:, None])
+            stiffness[here, here], motion[here], force[here] = orders.stiffness, orders.motion, orders.force
         return Excitation(stiffness=stiffness, motion=motion, force=force)
 
     def at_rest(self, orders: int) -> NDArray:
@@ -300,15 +300,15 @@ class Model(LinearModel):
 
     def on_bearings(self, vibration: Vibration) -> NDArray:
         """Forces on the bearings (speed, bearing, direction, order) [N]."""
-        return vibration.shaken
+        return vibration.at_bearings
 
-    def further(self, vibration: Vibration, loads: NDArray, speeds: NDArray) -> Variables:
+    def other_variables(self, vibration: Vibration, loads: NDArray, speeds: NDArray) -> Variables:
         """Friction, deflection of the shafts at rest, and response to torque ripples."""
         found: Variables = {"friction_force_amplitude": (("mesh", "harmonic"), self.friction(vibration.harmonics))}
         if not self.scene.has_shafts:
             return found
         at_rest = surroundings.at_rest(self.scene.gearbox, self.settled)
-        return found | at_rest | surroundings.of_ripples(self, speeds)
+        return found | at_rest | surroundings.ripple_variables(self, speeds)
 
     def friction(self, harmonics: int) -> NDArray:
         """Estimated amplitudes of the friction force of each mesh (mesh, order 1 … H) [N]."""
@@ -320,9 +320,9 @@ class Model(LinearModel):
         """Gears, parts and shafts by name."""
         return surroundings.coords(self) if self.scene.has_shafts else {}
 
-    def of_modes(self, which: NDArray) -> Variables:
+    def mode_variables(self, which: NDArray) -> Variables:
         """Shares of the parts in the strain energy, and mode shapes of the shafts."""
-        return surroundings.of_modes(self, which) if self.scene.has_shafts else {}
+        return surroundings.mode_variables(self, which) if self.scene.has_shafts else {}
 
     def remarks(self, speeds: NDArray, harmonics: int) -> list[str]:
         """Size of the omitted friction, orders of the excitation that are uncertain, and assumptions about ripples."""
@@ -333,9 +333,9 @@ class Model(LinearModel):
         for name, cycle in zip(self.names, self.cycles, strict=True):
             names = f"{ERROR}_amplitude", f"{ERROR}_amplitude_noise_floor"
             size, floor = (output(cycle.solved, each)[1][:harmonics] for each in names)
-            if (unsure := floor > UNCERTAIN * size).any():
-                orders = ", ".join(str(n + 1) for n in np.flatnonzero(unsure))
-                lines.append(f"mesh {name}: orders {orders} of its excitation may be off by more than {100 * UNCERTAIN:.0f} %, by its noise floor")  # fmt: skip  # noqa: E501
-        if self.scene.has_shafts and len(self.modes.push):
-            lines.append("ripples meet meshes of their mean stiffness, and are not part of the mesh forces and peaks")
+            if (uncertain := floor > UNCERTAIN * size).any():
+                orders = ", ".join(str(n + 1) for n in np.flatnonzero(uncertain))
+                lines.append(f"mesh {name}: orders {orders} of its excitation may be off by more than {100 * UNCERTAIN:.0f} %, judged by its noise floor")  # fmt: skip  # noqa: E501
+        if self.scene.has_shafts and len(self.modes.ripples):
+            lines.append("torque ripples act on meshes of mean stiffness; mesh forces and peaks do not include them")
         return lines

@@ -32,7 +32,7 @@ class Modes:
         Motion a_m · φ_r per mode, of the rows of the meshes (row, mode) and of the transmission errors (mesh, mode).
     bearing
         Force on the bearings per mode (bearing, 3, mode).
-    push
+    ripples
         Modal force of the torque ripples (ripple, mode).
     dampers
         Elongation of the viscous dampers per mode (d, mode), and damper constants (d,) [N·s/mm].
@@ -46,7 +46,7 @@ class Modes:
     mesh: NDArray
     spin: NDArray
     bearing: NDArray
-    push: NDArray
+    ripples: NDArray
     dampers: tuple[NDArray, NDArray]
     stiffness: NDArray
 
@@ -70,9 +70,9 @@ class Modes:
 
     def _between(self, left: NDArray, right: NDArray, omega: NDArray) -> NDArray:
         """Receptance (…, left, right) at ω > 0 between ``left`` and ``right`` (row, mode), dampers included."""
-        each, found = omega.ravel(), np.empty((omega.size, len(left), len(right)), dtype=complex)
-        for here in in_blocks(omega.size, len(self.frequency)):
-            found[here] = self._at(left, right, each[here])
+        frequencies, found = omega.ravel(), np.empty((omega.size, len(left), len(right)), dtype=complex)
+        for block in in_blocks(omega.size, len(self.frequency)):
+            found[block] = self._at(left, right, frequencies[block])
         return found.reshape(*omega.shape, len(left), len(right))
 
     def _at(self, left: NDArray, right: NDArray, omega: NDArray) -> NDArray:
@@ -82,47 +82,49 @@ class Modes:
         if not len(constants):
             return _summed(left, g, right)
         damping = (1j * omega[..., None] * constants)[..., None]
-        joined = np.eye(len(constants)) + damping * _summed(rows, g, rows)
+        coupled = np.eye(len(constants)) + damping * _summed(rows, g, rows)
         return _summed(left, g, right) - _summed(left, g, rows) @ np.linalg.solve(
-            joined, damping * _summed(rows, g, right)
+            coupled, damping * _summed(rows, g, right)
         )
 
-    def at_meshes(self, omega: NDArray, rows: NDArray) -> NDArray:
+    def mesh_receptance(self, omega: NDArray, rows: NDArray) -> NDArray:
         """ĥ_c: negative motion of each of the mesh ``rows`` per force on each of them, (…, row, row) [mm/N]."""
         return self._between(self.mesh[rows], self.mesh[rows], omega)
 
-    def everywhere(self, omega: NDArray, push: NDArray, rows: NDArray) -> tuple[NDArray, NDArray, NDArray]:
-        """Response of the system to forces ``push`` (…, row) on the mesh ``rows`` at the frequencies ``omega`` (…,).
+    def response_to_mesh_forces(
+        self, omega: NDArray, force: NDArray, rows: NDArray
+    ) -> tuple[NDArray, NDArray, NDArray]:
+        """Response of the system to forces ``force`` (…, row) on the mesh ``rows`` at the frequencies ``omega`` (…,).
 
         Returns
         -------
         Transmission errors (…, mesh), motions of all meshes (…, row), and forces on the bearings (…, bearing, 3).
         """
-        return self.driven(omega, push, self.mesh[rows])
+        return self.response_to_forces(omega, force, self.mesh[rows])
 
-    def driven(self, omega: NDArray, push: NDArray, rows: NDArray) -> tuple[NDArray, NDArray, NDArray]:
-        """Response as in ``everywhere`` to forces on any coordinates, given by their modal ``rows`` (row, mode)."""
+    def response_to_forces(self, omega: NDArray, force: NDArray, rows: NDArray) -> tuple[NDArray, NDArray, NDArray]:
+        """Response as in ``response_to_mesh_forces``, to forces on coordinates with the modal ``rows`` (row, mode)."""
         out = np.concatenate([-self.spin, -self.mesh, self.bearing.reshape(-1, len(self.frequency))]).T
-        w, forces = omega.ravel(), push.reshape(-1, len(rows))
+        w, forces = omega.ravel(), force.reshape(-1, len(rows))
         found = np.empty((len(w), out.shape[1]), dtype=complex)
-        for here in in_blocks(len(w), len(self.frequency)):
-            real, imaginary = self._dynamic(w[here])
-            g, load = real + 1j * imaginary, forces[here] @ rows
+        for block in in_blocks(len(w), len(self.frequency)):
+            real, imaginary = self._dynamic(w[block])
+            g, load = real + 1j * imaginary, forces[block] @ rows
             dampers, constants = self.dampers
             if len(constants):
-                damping = (1j * w[here, None] * constants)[..., None]
-                joined = np.eye(len(constants)) + damping * _summed(dampers, (real, imaginary), dampers)
-                load = load - np.linalg.solve(joined, damping * ((g * load) @ dampers.T)[..., None])[..., 0] @ dampers
+                damping = (1j * w[block, None] * constants)[..., None]
+                coupled = np.eye(len(constants)) + damping * _summed(dampers, (real, imaginary), dampers)
+                load = load - np.linalg.solve(coupled, damping * ((g * load) @ dampers.T)[..., None])[..., 0] @ dampers
             q = g * load
-            found[here] = q.real @ out + 1j * (q.imag @ out)
+            found[block] = q.real @ out + 1j * (q.imag @ out)
         te, motion, bearing = np.split(found.reshape(*omega.shape, -1), np.cumsum([len(self.spin), len(self.mesh)]), -1)
         return te, motion, bearing.reshape(*omega.shape, -1, 3)
 
     @property
     def participation(self) -> NDArray:
         """Share (mesh, mode) of each mode in the static compliance at each mesh; 0 for rigid-body modes."""
-        safe = np.where(self.frequency > 0, self.frequency, np.inf)
-        share = self.mesh[:: len(self.mesh) // len(self.spin)] ** 2 / safe**2
+        elastic = np.where(self.frequency > 0, self.frequency, np.inf)
+        share = self.mesh[:: len(self.mesh) // len(self.spin)] ** 2 / elastic**2
         return share / np.maximum(share.sum(axis=1, keepdims=True), 1e-300)
 
 
@@ -164,8 +166,9 @@ def modes(
         raise InputError("system", "a part without mass", "every shaft and gear must have inertia")
     d = 1 / np.sqrt(scale)
     K, M = K * d[:, None] * d, mechanics.mass * d[:, None] * d
-    # Shift and invert: the eigenvalues are 1/(ω² + σ). Rounding then falls on the highest modes instead of the lowest,
-    # and meshes that act against each other cancel. σ is far below the modes of the meshes.
+    # Shift and invert: M φ = μ (K + σM) φ has the eigenvalues μ = 1/(ω² + σ). The lowest modes have the largest μ, so
+    # rounding errors fall on the highest modes. The shift σ keeps K + σM regular despite rigid-body modes; it is far
+    # below ω² of the modes that deflect a mesh.
     sigma = _SHIFT * float(np.max(np.diag(k) * (a**2 @ d**2)))
     try:
         inverse, vectors = eigh(M, K + sigma * M)
@@ -176,22 +179,22 @@ def modes(
     values = 1 / inverse[::-1] - sigma
     # rounding gives a rigid-body mode a small ω² of either sign, far below that of any coupling
     values = np.where(np.abs(values) < _RIGID * sigma, 0.0, values)
-    rows = d[:, None] * (vectors / np.sqrt(inverse))[:, ::-1]
+    shape = d[:, None] * (vectors / np.sqrt(inverse))[:, ::-1]
     rigid = values == 0
-    mesh = a @ rows
+    mesh = a @ shape
     # a rigid-body mode does not deflect any mesh, otherwise the mesh would give it stiffness
     mesh[:, rigid] = 0.0
-    spin = mechanics.spin @ rows
+    spin = mechanics.spin @ shape
     spin[:, rigid] = 0.0
     table = np.array([*by_mode] or [(0.0, damping_ratio)])
     return Modes(
         frequency=np.sqrt(values),
         damping_ratio=np.interp(np.sqrt(values) / (2 * np.pi), *table.T),
-        shape=rows,
+        shape=shape,
         mesh=mesh,
         spin=spin,
-        bearing=mechanics.bearing @ rows,
-        push=np.zeros((0, len(values))) if mechanics.push is None else mechanics.push @ rows,
-        dampers=(mechanics.damping[0] @ rows, mechanics.damping[1]),
+        bearing=mechanics.bearing @ shape,
+        ripples=np.zeros((0, len(values))) if mechanics.ripples is None else mechanics.ripples @ shape,
+        dampers=(mechanics.damping[0] @ shape, mechanics.damping[1]),
         stiffness=k,
     )

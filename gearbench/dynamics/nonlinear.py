@@ -28,7 +28,7 @@ from gearbench.threads import single_threaded_blas
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gearbench.dynamics._kernels import Balance, Curve
+    from gearbench.dynamics._kernels import ForceTable, MeanState
 
 #: Number of phases of the force table: its minimum, and phases per order.
 STEPS, PER_ORDER = 128, 8
@@ -49,7 +49,7 @@ APART = 0.01
 
 
 @dataclass(frozen=True, kw_only=True)
-class Sweep:
+class NonlinearModel:
     """One mesh with its force curve, acting on the modes of a system (D10).
 
     Parameters
@@ -89,18 +89,18 @@ class Sweep:
         return self.model.stiffness_of(self.group.meshes)
 
     @cached_property
-    def compiled(self) -> tuple[Curve, Balance]:
+    def compiled(self) -> tuple[ForceTable, MeanState]:
         """Arguments of the compiled time integration."""
-        from gearbench.dynamics._kernels import Balance, Curve
+        from gearbench.dynamics._kernels import ForceTable, MeanState
 
-        model, curve, b = self.model, self.curve, self.curve.beside
-        left = np.setdiff1d(np.flatnonzero(model.modes.frequency > 0), self.kept)
-        reach = model.modes.mesh[np.ix_(self.rows, left)] / model.modes.frequency[left]
+        model, curve, resultants = self.model, self.curve, self.curve.beside
+        others = np.setdiff1d(np.flatnonzero(model.modes.frequency > 0), self.kept)
+        mesh_motion = model.modes.mesh[np.ix_(self.rows, others)] / model.modes.frequency[others]
         force, unit = float(model.force[0]), float(model.force[0]) / self.stiffness[0, 0]
-        return Curve(
-            curve.begin, curve.table, curve.spacing, curve.backlash, curve.mirrored, force,
-            b.couple, b.motion, b.force, b.stiffness,
-        ), Balance(*self.mean, self.stiffness, reach @ reach.T, unit)  # fmt: skip
+        return ForceTable(
+            curve.begin, curve.table, curve.spacing, curve.backlash, curve.back_phase, force,
+            resultants.coupling, resultants.motion, resultants.force, resultants.stiffness,
+        ), MeanState(*self.mean, self.stiffness, mesh_motion @ mesh_motion.T, unit)  # fmt: skip
 
     def over(self, speeds: NDArray) -> tuple[NDArray, NDArray]:
         """Integrate to the steady motion at one speed after the other; each starts from the motion before.
@@ -114,29 +114,29 @@ class Sweep:
 
         modes, steps = self.model.modes, self.curve.steps
         r, zeta = modes.frequency[self.kept], modes.damping_ratio[self.kept]
-        state, reach = np.zeros((2, len(r))), np.ascontiguousarray(modes.mesh[np.ix_(self.rows, self.kept)])
-        periods, record = np.zeros(len(speeds), dtype=int), np.zeros((len(speeds), 2, len(reach), REPEATS, steps))
+        state, mesh_motion = np.zeros((2, len(r))), np.ascontiguousarray(modes.mesh[np.ix_(self.rows, self.kept)])
+        periods, record = np.zeros(len(speeds), dtype=int), np.zeros((len(speeds), 2, len(mesh_motion), REPEATS, steps))
         rows, constants = modes.dampers
         damping = (rows[:, self.kept].T * constants) @ rows[:, self.kept]
         for k, omega in enumerate(self.model.omega(self.group, speeds)):
             period = 2 * math.pi / omega
-            within = max(WITHIN, math.ceil(r.max() * period / steps / RESOLVED))
-            dt = period / steps / within
+            substeps = max(WITHIN, math.ceil(r.max() * period / steps / RESOLVED))
+            dt = period / steps / substeps
             free = np.vstack([free_motion(r, zeta, np.array(dt)), 1 / r])
             most = np.clip(FADED / max((zeta * r).min() * period, 1e-12), LEAST, MOST)
-            brake = _brake(damping, dt) if len(constants) else np.zeros((0, 0))
-            limits = np.array([dt, within, most, SAME, NEAR])
-            periods[k] = run(state, free, brake, reach, *self.compiled, record[k], limits)
+            damper_factors = _damper_factors(damping, dt) if len(constants) else np.zeros((0, 0))
+            limits = np.array([dt, substeps, most, SAME, NEAR])
+            periods[k] = run(state, free, damper_factors, mesh_motion, *self.compiled, record[k], limits)
         return periods, record
 
 
-def _brake(damping: NDArray, dt: float) -> NDArray:
+def _damper_factors(damping: NDArray, dt: float) -> NDArray:
     from scipy.linalg import expm
 
     return np.ascontiguousarray(expm(-dt * damping))
 
 
-def moving(model: Model, highest: float) -> NDArray:
+def integrated_modes(model: Model, highest: float) -> NDArray:
     """Indices of the modes to integrate: among those up to ``highest`` [rad/s], those with the largest shares.
 
     Raises
@@ -187,16 +187,18 @@ def nonlinear_response(scene: Scene, *, speed: ArrayLike, harmonics: int = HARMO
     speeds = check_speeds(speed)
     check_harmonics(harmonics)
     model, steps = Model(scene=scene), max(STEPS, PER_ORDER * harmonics)
-    each = nonlinear_memory(steps, harmonics, bearings(scene), model.cycles[0].rows)
-    require_each(each, len(speeds), "speed", f"{steps} steps of the period")
+    speed_bytes = nonlinear_memory(steps, harmonics, bearings(scene), model.cycles[0].rows)
+    require_each(speed_bytes, len(speeds), "speed", f"{steps} steps of the period")
     highest = FASTEST * harmonics * float(model.omega(model.groups[0], speeds).max())
-    sweep = Sweep(model=model, curve=force_curve(model.cycles[0], steps), kept=moving(model, highest))
+    sweep = NonlinearModel(
+        model=model, curve=force_curve(model.cycles[0], steps), kept=integrated_modes(model, highest)
+    )
     order = np.argsort(speeds, kind="stable")
     found = []
-    for way in (order, order[::-1]):
-        periods, record = sweep.over(speeds[way])
-        back = np.argsort(way)
-        found.append((periods[back], record[back]))
+    for direction in (order, order[::-1]):
+        periods, record = sweep.over(speeds[direction])
+        original = np.argsort(direction)
+        found.append((periods[original], record[original]))
     periods, record = (np.stack(part) for part in zip(*found, strict=True))
     return _dataset(sweep, speeds, harmonics, periods, record, start)
 
@@ -208,25 +210,25 @@ def _orders(values: NDArray, periods: int, orders: NDArray) -> NDArray:
 
 
 def _dataset(
-    sweep: Sweep, speeds: NDArray, harmonics: int, periods: NDArray, record: NDArray, start: float
+    sweep: NonlinearModel, speeds: NDArray, harmonics: int, periods: NDArray, record: NDArray, start: float
 ) -> xr.Dataset:
     import xarray as xr
 
-    model, group, whole = sweep.model, sweep.group, np.arange(1, harmonics + 1)
+    model, group, mesh_orders = sweep.model, sweep.group, np.arange(1, harmonics + 1)
     names, mean = model.mechanics.bearing_names, float(model.force[0])
     shape = (len(SWEEPS), len(speeds), harmonics)
     te, force = np.zeros((2, *shape), dtype=complex)
-    shaken, rms = np.zeros((*shape, len(names), 3), dtype=complex), np.zeros(shape[:2])
+    at_bearings, rms = np.zeros((*shape, len(names), 3), dtype=complex), np.zeros(shape[:2])
     for s, k in np.ndindex(shape[:2]):
-        many = int(periods[s, k]) or REPEATS
+        period_count = int(periods[s, k]) or REPEATS
         # a motion that repeats after several periods also has fractional orders
-        order = np.arange(1, many * harmonics + 1) / many
-        x, f = (np.stack([_orders(row, many, order) for row in values]) for values in record[s, k])
+        order = np.arange(1, period_count * harmonics + 1) / period_count
+        x, f = (np.stack([_orders(row, period_count, order) for row in values]) for values in record[s, k])
         omega = float(model.omega(group, speeds[k])) * order
-        spins, _, bearing = model.modes.everywhere(omega, (f - sweep.stiffness @ x).T, sweep.rows)
-        own, at = spins[:, 0], many * whole - 1
-        te[s, k], force[s, k], shaken[s, k] = own[at], f[0, at], bearing[at]
-        rms[s, k] = math.sqrt(2 * float((np.abs(own) ** 2).sum()))
+        spins, _, bearing = model.modes.response_to_mesh_forces(omega, (f - sweep.stiffness @ x).T, sweep.rows)
+        errors, at = spins[:, 0], period_count * mesh_orders - 1
+        te[s, k], force[s, k], at_bearings[s, k] = errors[at], f[0, at], bearing[at]
+        rms[s, k] = math.sqrt(2 * float((np.abs(errors) ** 2).sum()))
     last = np.where(periods > 0, periods, REPEATS)[..., None, None] >= REPEATS - np.arange(REPEATS)[:, None]
     f = np.where(last, record[:, :, 1, 0], np.nan)
     flat = f.reshape(*shape[:2], -1)
@@ -247,11 +249,11 @@ def _dataset(
         "sweep": ("sweep", list(SWEEPS)),
         "speed": ("speed", speeds),
         "mesh": ("mesh", list(model.names[:1])),
-        "harmonic": ("harmonic", whole),
+        "harmonic": ("harmonic", mesh_orders),
         "mesh_frequency": (("speed", "mesh"), speeds[:, None] / 60 * group.rate),
     }
     if names:
-        each = np.moveaxis(shaken, 2, -1)[:, :, None]
+        each = np.moveaxis(at_bearings, 2, -1)[:, :, None]
         dims = (*dims, "bearing", "direction", "harmonic")
         variables |= {
             "bearing_force_amplitude": (dims, 2 * np.abs(each)),
@@ -264,15 +266,15 @@ def _dataset(
     return keeping(xr.Dataset(described(variables), coords=described(coords), attrs=attrs), model.scene)
 
 
-def _remarks(sweep: Sweep, speeds: NDArray, periods: NDArray, rms: NDArray) -> list[str]:
+def _remarks(sweep: NonlinearModel, speeds: NDArray, periods: NDArray, rms: NDArray) -> list[str]:
     """Notes for the reader of the sweeps, one line each."""
     lines = []
-    for way, found in zip(SWEEPS, periods, strict=True):
-        for many in sorted({int(p) for p in found} - {1}):
-            text = f"repeats after {many} mesh periods" if many else f"does not repeat within {REPEATS} mesh periods"
-            lines.append(f"the motion, speed {way}, {text} at {spans(speeds, found == many)} 1/min")
-    if (two := np.abs(rms[0] - rms[1]) > APART * float(sweep.model.force[0])).any():
-        lines.append(f"two responses, by the way the speed changes, at {spans(speeds, two)} 1/min")
+    for direction, found in zip(SWEEPS, periods, strict=True):
+        for count in sorted({int(p) for p in found} - {1}):
+            text = f"repeats after {count} mesh periods" if count else f"does not repeat within {REPEATS} mesh periods"
+            lines.append(f"speed {direction}: the motion {text} at {spans(speeds, found == count)} 1/min")
+    if (differ := np.abs(rms[0] - rms[1]) > APART * float(sweep.model.force[0])).any():
+        lines.append(f"rising and falling speed give different responses at {spans(speeds, differ)} 1/min")
     if sweep.curve.backlash <= 0:
-        lines.append("no backlash: back flanks touch as soon as drive flanks part")
+        lines.append("no backlash: back flanks touch as soon as drive flanks separate")
     return lines

@@ -89,17 +89,17 @@ def revolution(mesh: LoadedMesh, effects: Sequence[GapEffect], harmonics: int) -
     cycles = next(P for P in (1, *sorted(teeth), len(amounts)) if _repeats(amounts, P))
     require_cycles_memory(scene, effects, len(lines.mesh_phase), cycles, harmonics)
     batch = prepare(assemble(scene, lines, mesh.effects), turning_modes(effects, lines))
-    solved = (solve_one_chunk(batch, each, segments=mesh.rows > 1) for each in chunks(amounts[:cycles]))
-    parts = [mesh.samples(batch, lines, each) for each in solved]
+    solutions = (solve_one_chunk(batch, each, segments=mesh.rows > 1) for each in chunks(amounts[:cycles]))
+    samples = [mesh.samples(batch, lines, each) for each in solutions]
     motion, force, stiffness = (
-        np.concatenate([getattr(part, name) for part in parts])[:cycles] for name in ("motion", "force", "stiffness")
+        np.concatenate([getattr(part, name) for part in samples])[:cycles] for name in ("motion", "force", "stiffness")
     )
     mean = Flanks(force=force.mean(axis=0), motion=motion.mean(axis=0), stiffness=stiffness.mean(axis=0))
-    whole = mean.orders(mesh.waves(2 * harmonics))
+    mean_orders = mean.orders(mesh.waves(2 * harmonics))
     motion, force = (
         np.stack([_orders(mesh, row, harmonics) for row in np.moveaxis(each, -1, 0)]) for each in (motion, force)
     )
-    return Revolution(cycles=cycles, excitation=replace(whole, motion=motion, force=force))
+    return Revolution(cycles=cycles, excitation=replace(mean_orders, motion=motion, force=force))
 
 
 def _repeats(amounts: NDArray, cycles: int) -> bool:
@@ -116,7 +116,7 @@ def _orders(mesh: LoadedMesh, curves: NDArray, harmonics: int) -> NDArray:
     return np.concatenate([[curves.mean(axis=0) @ phases.weight], others])
 
 
-def given(mesh: LoadedMesh, error: ArrayLike, harmonics: int) -> Revolution:
+def revolution_of_error(mesh: LoadedMesh, error: ArrayLike, harmonics: int) -> Revolution:
     """Excitation by a transmission error given at equal steps of one revolution of the pinion, (step,) [µm].
 
     Raises
@@ -129,13 +129,13 @@ def given(mesh: LoadedMesh, error: ArrayLike, harmonics: int) -> Revolution:
         allowed = f"must be finite numbers in a list, more than {2 * harmonics * P} for {harmonics} orders of the mesh"
         raise InputError("error", f"shape {values.shape}", allowed)
     orders = np.fft.rfft(values / MICROMETRES)[: harmonics * P + 1] / len(values)
-    whole = mesh.flanks.orders(mesh.waves(2 * harmonics))
+    mean_orders = mesh.flanks.orders(mesh.waves(2 * harmonics))
     motion, force = np.zeros((2, mesh.rows, len(orders)), dtype=complex)
     # approach = transmission error minus deflection of the shafts under the forces of the mesh cycle
-    motion[:, ::P], force[:, ::P] = whole.motion, whole.force
+    motion[:, ::P], force[:, ::P] = mean_orders.motion, mean_orders.force
     motion[0] = orders
     motion[0] -= mesh.compliance[0] @ force
-    return Revolution(cycles=P, excitation=replace(whole, motion=motion, force=force))
+    return Revolution(cycles=P, excitation=replace(mean_orders, motion=motion, force=force))
 
 
 def side_bands(revolution: Revolution, h: NDArray, mean: NDArray) -> tuple[NDArray, NDArray]:
@@ -152,26 +152,28 @@ def side_bands(revolution: Revolution, h: NDArray, mean: NDArray) -> tuple[NDArr
     mean
         Mean stiffness K̄ (row, row) [N/mm].
     """
-    P, H, drive, M = revolution.cycles, revolution.harmonics, revolution.excitation, len(mean)
-    x, f = drive.motion.copy(), drive.force.copy()
-    whole = replace(drive, motion=x[:, ::P], force=f[:, ::P])
-    x[:, ::P], f[:, ::P] = (one[0] for one in solve(whole, h[None, ::P], mean))
+    P, H, excitation, M = revolution.cycles, revolution.harmonics, revolution.excitation, len(mean)
+    x, f = excitation.motion.copy(), excitation.force.copy()
+    mesh_orders = replace(excitation, motion=x[:, ::P], force=f[:, ::P])
+    x[:, ::P], f[:, ::P] = (one[0] for one in solve(mesh_orders, h[None, ::P], mean))
     # orders n + s/P with n = −H … H − 1 for s = 1 … P/2; negative orders are conjugates
     n, s = np.arange(-H, H), np.arange(1, P // 2 + 1)[:, None]
     at, size, one = n * P + s + H * P, M * 2 * H, np.eye(2 * H)
-    K = np.swapaxes(_both_signs(drive.stiffness)[..., n[:, None] - n + 2 * H], 1, 2).reshape(size, size)
-    reach = np.einsum("ijsn,nm->sinjm", _both_signs(np.moveaxis(h, 0, -1))[..., at], one).reshape(len(s), size, size)
-    rest, still = (np.swapaxes(_both_signs(each)[:, at], 0, 1).reshape(len(s), size) for each in (x, f))
-    push = still - rest @ np.kron(mean, one)
-    right = -rest[..., None] - reach @ push[..., None]
-    moved = np.linalg.solve(np.eye(size) + reach @ (K - np.kron(mean, one)), right)[..., 0]
-    for values, into in ((rest + moved, x), (still + moved @ K.T, f)):
+    K = np.swapaxes(_with_negative_orders(excitation.stiffness)[..., n[:, None] - n + 2 * H], 1, 2).reshape(size, size)
+    receptance = np.einsum("ijsn,nm->sinjm", _with_negative_orders(np.moveaxis(h, 0, -1))[..., at], one).reshape(
+        len(s), size, size
+    )
+    x_s, f_s = (np.swapaxes(_with_negative_orders(each)[:, at], 0, 1).reshape(len(s), size) for each in (x, f))
+    p_s = f_s - x_s @ np.kron(mean, one)
+    right = -x_s[..., None] - receptance @ p_s[..., None]
+    y = np.linalg.solve(np.eye(size) + receptance @ (K - np.kron(mean, one)), right)[..., 0]
+    for values, target in ((x_s + y, x), (f_s + y @ K.T, f)):
         values = np.swapaxes(values.reshape(len(s), M, 2 * H), 0, 1)
-        into[:, at[:, H:] - H * P], into[:, H * P - at[:, :H]] = values[..., H:], np.conj(values[..., :H])
+        target[:, at[:, H:] - H * P], target[:, H * P - at[:, :H]] = values[..., H:], np.conj(values[..., :H])
     return x, f
 
 
-def _both_signs(values: NDArray) -> NDArray:
+def _with_negative_orders(values: NDArray) -> NDArray:
     """Orders −n … n (…, 2n + 1) from the orders 0 … n (…, n + 1)."""
     return np.concatenate([np.conj(values[..., :0:-1]), values], axis=-1)
 
@@ -187,13 +189,13 @@ def _over_speed(
     bearings = len(model.mechanics.bearing_names) if revolution.cycles <= _LONG else 0
     require_each(speed_memory(len(order), 1, bearings), len(speeds), "speed", f"{len(order)} orders")
     te, forces = (np.zeros((len(speeds), len(order) + 1), dtype=complex) for _ in range(2))
-    shaken = np.empty((len(speeds), bearings, 3, len(order)), dtype=complex)
+    at_bearings = np.empty((len(speeds), bearings, 3, len(order)), dtype=complex)
     for k, omega in enumerate(model.omega(group, speeds)):
-        x, f = side_bands(revolution, model.modes.at_meshes(omega * np.append(0.0, order), rows), mean)
-        spins, _, bearing = model.modes.everywhere(omega * order, (f - mean @ x)[:, 1:].T, rows)
+        x, f = side_bands(revolution, model.modes.mesh_receptance(omega * np.append(0.0, order), rows), mean)
+        spins, _, bearing = model.modes.response_to_mesh_forces(omega * order, (f - mean @ x)[:, 1:].T, rows)
         te[k, 1:], forces[k] = spins[:, mesh], f[0]
         if bearings:
-            shaken[k] = np.moveaxis(bearing, 0, -1)
+            at_bearings[k] = np.moveaxis(bearing, 0, -1)
     over_time = waves.curve(forces, revolution.cycles * waves.points(revolution.harmonics))
     dims = ("speed", "mesh")
     variables = {
@@ -207,7 +209,7 @@ def _over_speed(
         "contact_kept": (dims, (over_time.min(axis=-1) > 0)[:, None]),
     }
     if bearings:
-        amplitude = waves.amplitude(np.concatenate([np.zeros_like(shaken[..., :1]), shaken], axis=-1))
+        amplitude = waves.amplitude(waves.with_mean(at_bearings))
         variables["bearing_force_amplitude"] = (("speed", "mesh", "bearing", "direction", "order"), amplitude[:, None])
     return variables, order
 
@@ -249,11 +251,11 @@ def revolution_response(
     check_harmonics(harmonics)
     turning = unlike(scene)
     if error is None and not turning:
-        allowed = "a revolution needs pitch_errors, waviness, or an error that is given"
+        allowed = "a revolution needs [effects.pitch_errors], [effects.waviness] or a given error"
         raise InputError("effects", "all teeth alike", allowed)
     model = Model(scene=teeth_alike(scene))
     mesh = model.cycles[0]
-    found = revolution(mesh, turning, harmonics) if error is None else given(mesh, error, harmonics)
+    found = revolution(mesh, turning, harmonics) if error is None else revolution_of_error(mesh, error, harmonics)
     first = model.groups[0]
     group = Group(meshes=first.meshes[:1], rate=first.rate, phase=first.phase[:1])
     variables, order = _over_speed(model, group, found, speeds)
@@ -276,8 +278,10 @@ def revolution_response(
 def _remarks(model: Model, revolution: Revolution, speeds: NDArray, variables: Mapping[str, Any]) -> list[str]:
     lines = []
     if "bearing_force_amplitude" not in variables and model.mechanics.bearing_names:
-        lines.append(f"forces on the bearings left out: too many orders, of {revolution.cycles} mesh cycles")
+        lines.append(
+            f"bearing forces are left out: a revolution of {revolution.cycles} mesh cycles has too many orders"
+        )
     kept = variables["contact_kept"][1][:, 0]
     if not kept.all():
-        lines.append(f"flanks part: the linear response is no longer theirs at {spans(speeds, ~kept)} 1/min")
+        lines.append(f"flanks separate: the linear response does not hold at {spans(speeds, ~kept)} 1/min")
     return lines

@@ -17,7 +17,7 @@ from gearbench.dynamics.analysis import GROWTH, HARMONICS, check_harmonics, chec
 from gearbench.dynamics.balance import Excitation
 from gearbench.dynamics.loaded_mesh import LoadedMesh, order_rows
 from gearbench.dynamics.model import Group, Model
-from gearbench.dynamics.near import Near
+from gearbench.dynamics.sample_balance import SampleBalance
 from gearbench.errors import InputError
 from gearbench.results.origin import keeping
 from gearbench.results.provenance import provenance
@@ -88,7 +88,7 @@ def force_rms(model: Model, group: Group, samples: Sequence[Excitation], speed: 
     """RMS of the mesh force (speed, sample) [N] by harmonic balance (D5), for chunks of ``samples`` of one mesh."""
     harmonics = samples[0].motion.shape[-1] - 1
     mean = model.stiffness_of(group.meshes)
-    near = Near.of(samples[0], model.receptances(group, speed, harmonics), mean)
+    near = SampleBalance.of(samples[0], model.receptances(group, speed, harmonics), mean)
     found = on_threads(near.forces, samples, threads)
     return np.concatenate([math.sqrt(2) * np.linalg.norm(f.astype(float), axis=1) for f in found], axis=1)
 
@@ -167,13 +167,13 @@ def robust_response(
 def remarks(model: Model, group: Group, harmonics: int, speeds: NDArray, largest: NDArray) -> list[str]:
     """Notes for the reader of the scatter, one line each, from the ``largest`` RMS of all samples (speed,) [N]."""
     on_shafts = model.cycles[0].rows > 1
-    lines = [f"percentiles are good to {2 if on_shafts else 1} % on the mean over speed, without relief to 2 %"]
+    lines = [f"percentiles averaged over speed are accurate to {2 if on_shafts else 1} %, without relief to 2 %"]
     if (grows := growth(model, group, speeds, harmonics) > 1 + GROWTH).any():
         lines.append(f"parametric instability without scatter at {spans(speeds, grows)} 1/min: no steady response")
     parts = largest > model.force[group.meshes[0]]
     if parts.any():
         where = spans(speeds, parts)
-        lines.append(f"flanks part: the RMS of samples exceeds the mean force, not theirs any more, at {where} 1/min")
+        lines.append(f"flanks separate: the RMS of samples exceeds the mean force and does not hold at {where} 1/min")
     return lines
 
 

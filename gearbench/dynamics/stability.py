@@ -18,7 +18,7 @@ PROVEN = 0.9
 PEAK = 0.02
 
 
-def is_proven(modes: Modes, rows: NDArray, stiffness: NDArray) -> bool:
+def is_proven_stable(modes: Modes, rows: NDArray, stiffness: NDArray) -> bool:
     """Whether the small-gain theorem proves that no motion grows, at any speed (D7).
 
     The loop of ĥ_c and K(t) − K̄ is stable if the product of their largest gains is below 1, however the stiffness
@@ -37,16 +37,16 @@ def is_proven(modes: Modes, rows: NDArray, stiffness: NDArray) -> bool:
     if (zeta[r > 0] == 0).any():
         return False
     mean = modes.stiffness[np.ix_(rows, rows)]
-    unit = np.sqrt(np.diag(mean))
-    swing = np.linalg.norm((stiffness - mean) / unit[:, None] / unit, 2, axis=(-2, -1)).max()
-    high = (r > 0) & (modes.participation.max(axis=0) > 2 * zeta * PEAK)
-    peaks = r[high]
+    scale = np.sqrt(np.diag(mean))
+    stiffness_gain = np.linalg.norm((stiffness - mean) / scale[:, None] / scale, 2, axis=(-2, -1)).max()
+    resonant = (r > 0) & (modes.participation.max(axis=0) > 2 * zeta * PEAK)
+    peaks = r[resonant]
     if not len(peaks):
         return False
-    near = (peaks * (1 + zeta[high] * np.linspace(-2, 2, 17)[:, None])).ravel()
-    omega = np.concatenate([near, np.geomspace(peaks[0] / 100, 2 * peaks[-1], 200)])
-    gain = unit[:, None] * modes.at_meshes(omega[omega > 0], rows) * unit
-    return bool(swing * np.linalg.norm(gain, 2, axis=(-2, -1)).max() < PROVEN)
+    refined = (peaks * (1 + zeta[resonant] * np.linspace(-2, 2, 17)[:, None])).ravel()
+    omega = np.concatenate([refined, np.geomspace(peaks[0] / 100, 2 * peaks[-1], 200)])
+    gain = scale[:, None] * modes.mesh_receptance(omega[omega > 0], rows) * scale
+    return bool(stiffness_gain * np.linalg.norm(gain, 2, axis=(-2, -1)).max() < PROVEN)
 
 
 def multipliers(modes: Modes, rows: NDArray, omega: NDArray, stiffness: NDArray) -> NDArray:
@@ -71,15 +71,15 @@ def multipliers(modes: Modes, rows: NDArray, omega: NDArray, stiffness: NDArray)
 
     elastic = np.flatnonzero(modes.frequency > 0)
     share = np.diag(modes.stiffness)[rows] @ (modes.mesh[np.ix_(rows, elastic)] / modes.frequency[elastic]) ** 2
-    keep = np.sort(elastic[np.argsort(-share, kind="stable")[:MODES]])
-    r, zeta = modes.frequency[keep], modes.damping_ratio[keep]
+    kept = np.sort(elastic[np.argsort(-share, kind="stable")[:MODES]])
+    r, zeta = modes.frequency[kept], modes.damping_ratio[kept]
     dt = 2 * np.pi / omega / stiffness.shape[1]
     kick = np.ascontiguousarray(stiffness - modes.stiffness[np.ix_(rows, rows)])
-    reach, found = np.ascontiguousarray(modes.mesh[np.ix_(rows, keep)]), np.empty(len(omega))
+    mesh_motion, found = np.ascontiguousarray(modes.mesh[np.ix_(rows, kept)]), np.empty(len(omega))
     for here in in_blocks(len(omega), (2 * len(r)) ** 2):
         counts = (np.multiply.outer(dt[here], r) < RESOLVED).sum(axis=1)
-        own, half = (free_motion(r, zeta, share * dt[here, None]) for share in (1.0, 0.5))
-        maps = monodromy(own, half, reach, kick[here] if len(kick) > 1 else kick, dt[here], r, counts)
+        full, half = (free_motion(r, zeta, share * dt[here, None]) for share in (1.0, 0.5))
+        maps = monodromy(full, half, mesh_motion, kick[here] if len(kick) > 1 else kick, dt[here], r, counts)
         found[here] = np.abs(np.linalg.eigvals(maps)).max(axis=1)
     return found
 
@@ -87,6 +87,6 @@ def multipliers(modes: Modes, rows: NDArray, omega: NDArray, stiffness: NDArray)
 def free_motion(r: NDArray, zeta: NDArray, dt: NDArray) -> NDArray:
     """Coefficients (4, speed, mode) of the map (p, v) → (p, v) by the free motion of modes over Δt."""
     damped = r * np.sqrt(1 - zeta**2)
-    fade = np.exp(-zeta * r * dt)
-    c, s = fade * np.cos(damped * dt), fade * np.sin(damped * dt)
+    decay = np.exp(-zeta * r * dt)
+    c, s = decay * np.cos(damped * dt), decay * np.sin(damped * dt)
     return np.array([c + zeta * r / damped * s, s / damped, -(r**2) / damped * s, c - zeta * r / damped * s])

@@ -10,12 +10,12 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.dynamics.balance import convolution, least_residual, orders, real, solve
+from gearbench.dynamics.balance import conjugate_residuals, convolution, orders, real, solve
 from gearbench.dynamics.model import LinearModel
 
 #: A combination is kept if its force reaches this share of the largest order of a mesh force at a sampled speed;
 #: maximum number of combinations, and number of sampled speeds.
-SMALL, MOST, LOOKED = 1e-2, 80, 25
+SMALLEST_SHARE, MOST, SAMPLED_SPEEDS = 1e-2, 80, 25
 #: Residual over excitation at which the meshes are in balance, and maximum number of steps.
 SETTLED, STEPS = 1e-2, 12
 
@@ -31,7 +31,7 @@ class Steady:
         then combinations. Negative orders are the conjugates and are not listed.
     omega
         Frequency of each order (speed, order) [rad/s]; a difference of two frequencies may be negative.
-    push
+    equivalent_force
         Mesh forces minus the forces of the mean stiffnesses, f − K̄ x (speed, row, order) [N].
     residual
         Residual of the balance over the excitation (speed,).
@@ -39,7 +39,7 @@ class Steady:
 
     index: NDArray
     omega: NDArray
-    push: NDArray
+    equivalent_force: NDArray
     residual: NDArray
 
 
@@ -51,49 +51,57 @@ def steady(model: LinearModel, speeds: NDArray, harmonics: int) -> Steady:
     """
     groups, H = model.groups, harmonics
     index = np.zeros((1 + len(groups) * H, len(groups)), dtype=int)
-    push = np.zeros((len(speeds), len(model.stiffness), len(index)), dtype=complex)
+    equivalent_force = np.zeros((len(speeds), len(model.stiffness), len(index)), dtype=complex)
     # quasi-static motions x_s, and the forces p_s = f_s − K̄ x_s; order zero stays 0
-    rest, drive = np.zeros((2, *push.shape[1:]), dtype=complex)
+    x_s, p_s = np.zeros((2, *equivalent_force.shape[1:]), dtype=complex)
     for g, group in enumerate(groups):
-        rows, here = model.rows_of(group.meshes), slice(1 + g * H, 1 + (g + 1) * H)
-        excitation, inside = model.excitation(group, H), model.stiffness_of(group.meshes)
-        x, f = solve(excitation, model.receptances(group, speeds, H), inside)
-        at_rest = excitation.force - inside @ excitation.motion
-        index[here, g] = np.arange(1, H + 1)
-        rest[rows, here], drive[rows, here] = excitation.motion[:, 1:], at_rest[:, 1:]
-        push[:, rows, here], push[:, rows, 0] = (f - inside @ x)[..., 1:], (f - inside @ x - at_rest)[..., 0]
+        rows, own = model.rows_of(group.meshes), slice(1 + g * H, 1 + (g + 1) * H)
+        excitation, mean = model.excitation(group, H), model.stiffness_of(group.meshes)
+        x, f = solve(excitation, model.receptances(group, speeds, H), mean)
+        p = excitation.force - mean @ excitation.motion
+        index[own, g] = np.arange(1, H + 1)
+        x_s[rows, own], p_s[rows, own] = (
+            excitation.motion[:, 1:],
+            p[:, 1:],
+        )
+        equivalent_force[:, rows, own], equivalent_force[:, rows, 0] = (
+            (f - mean @ x)[..., 1:],
+            (f - mean @ x - p)[..., 0],
+        )
     omega = _frequencies(model, speeds) @ index.T
-    found = Steady(index=index, omega=omega, push=push, residual=np.zeros(len(speeds)))
-    return found if len(groups) == 1 else _together(model, speeds, found, rest, drive)
+    found = Steady(index=index, omega=omega, equivalent_force=equivalent_force, residual=np.zeros(len(speeds)))
+    return found if len(groups) == 1 else _solve_together(model, speeds, found, x_s, p_s)
 
 
-def _together(model: LinearModel, speeds: NDArray, alone: Steady, rest: NDArray, drive: NDArray) -> Steady:
+def _solve_together(model: LinearModel, speeds: NDArray, alone: Steady, x_s: NDArray, p_s: NDArray) -> Steady:
     """Solve the balance y + ĥ V y = −x_s − ĥ p_s of all orders at once, with V y = (K − K̄) y.
 
     The first guess ``alone`` balances each frequency by itself, so a few steps are enough.
     """
-    every, H = np.arange(len(model.stiffness)), int(alone.index.max())
-    x = -_moved(model.modes.at_meshes(alone.omega, every), alone.push)
+    all_rows, H = np.arange(len(model.stiffness)), int(alone.index.max())
+    x = -_moved(model.modes.mesh_receptance(alone.omega, all_rows), alone.equivalent_force)
     index = np.concatenate([alone.index, _combinations(model, alone, x)])
     omega = _frequencies(model, speeds) @ index.T
-    more = [(0, 0), (0, len(index) - len(alone.index))]
-    rest, drive = np.pad(rest, more), np.pad(drive, more)
-    h, pushed = model.modes.at_meshes(omega, every), _pushed(model, index, H)
-    y = np.pad(x, [(0, 0), *more]) - rest
-    left = -rest - _moved(h, drive + pushed(y)) - y
-    product, whole = partial(_product, model), _product(model, y, y)
-    y, left = least_residual(lambda step: step + _moved(h, pushed(step)), y, left, product, SETTLED**2 * whole, STEPS)
-    residual = np.sqrt(product(left, left) / whole)
-    return Steady(index=index, omega=omega, push=drive + pushed(y), residual=residual.ravel())
+    padding = [(0, 0), (0, len(index) - len(alone.index))]
+    x_s, p_s = np.pad(x_s, padding), np.pad(p_s, padding)
+    h, varying = model.modes.mesh_receptance(omega, all_rows), _varying_stiffness(model, index, H)
+    y = np.pad(x, [(0, 0), *padding]) - x_s
+    remainder = -x_s - _moved(h, p_s + varying(y)) - y
+    product, energy = partial(_product, model), _product(model, y, y)
+    y, remainder = conjugate_residuals(
+        lambda step: step + _moved(h, varying(step)), y, remainder, product, SETTLED**2 * energy, STEPS
+    )
+    residual = np.sqrt(product(remainder, remainder) / energy)
+    return Steady(index=index, omega=omega, equivalent_force=p_s + varying(y), residual=residual.ravel())
 
 
 def _frequencies(model: LinearModel, speeds: NDArray) -> NDArray:
     return np.stack([model.omega(group, speeds) for group in model.groups], axis=-1)
 
 
-def _moved(h: NDArray, push: NDArray) -> NDArray:
+def _moved(h: NDArray, equivalent_force: NDArray) -> NDArray:
     """ĥ p (speed, row, order)."""
-    return np.einsum("snij,sjn->sin", h, push, optimize=True)
+    return np.einsum("snij,sjn->sin", h, equivalent_force, optimize=True)
 
 
 def _product(model: LinearModel, a: NDArray, b: NDArray) -> NDArray:
@@ -101,7 +109,7 @@ def _product(model: LinearModel, a: NDArray, b: NDArray) -> NDArray:
     return np.einsum("sin,i,sin->s", a.conj(), np.diag(model.stiffness), b).real[:, None, None]
 
 
-def _pushed(model: LinearModel, index: NDArray, harmonics: int) -> Callable[[NDArray], NDArray]:
+def _varying_stiffness(model: LinearModel, index: NDArray, harmonics: int) -> Callable[[NDArray], NDArray]:
     """Function V of the orders kept, which turns y into (K − K̄) y, both (speed, row, order)."""
     parts, N = [], 2 * len(index) - 1
     for g, group in enumerate(model.groups):
@@ -125,25 +133,27 @@ def _combinations(model: LinearModel, alone: Steady, x: NDArray) -> NDArray:
     The varying stiffness of a mesh excites a combination through the motions x (speed, row, order) that the other
     frequency causes in this mesh. The force is estimated at some of the speeds.
     """
-    some = np.unique(np.linspace(0, len(x) - 1, LOOKED).round().astype(int))
-    x, H, G = x[some], int(alone.index.max()), len(model.groups)
+    sampled = np.unique(np.linspace(0, len(x) - 1, SAMPLED_SPEEDS).round().astype(int))
+    x, H, G = x[sampled], int(alone.index.max()), len(model.groups)
     first = np.arange(len(model.names)) * (len(model.stiffness) // len(model.names))
-    largest = np.abs(alone.push[some] + np.einsum("ij,sjn->sin", model.stiffness, x))[:, first].max(axis=(1, 2))
-    rates, k = alone.omega[some][:, 1 : 1 + G * H : H], np.diag(model.stiffness)[first]
+    largest = np.abs(alone.equivalent_force[sampled] + np.einsum("ij,sjn->sin", model.stiffness, x))[:, first].max(
+        axis=(1, 2)
+    )
+    rates, k = alone.omega[sampled][:, 1 : 1 + G * H : H], np.diag(model.stiffness)[first]
     n, m = (part.ravel() for part in np.meshgrid(np.arange(1, H + 1), np.r_[-H:0, 1 : H + 1], indexing="ij"))
     found, sizes = [], []
     for a, b in combinations(range(G), 2):
         index = np.zeros((len(n), G), dtype=int)
         index[:, a], index[:, b] = n, m
-        push = np.zeros((len(some), len(first), len(n)))
-        for own, order, other, of in ((a, n, b, np.abs(m)), (b, np.abs(m), a, n)):
-            group = model.groups[own]
+        equivalent_force = np.zeros((len(sampled), len(first), len(n)))
+        for excited, order, other, other_order in ((a, n, b, np.abs(m)), (b, np.abs(m), a, n)):
+            group = model.groups[excited]
             K = np.abs(model.excitation(group, H).stiffness[:: len(x[0]) // len(first), :, order])
-            push[:, group.meshes] = np.einsum("ijc,sjc->sic", K, np.abs(x[:, model.rows_of(group.meshes)])[..., H * other + of])  # fmt: skip  # noqa: E501
+            equivalent_force[:, group.meshes] = np.einsum("ijc,sjc->sic", K, np.abs(x[:, model.rows_of(group.meshes)])[..., H * other + other_order])  # fmt: skip  # noqa: E501
         # the modes amplify a combination like any order
-        h = model.modes.at_meshes(rates @ index.T, first)
-        force = np.abs((np.eye(len(first)) - k[:, None] * h) @ np.moveaxis(push, 1, 2)[..., None])[..., 0]
+        h = model.modes.mesh_receptance(rates @ index.T, first)
+        force = np.abs((np.eye(len(first)) - k[:, None] * h) @ np.moveaxis(equivalent_force, 1, 2)[..., None])[..., 0]
         found.append(index)
         sizes.append((force.max(axis=-1) / largest[:, None]).max(axis=0))
     index, size = np.concatenate(found), np.concatenate(sizes)
-    return index[[c for c in np.argsort(-size)[:MOST] if size[c] > SMALL]]
+    return index[[c for c in np.argsort(-size)[:MOST] if size[c] > SMALLEST_SHARE]]

@@ -30,34 +30,34 @@ def gear_names(box: Gearbox) -> list[str]:
 
 def at_rest(box: Gearbox, settled: tuple[Settled, ...]) -> Variables:
     """Deflection and tilt of the axes at the middle of every gear, and the resulting misalignment of every mesh."""
-    moved, tilted, misaligned = [], [], []
+    deflections, tilts, misalignment = [], [], []
     for mesh in box.names:
-        opened = np.zeros(len(FACE_POINTS[0]))
+        gap = np.zeros(len(FACE_POINTS[0]))
         for index in (0, 1):
             number, seat = box.seats[mesh, index]
             motion = settled[number].at(number, seat.position)
-            moved.append(MICROMETRES * motion[:3])
-            tilted.append(MILLIRADIANS * motion[3:])
-            own = settled[number].motion[settled[number].structure.motions(number)]
-            opened += box.face_rows(mesh, index, box.models[number]) @ own
+            deflections.append(MICROMETRES * motion[:3])
+            tilts.append(MILLIRADIANS * motion[3:])
+            motions = settled[number].motion[settled[number].structure.motions(number)]
+            gap += box.face_rows(mesh, index, box.models[number]) @ motions
         # twice the slope: from one end of the face, η = −1, to the other, η = 1
-        misaligned.append(2 * MICROMETRES * abs(np.polyfit(FACE_POINTS[0], opened, 1)[0]))
+        misalignment.append(2 * MICROMETRES * abs(np.polyfit(FACE_POINTS[0], gap, 1)[0]))
     return {
-        "gear_deflection": (("gear", "direction"), np.array(moved)),
-        "gear_tilt": (("gear", "tilt"), np.array(tilted)),
-        "mesh_misalignment": (("mesh",), np.array(misaligned)),
+        "gear_deflection": (("gear", "direction"), np.array(deflections)),
+        "gear_tilt": (("gear", "tilt"), np.array(tilts)),
+        "mesh_misalignment": (("mesh",), np.array(misalignment)),
     }
 
 
-def of_modes(model: Model, which: NDArray) -> Variables:
+def mode_variables(model: Model, which: NDArray) -> Variables:
     """Shares of the parts in the strain energy, and shapes of the shafts, in the modes ``which`` (indices)."""
     modes, parts, box = model.modes, model.mechanics.parts, model.scene.gearbox
     moved = [part.rows @ modes.shape for part in parts]
-    energy = [_doubled(part.stiffness, rows) for part, rows in zip(parts, moved, strict=True)]
+    energy = [_twice_strain_energy(part.stiffness, rows) for part, rows in zip(parts, moved, strict=True)]
     each = len(model.stiffness) // len(model.names)
     for mesh in range(len(model.names)):
         rows = slice(each * mesh, each * (mesh + 1))
-        energy.append(_doubled(model.stiffness[rows, rows], modes.mesh[rows]))
+        energy.append(_twice_strain_energy(model.stiffness[rows, rows], modes.mesh[rows]))
     share = np.array(energy)[:, which] / modes.frequency[which] ** 2
     shapes, start = [], 0
     for number, shaft in enumerate(box.models):
@@ -76,19 +76,19 @@ def of_modes(model: Model, which: NDArray) -> Variables:
     }
 
 
-def _doubled(stiffness: NDArray, rows: NDArray) -> NDArray:
+def _twice_strain_energy(stiffness: NDArray, rows: NDArray) -> NDArray:
     """Twice the strain energy (mode,) of a spring whose motions in the modes are ``rows`` (m, mode)."""
     return np.einsum("im,ij,jm->m", rows, stiffness, rows, optimize=True)
 
 
-def of_ripples(model: Model, speeds: NDArray) -> Variables:
+def ripple_variables(model: Model, speeds: NDArray) -> Variables:
     """Amplitudes of the response to each torque ripple at its frequency; meshes have their mean stiffness."""
     ripples, modes = ripple_rates(model.scene.gearbox), model.modes
     if not ripples:
         return {}
     omega = 2 * np.pi / 60 * np.outer(speeds, list(ripples.values()))
-    each = np.broadcast_to(np.eye(len(ripples)), (len(speeds), *[len(ripples)] * 2))
-    te, motion, bearing = modes.driven(omega, each, modes.push)
+    unit_forces = np.broadcast_to(np.eye(len(ripples)), (len(speeds), *[len(ripples)] * 2))
+    te, motion, bearing = modes.response_to_forces(omega, unit_forces, modes.ripples)
     force = (motion @ model.stiffness.T)[..., :: len(model.stiffness) // len(model.names)]
     dims = ("speed", "ripple")
     return {

@@ -69,7 +69,7 @@ def draw_sharing(figure: Any, dataset: xr.Dataset) -> str:
     top.plot(speed, factor, color="C0")
     separated = ~dataset["contact_kept"].values.all(axis=1)
     if separated.any():
-        top.plot(speed[separated], factor[separated], ".", color="C3", label="flanks part")
+        top.plot(speed[separated], factor[separated], ".", color="C3", label="flanks separate")
         top.legend(fontsize="small", frameon=False)
     for number, name in enumerate(dataset["mesh"].values):
         style = "-" if 2 * number < dataset.sizes["mesh"] else "--"  # meshes at sun, then at ring

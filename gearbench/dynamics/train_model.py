@@ -70,15 +70,15 @@ def rigid_bodies(tables: TrainTables, linkage: Linkage) -> dict[str, RigidBody]:
                 bore = mesh.pair.members[index].bore_diameter or 0.0
                 discs.append(steel_gear(mesh.pair, index, bore / 2)[:2])
         if name == linkage.carrier:
-            one = linkage.train.meshes[0].pair
-            discs.append(steel_disc(one.centre_distance, 0.0, one.meshing.face_width / 2)[:2])
+            pair = linkage.train.meshes[0].pair
+            discs.append(steel_disc(pair.centre_distance, 0.0, pair.meshing.face_width / 2)[:2])
         mass, inertia = np.sum(discs, axis=0)
         found[name] = RigidBody(mass=float(mass), inertia=float(inertia))
-    if (short := tables.planetary) is None:
+    if (planetary := tables.planetary) is None:
         return found
     for name, body in found.items():
-        given = getattr(short.keys.dynamics, "planet" if name in short.keys.names else name)
-        stiffness = math.inf if name == short.keys.held else 0.0
+        given = getattr(planetary.keys.dynamics, "planet" if name in planetary.keys.names else name)
+        stiffness = math.inf if name == planetary.keys.held else 0.0
         found[name] = RigidBody(
             mass=body.mass if given.mass is None else 1e-3 * given.mass,
             inertia=body.inertia if given.inertia is None else INERTIA * given.inertia,
@@ -89,21 +89,21 @@ def rigid_bodies(tables: TrainTables, linkage: Linkage) -> dict[str, RigidBody]:
 
 def train_mechanics(linkage: Linkage, bodies: Mapping[str, RigidBody]) -> Mechanics:
     """Matrices of the free motions. The "bearings" are the bodies; their rows are the motions x, y and rotation."""
-    names, more = linkage.bodies, linkage.more
+    names, elastic = linkage.bodies, linkage.more
     turning = [name for name in names if bodies[name].torsion < math.inf]
-    moved = np.zeros((len(turning) + len(more), len(names), len(AXES)))
+    moved = np.zeros((len(turning) + len(elastic), len(names), len(AXES)))
     for row, name in zip(moved, turning, strict=False):
         row[names.index(name), 2] = 1.0
         for carried in linkage.carried if name == linkage.carrier else ():
             x, y = linkage.train.places[carried]
             row[names.index(carried), :2] = -y, x
-    moved[len(turning) :] = linkage.moved[len(linkage.motions) - len(more) :]
-    inert = _inert(bodies, names)
+    moved[len(turning) :] = linkage.moved[len(linkage.motions) - len(elastic) :]
+    inertia = _inertia(bodies, names)
     approach = np.einsum("mba,qba->mq", linkage.of_bodies, moved)
-    held = [*(bodies[name].torsion for name in turning), *(motion.stiffness for motion in more)]
+    stiffness = [*(bodies[name].torsion for name in turning), *(motion.stiffness for motion in elastic)]
     return Mechanics(
-        mass=np.einsum("qba,ba,pba->qp", moved, inert, moved),
-        stiffness=np.diag(held),
+        mass=np.einsum("qba,ba,pba->qp", moved, inertia, moved),
+        stiffness=np.diag(stiffness),
         damping=(np.zeros((0, len(moved))), np.zeros(0)),
         mesh=-approach,
         spin=np.where(np.arange(len(moved)) < len(turning), -approach, 0.0),
@@ -112,16 +112,16 @@ def train_mechanics(linkage: Linkage, bodies: Mapping[str, RigidBody]) -> Mechan
     )
 
 
-def _inert(bodies: Mapping[str, RigidBody], names: Sequence[str]) -> NDArray:
+def _inertia(bodies: Mapping[str, RigidBody], names: Sequence[str]) -> NDArray:
     """Inertia of the motions x, y and rotation of bodies (body, 3) [t; t·mm²]."""
     return np.array([(bodies[name].mass, bodies[name].mass, bodies[name].inertia) for name in names])
 
 
 def kinds(shape: NDArray, bodies: Mapping[str, RigidBody], carried: tuple[str, ...]) -> tuple[str, ...]:
     """Kind of each mode, judged by its kinetic energy, from the motions of the bodies (body, 3, mode)."""
-    inert = _inert(bodies, list(bodies))
+    inertia = _inertia(bodies, list(bodies))
     central = [name not in carried for name in bodies]
-    x, y, turning = np.einsum("ba,bar->ar", inert[central], shape[central] ** 2)
+    x, y, turning = np.einsum("ba,bar->ar", inertia[central], shape[central] ** 2)
     across = x + y
     names = np.where(turning > across, ROTATIONAL, TRANSLATIONAL)
     names = np.where(np.minimum(across, turning) > LITTLE * (across + turning), MIXED, names)
@@ -170,8 +170,8 @@ class TrainModel(LinearModel):
     @property
     def damping_ratio(self) -> float:
         """ζ of every mode."""
-        short = self.scene.train and self.scene.train.planetary
-        return (PlanetaryDynamics() if not short else short.keys.dynamics).damping_ratio
+        planetary = self.scene.train and self.scene.train.planetary
+        return (PlanetaryDynamics() if not planetary else planetary.keys.dynamics).damping_ratio
 
     @cached_property
     def stiffness(self) -> NDArray:
@@ -217,28 +217,28 @@ class TrainModel(LinearModel):
         the meshes minus the forces that accelerate the body.
         """
         linkage, names = self.linkage, list(self.bodies)
-        inert = _inert(self.bodies, names)
-        force, moved = np.moveaxis(vibration.force, 1, -1), np.moveaxis(vibration.shaken, -1, 1)
+        inertia = _inertia(self.bodies, names)
+        force, moved = np.moveaxis(vibration.force, 1, -1), np.moveaxis(vibration.at_bearings, -1, 1)
         loads = -np.einsum("snm,mba->snba", force, linkage.of_bodies)
-        loads = loads + vibration.omega[..., None, None] ** 2 * inert * moved
+        loads = loads + vibration.omega[..., None, None] ** 2 * inertia * moved
         springs = [
             (names.index(each.moved[0][0]), AXES.index(each.moved[0][1]), each.stiffness) for each in linkage.more
         ]
         springs += [(at, 2, body.torsion) for at, body in enumerate(self.bodies.values()) if body.torsion < math.inf]
-        pins, beside = [names.index(name) for name in linkage.carried], moved.copy()
+        pins, deflection = [names.index(name) for name in linkage.carried], moved.copy()
         for pin in pins:
             x, y = linkage.train.places[names[pin]]
-            beside[..., pin, :2] -= moved[..., -1, :2] + moved[..., -1, 2:] * np.array([-y, x])
+            deflection[..., pin, :2] -= moved[..., -1, :2] + moved[..., -1, 2:] * np.array([-y, x])
         for after in (False, True):  # planets first, since they load the carrier
             for at, axis, stiffness in springs:
                 if (at not in pins) == after:
-                    loads[..., at, axis] = stiffness * beside[..., at, axis]
+                    loads[..., at, axis] = stiffness * deflection[..., at, axis]
             loads = loads if after else linkage.carried_on(loads)
         return np.moveaxis(loads, 1, -1)
 
-    def further(self, vibration: Vibration, loads: NDArray, speeds: NDArray) -> Variables:
+    def other_variables(self, vibration: Vibration, loads: NDArray, speeds: NDArray) -> Variables:
         """Transmission error of the train, load shares, torques on the supports, force waves round the ring."""
-        error = np.einsum("b,sbn->sn", self._error, vibration.shaken[:, :, 2])
+        error = np.einsum("b,sbn->sn", self._error, vibration.at_bearings[:, :, 2])
         many = waves.points(vibration.index.shape[0])
         share = (vibration.mean + waves.highest(vibration.force, vibration.index, many)) / self.solved.even
         found: Variables = {
@@ -288,11 +288,11 @@ class TrainModel(LinearModel):
 
     @property
     def coords(self) -> dict[str, Any]:
-        """Coordinates of ``further`` and ``of_modes``."""
+        """Coordinates of ``other_variables`` and ``mode_variables``."""
         found: dict[str, Any] = {"component": ("component", list(AXES))}
         return found if self.linkage.carrier is None else found | {"lobes": ("lobes", self.lobes)}
 
-    def of_modes(self, which: NDArray) -> Variables:
+    def mode_variables(self, which: NDArray) -> Variables:
         """Kind and shape of modes; rotation is an arc on the base circle, or on the circle of pins for the carrier."""
         train = self.linkage.train
         radius = dict.fromkeys(self.bodies, train.meshes[0].pair.centre_distance) | train.base_radii
@@ -313,23 +313,23 @@ class TrainModel(LinearModel):
         if self.linkage.carrier is None:
             return []
         lines = []
-        short = self.scene.train and self.scene.train.planetary
-        carrier = short.keys.dynamics.carrier if short else None
+        planetary = self.scene.train and self.scene.train.planetary
+        carrier = planetary.keys.dynamics.carrier if planetary else None
         if carrier and None in (carrier.mass, carrier.inertia):
             own = self.bodies["carrier"]
             lines.append(
-                f"carrier: taken for a steel disc up to the pins, half as thick as the gears, {1e3 * own.mass:.3g} kg: "
+                f"carrier: assumed to be a steel disc up to the pins, half a gear wide, {1e3 * own.mass:.3g} kg: "
                 "give mass and inertia in [planetary.dynamics.carrier]"
             )
-        turn = abs(float(self.linkage.train.rates[self.linkage.carrier])) / 60
+        rotation = abs(float(self.linkage.train.rates[self.linkage.carrier])) / 60
         each = zip(self.modes.frequency / (2 * np.pi), self._kinds, strict=True)
         across = [f for f, kind in each if kind != ROTATIONAL]
-        if across and turn:
-            low, top = min(across), turn * float(speeds.max())
+        if across and rotation:
+            low, top = min(across), rotation * float(speeds.max())
             lines.append(
                 f"gyroscopic effects of the turning carrier are left out: they move the mode at {low:.4g} Hz by up to "
                 f"{100 * top / low:.2g} % at {speeds.max():.5g} 1/min, and by {100 * GYROSCOPIC:g} % from "
-                f"{GYROSCOPIC * low / turn:.3g} 1/min on"
+                f"{GYROSCOPIC * low / rotation:.3g} 1/min on"
             )
         return lines
 

@@ -57,14 +57,14 @@ def highest(orders: NDArray, index: NDArray, points: int) -> NDArray:
     phase = np.zeros((*shape, frequencies))
     alone = np.count_nonzero(index, axis=1) == 1
     for first in (True, False) if frequencies > 1 else (True,):
-        for along in range(frequencies):
-            here = np.flatnonzero((index[:, along] != 0) & (alone | (not first)))
-            n, others = index[here, along], np.delete(index[here], along, axis=1)
-            turned = orders[..., here] * np.exp(1j * np.delete(phase, along, axis=-1) @ others.T)
-            turned = np.where(n > 0, turned, np.conj(turned))
+        for frequency in range(frequencies):
+            here = np.flatnonzero((index[:, frequency] != 0) & (alone | (not first)))
+            n, others = index[here, frequency], np.delete(index[here], frequency, axis=1)
+            rotated = orders[..., here] * np.exp(1j * np.delete(phase, frequency, axis=-1) @ others.T)
+            rotated = np.where(n > 0, rotated, np.conj(rotated))
             own = np.zeros((*shape, np.abs(n).max(initial=0) + 1), dtype=complex)
             for k, order in enumerate(np.abs(n)):
-                own[..., order] += turned[..., k]
+                own[..., order] += rotated[..., k]
             at = curve(own, points).argmax(axis=-1)
-            phase[..., along] = 2 * np.pi * at / points
+            phase[..., frequency] = 2 * np.pi * at / points
     return 2 * np.real(orders * np.exp(1j * (phase @ index.T))).sum(axis=-1)

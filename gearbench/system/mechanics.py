@@ -64,7 +64,7 @@ class Mechanics:
         Names of the bearings, in order.
     bearing_load
         Mean force on each bearing, (bearing, 3) [N].
-    push
+    ripples
         Load amplitude of each ripple, (ripple, n) [N, N·mm].
     parts
         Elastic parts: shafts and bearings.
@@ -78,7 +78,7 @@ class Mechanics:
     bearing: NDArray
     bearing_names: tuple[str, ...]
     bearing_load: NDArray = field(default_factory=lambda: np.zeros((0, 3)))
-    push: NDArray | None = None
+    ripples: NDArray | None = None
     parts: tuple[Part, ...] = ()
 
 
@@ -140,33 +140,33 @@ def mechanics(box: Gearbox, settled: tuple[Settled, ...], spread: Sequence[NDArr
         If bearings share a name, or a body without mass carries a damped bearing.
     """
     models = {number: replace(model, face_elements=DYNAMIC_ELEMENTS) for number, model in enumerate(box.models)}
-    whole = Structure(shafts=models, bodies=box.system.bodies)
+    structure = Structure(shafts=models, bodies=box.system.bodies)
     couplings = [c for m in models.values() if (c := m.shaft.coupling) and c.torsional_stiffness and c.inertia]
-    n, extra = whole.size + len(couplings), whole.size
+    n, extra = structure.size + len(couplings), structure.size
     M, K = np.zeros((n, n)), np.zeros((n, n))
-    M[:extra, :extra] = whole.assembled({k: _mass(box, k, model) for k, model in models.items()}, "mass")
-    K[:extra, :extra] = whole.stiffness
-    parts, dampers, constants = _supports(whole, settled, K)
-    push = []
+    M[:extra, :extra] = structure.assembled({k: _mass(box, k, model) for k, model in models.items()}, "mass")
+    K[:extra, :extra] = structure.stiffness
+    parts, dampers, constants = _supports(structure, settled, K)
+    ripples = []
     for number, model in models.items():
         coupling = model.shaft.coupling
-        push += [_push(ripple, model, whole.motions(number), n) for ripple in model.shaft.ripples]
+        ripples += [_ripple_load(ripple, model, structure.motions(number), n) for ripple in model.shaft.ripples]
         if coupling is None:
             continue
-        spin = whole.starts[number] + 6 * model.node(coupling.position) + 5
+        spin = structure.starts[number] + 6 * model.node(coupling.position) + 5
         if coupling.torsional_stiffness and coupling.inertia:
             k = coupling.torsional_stiffness * METRE
             K[np.ix_([spin, extra], [spin, extra])] += k * np.array([[1, -1], [-1, 1]])
             spin, extra = extra, extra + 1
         M[spin, spin] += coupling.inertia * INERTIA
-        for row, ripple in zip(push[len(push) - len(model.shaft.ripples) :], model.shaft.ripples, strict=True):
+        for row, ripple in zip(ripples[len(ripples) - len(model.shaft.ripples) :], model.shaft.ripples, strict=True):
             row[spin] += ripple.torque * METRE if ripple.position is None else 0.0
     mesh, spin = np.zeros((len(box.names), len(spread[0]), n)), np.zeros((len(box.names), n))
     for k, name in enumerate(box.names):
         for index in (0, 1):
             number = box.seats[(name, index)][0]
-            mesh[k, :, whole.motions(number)] += spread[k] @ box.face_rows(name, index, models[number])
-            spin[k, whole.motions(number)] += box.spin(name, index, models[number])
+            mesh[k, :, structure.motions(number)] += spread[k] @ box.face_rows(name, index, models[number])
+            spin[k, structure.motions(number)] += box.spin(name, index, models[number])
     found = Mechanics(
         mass=M,
         stiffness=K,
@@ -178,19 +178,19 @@ def mechanics(box: Gearbox, settled: tuple[Settled, ...], spread: Sequence[NDArr
         bearing_load=np.array(
             [force[:3] for number in models for force in settled[number].bearing_force(number)]
         ).reshape(-1, 3),
-        push=np.array(push).reshape(-1, n),
+        ripples=np.array(ripples).reshape(-1, n),
         parts=(
             *(
-                Part(name=model.shaft.name, rows=np.eye(n)[whole.motions(k)], stiffness=model.stiffness)
+                Part(name=model.shaft.name, rows=np.eye(n)[structure.motions(k)], stiffness=model.stiffness)
                 for k, model in models.items()
             ),
             *parts,
         ),
     )
-    return _without_massless(found, whole)
+    return _without_massless(found, structure)
 
 
-def _push(ripple: Ripple, model: ShaftModel, motions: slice, size: int) -> NDArray:
+def _ripple_load(ripple: Ripple, model: ShaftModel, motions: slice, size: int) -> NDArray:
     """Load amplitude (size,) of a ripple on its shaft; the caller adds a torque on the coupling."""
     load = np.zeros(size)
     at, torque = ripple.position, ripple.torque * METRE
@@ -205,8 +205,8 @@ def _supports(whole: Structure, settled: tuple[Settled, ...], K: NDArray) -> tup
     """Bearings as parts, and rows and constants of their dampers. Adds the bearing stiffness to ``K``."""
     n, names, parts, dampers, constants = len(K), [], [], [], []
     for number, model in whole.shafts.items():
-        mine = (support for support in whole.supports if support.shaft == number)
-        for k, (support, K_b) in enumerate(zip(mine, settled[number].bearing_stiffness(number), strict=True)):
+        supports = (support for support in whole.supports if support.shaft == number)
+        for k, (support, K_b) in enumerate(zip(supports, settled[number].bearing_stiffness(number), strict=True)):
             support.add(K, K_b)
             names.append(support.bearing.name or f"{model.shaft.name} {k + 1}")
             D = support.rows @ np.eye(n)[support.index]
@@ -222,18 +222,20 @@ def _supports(whole: Structure, settled: tuple[Settled, ...], K: NDArray) -> tup
 
 def _without_massless(found: Mechanics, whole: Structure) -> Mechanics:
     """Eliminate coordinates of bodies without mass by static condensation."""
-    own = np.concatenate([np.empty(0, int), *whole.own_coordinates.values()])
-    light = own[~found.mass[own].any(axis=1)]
-    if not len(light):
+    body_coordinates = np.concatenate([np.empty(0, int), *whole.own_coordinates.values()])
+    massless = body_coordinates[~found.mass[body_coordinates].any(axis=1)]
+    if not len(massless):
         return found
-    if np.abs(found.damping[0][:, light]).max(initial=0.0) > 0:
+    if np.abs(found.damping[0][:, massless]).max(initial=0.0) > 0:
         allowed = "a damper on a body without mass: give the body its mass, or no damping"
         raise InputError("system.shafts.bearings.damping", "given", allowed)
-    keep = np.setdiff1d(np.arange(len(found.mass)), light)
+    kept = np.setdiff1d(np.arange(len(found.mass)), massless)
     # the block is regular: statics already refused unsupported bodies
-    follow = -np.linalg.solve(found.stiffness[np.ix_(light, light)], found.stiffness[np.ix_(light, keep)])
-    T = np.zeros((len(found.mass), len(keep)))
-    T[keep, range(len(keep))], T[light] = 1.0, follow
+    condensation = -np.linalg.solve(
+        found.stiffness[np.ix_(massless, massless)], found.stiffness[np.ix_(massless, kept)]
+    )
+    T = np.zeros((len(found.mass), len(kept)))
+    T[kept, range(len(kept))], T[massless] = 1.0, condensation
     return replace(
         found,
         mass=T.T @ found.mass @ T,
@@ -242,7 +244,7 @@ def _without_massless(found: Mechanics, whole: Structure) -> Mechanics:
         mesh=found.mesh @ T,
         spin=found.spin @ T,
         bearing=found.bearing @ T,
-        push=None if found.push is None else found.push @ T,
+        ripples=None if found.ripples is None else found.ripples @ T,
         parts=tuple(replace(part, rows=part.rows @ T) for part in found.parts),
     )
 

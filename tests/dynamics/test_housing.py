@@ -92,7 +92,7 @@ def test_damaged_and_hostile_files_are_one_line(answer, tmp_path):
 @pytest.mark.parametrize(
     ("change", "match"),
     [
-        (lambda h: h.isel(frequency=[0]), "frequency = given: must ascend, two values at least"),
+        (lambda h: h.isel(frequency=[0]), "frequency = given: must ascend and have at least two values"),
         (
             lambda h: h.assign_coords(bearing=["A", "A", "B", "output 1"]),
             "bearing = A, A, B, output 1: must all",

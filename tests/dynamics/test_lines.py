@@ -49,7 +49,7 @@ def test_orders_that_cannot_be(run, harmonics):
 def test_undamped_mode_that_is_met():
     system = modes(wheels(1e-3), np.array([[4e5]]), 0.0)
     with pytest.raises(InputError, match=r"an order excites the undamped mode at 3183\.1 Hz"):
-        system.at_meshes(system.frequency[-1:], np.array([0]))
+        system.mesh_receptance(system.frequency[-1:], np.array([0]))
 
 
 def test_part_without_mass_is_named():
@@ -84,7 +84,7 @@ def test_scatter_says_where_samples_part():
     effects = {"hertz": {"law": "yang_sun"}, "manufacturing_errors": {"preset": "garambois2017"}}
     scene = spur_scene({"damping_ratio": 0.01}, effects=effects, segments=8, gauss_points=4)
     data = robust_response(scene, speed=[20000.0, 26000.0, 40000.0], samples=16)
-    assert "flanks part: the RMS of samples exceeds the mean force" in data.attrs["notes"]
+    assert "flanks separate: the RMS of samples exceeds the mean force" in data.attrs["notes"]
 
 
 @pytest.mark.parametrize(("relief", "told"), [({}, True), ({"tip_relief": {"amount": 8.0, "length": 1.0}}, False)])

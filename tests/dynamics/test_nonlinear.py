@@ -12,7 +12,7 @@ from gearbench.contact.solver import solve
 from gearbench.dynamics.analysis import response
 from gearbench.dynamics.force_curve import force_curve
 from gearbench.dynamics.model import Model
-from gearbench.dynamics.nonlinear import Sweep, moving, nonlinear_response
+from gearbench.dynamics.nonlinear import NonlinearModel, integrated_modes, nonlinear_response
 from gearbench.scene_file import parse_scene
 
 #: Spur rig gears of Kahraman and Blankenship, 50/50, with play.
@@ -39,7 +39,7 @@ BORED = RIG | {
 @cache
 def rig():
     model = Model(scene=parse_scene(BORED), rows=1)
-    return Sweep(model=model, curve=force_curve(model.cycles[0], 128), kept=moving(model, np.inf))
+    return NonlinearModel(model=model, curve=force_curve(model.cycles[0], 128), kept=integrated_modes(model, np.inf))
 
 
 def integrated(sweep, speeds, periods=600, steps=512, last=8):
@@ -49,7 +49,7 @@ def integrated(sweep, speeds, periods=600, steps=512, last=8):
     mass = 1 / np.diag(model.mechanics.mass).sum() * np.diag(model.mechanics.mass).prod()
     k, F = model.stiffness[0, 0], model.force[0]
     damping, n = 2 * model.scene.system.damping_ratio * np.sqrt(k * mass), curve.steps
-    begin, table, back, play, spacing = curve.begin, curve.table, curve.mirrored, curve.backlash, curve.spacing
+    begin, table, back, play, spacing = curve.begin, curve.table, curve.back_phase, curve.backlash, curve.spacing
 
     @numba.njit
     def flank(row, x):
@@ -123,12 +123,14 @@ def test_branches_bend_and_periods_double():
 def test_compiled_steps_are_those_of_numpy():
     """Three periods from rest, with two modes of which one follows at once, and dampers."""
     sweep = rig()
-    from gearbench.dynamics._kernels import Balance, run
+    from gearbench.dynamics._kernels import MeanState, run
 
     curve, (table, balance), dt = sweep.curve, sweep.compiled, 1e-6
     k, c = balance.stiffness[0, 0], 0.2 / balance.stiffness[0, 0]
     motion, force, stiffness, _, unit = balance
-    balance = Balance(motion=motion, force=force, stiffness=stiffness, follow=np.array([[c]]), unit=unit)
+    balance = MeanState(
+        motion=motion, force=force, stiffness=stiffness, residual_compliance=np.array([[c]]), deflection=unit
+    )
     r = np.array([2e4, 5e4])
     free = np.array([np.cos(r * dt), np.sin(r * dt) / r, -r * np.sin(r * dt), np.cos(r * dt), 1 / r])
     brake, reach = np.array([[0.99, 0.001], [0.001, 0.98]]), np.array([40.0, -25.0])

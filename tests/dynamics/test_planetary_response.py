@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 
 from gearbench import response, simulate
 from gearbench.contact.phases import uniform_phases
-from gearbench.dynamics.analysis import over_speed
+from gearbench.dynamics.analysis import speed_variables
 from gearbench.dynamics.figures import draw_response
 from gearbench.dynamics.housing import housing_response
 from gearbench.dynamics.nonlinear import nonlinear_response
@@ -106,7 +106,7 @@ def integrated(model, speed, periods, points=64):
     size, F, k, x = len(M), *at(0.0)
     start = np.linalg.lstsq(K + B.T * k @ B, f - (F - k * x) @ B, rcond=1e-12)[0]
     per_f, per_q, per_v = (np.linalg.solve(M, each) for each in (B.T, K, damping))
-    push = np.linalg.solve(M, f)
+    equivalent_force = np.linalg.solve(M, f)
 
     def forces(angle, q):
         F, k, x = at(angle)
@@ -114,7 +114,7 @@ def integrated(model, speed, periods, points=64):
 
     def rate(t, state):
         q, v = state[:size], state[size:]
-        return np.concatenate([v, push - per_q @ q - per_v @ v - per_f @ forces(omega * t, q)])
+        return np.concatenate([v, equivalent_force - per_q @ q - per_v @ v - per_f @ forces(omega * t, q)])
 
     last = 2 * np.pi / omega * (periods + np.arange(points) / points)
     state = np.concatenate([start, np.zeros(size)])
@@ -130,7 +130,7 @@ def test_the_balance_is_what_time_integration_ends_in(speeds):
     whole = scene(planets=4, phases=16, damping=0.08, **ELASTIC, **pins)
     model, H = smooth(TrainModel(scene=whole, solved=solve_train(whole))), 30
     first = model.modes.frequency[model.modes.frequency > 0][0] / (2 * np.pi)
-    found = over_speed(model, 60 / model.groups[0].rate * first * np.array(speeds), H)
+    found = speed_variables(model, 60 / model.groups[0].rate * first * np.array(speeds), H)
     for number, share in enumerate(speeds):
         # the slowest mode dies away, e^{−2πζ n f/f_z}
         periods = int(np.ceil(18 / (2 * np.pi * model.damping_ratio) * share)) + 2
@@ -222,13 +222,16 @@ def test_supports_carry_what_meshes_and_inertia_leave():
     whole = scene((35, 31, 97), planets=4, phases=16, damping=1e-9, ring_support=400.0, **ELASTIC)
     model, speeds = TrainModel(scene=whole, solved=solve_train(whole)), np.array([3100.0])
     found, names = steady(model, speeds, 3), list(model.mechanics.bearing_names)
-    push = np.moveaxis(found.push, 1, 2)[0, 1:]
-    _, motion, moved = (part[0] for part in model.modes.everywhere(found.omega[:, 1:], push[None], np.arange(8)))
+    equivalent_force = np.moveaxis(found.equivalent_force, 1, 2)[0, 1:]
+    _, motion, moved = (
+        part[0]
+        for part in model.modes.response_to_mesh_forces(found.omega[:, 1:], equivalent_force[None], np.arange(8))
+    )
     inert = np.array([(body.mass, body.mass, body.inertia) for body in model.bodies.values()])
-    left = -np.einsum("nm,mba->nba", push + motion @ model.stiffness.T, model.linkage.of_bodies)
+    left = -np.einsum("nm,mba->nba", equivalent_force + motion @ model.stiffness.T, model.linkage.of_bodies)
     left = np.moveaxis(left + found.omega[0, 1:, None, None] ** 2 * inert * moved, 0, -1)
     left[-1] += left[[names.index(name) for name in model.linkage.carried]].sum(axis=0)
-    felt = over_speed(model, speeds, 3)["bearing_force_amplitude"][1][0, 0]
+    felt = speed_variables(model, speeds, 3)["bearing_force_amplitude"][1][0, 0]
     assert_allclose(felt, 2 * np.abs(left[:, :2]), atol=1e-6 * felt.max())
     assert (felt[names.index("sun")] == 0).all()
     assert felt[names.index("ring")].max() > 1e-3 * felt.max()
@@ -320,7 +323,7 @@ def test_other_answers_over_speed_are_refused_in_one_line():
 
 def test_remarks_say_what_is_left_out_or_assumed():
     found = response(scene(phases=8, pin_stiffness=300.0, dynamics={}), speed=[3000.0], harmonics=1)
-    assert "carrier: taken for a steel disc" in found.attrs["notes"]
+    assert "carrier: assumed to be a steel disc" in found.attrs["notes"]
     assert "gyroscopic effects of the turning carrier are left out" in found.attrs["notes"]
     star = response(scene(phases=8, held="carrier"), speed=[3000.0], harmonics=1)
     assert "carrier" not in star.attrs["notes"]

@@ -69,7 +69,7 @@ def test_side_bands_against_time_integration():
     stiffness[:4] = k, 0.06 * k, 0.03j * k, -0.02 * k
     system = modes(wheels(m), np.array([[k]]), zeta)
     omega = 0.7 * np.sqrt(k / m)
-    h = system.at_meshes(omega * np.arange(H * P + 1) / P, np.array([0]))
+    h = system.mesh_receptance(omega * np.arange(H * P + 1) / P, np.array([0]))
     drive = Excitation(
         stiffness=stiffness[None, None], motion=error[None], force=F * np.eye(1, H * P + 1, dtype=complex)
     )

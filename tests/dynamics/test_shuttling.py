@@ -121,7 +121,7 @@ def test_bearing_forces_are_those_of_many_slices(helix):
     x, f = solve(drive, h, mean)
     omega = 2 * np.pi / 60 * scene.pair.pinion.teeth * speeds[:, None] * np.arange(1, H + 1)
     push = np.moveaxis((f - mean @ x)[..., 1:], 1, -1)
-    felt = np.moveaxis(found.everywhere(omega, push, rows)[2], 1, -1)
+    felt = np.moveaxis(found.response_to_mesh_forces(omega, push, rows)[2], 1, -1)
     ours = data["bearing_force_amplitude"].values[:, 0, :, :2]
     theirs = 2 * np.abs(felt[:, :, :2])
     for name, one, other in zip(data["bearing"].values, *(np.sqrt((v**2).sum(axis=(0, 2, 3))) for v in (ours, theirs)), strict=True):  # fmt: skip  # noqa: E501

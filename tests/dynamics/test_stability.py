@@ -8,7 +8,7 @@ from scipy.linalg import expm
 from gearbench.dynamics._kernels import monodromy
 from gearbench.dynamics.analysis import response
 from gearbench.dynamics.modes import modes
-from gearbench.dynamics.stability import free_motion, is_proven, multipliers
+from gearbench.dynamics.stability import free_motion, is_proven_stable, multipliers
 from tests.support.systems import spur_scene, wheels
 
 ONE = np.array([0])
@@ -41,7 +41,7 @@ def test_proof_reaches_as_far_as_its_theorem(zeta):
     system, t = modes(wheels(m), np.array([[k]]), zeta), 2 * np.pi * np.arange(256) / 256
     limit = 0.9 * 2 * zeta * np.sqrt(1 - zeta**2)
     for share, proven in ((0.99, True), (1.01, False)):
-        assert is_proven(system, ONE, k * (1 + share * limit * np.cos(t))[:, None, None]) is proven
+        assert is_proven_stable(system, ONE, k * (1 + share * limit * np.cos(t))[:, None, None]) is proven
 
 
 def test_nothing_that_grows_is_proven():
@@ -54,7 +54,7 @@ def test_nothing_that_grows_is_proven():
         k = 4e5 * (1 + sum(waves))[:, None, None]
         size = multipliers(system, ONE, system.frequency[-1] * np.linspace(0.3, 2.2, 150), k[None]).max()
         grown += size > 1
-        assert not (size > 1 and is_proven(system, ONE, k))
+        assert not (size > 1 and is_proven_stable(system, ONE, k))
     assert grown > 3
 
 

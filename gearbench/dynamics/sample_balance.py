@@ -15,7 +15,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.dynamics.balance import Excitation, block_rows, convolution, least_residual, real
+from gearbench.dynamics.balance import Excitation, block_rows, conjugate_residuals, convolution, real
 
 #: Residual over right-hand side at which the balance of a sample is solved, and maximum number of steps.
 SETTLED, STEPS = 3e-4, 40
@@ -24,28 +24,28 @@ SPEEDS = 10
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Near:
+class SampleBalance:
     """Balance of samples that are close to their mean, at some speeds.
 
     Parameters
     ----------
     stiffness
         K̄ of the rows (row, row) [N/mm].
-    vary
+    varying
         V_0 (unknown, unknown); the unknowns are the orders of all rows, row by row, as real numbers.
     motion
         G (speed, unknown, unknown) [mm/N].
-    reach
+    force_orders
         Matrix from e' to the orders 1 … H of the mesh force (speed, 2H, unknown).
     """
 
     stiffness: NDArray
-    vary: NDArray
+    varying: NDArray
     motion: NDArray
-    reach: NDArray
+    force_orders: NDArray
 
     @classmethod
-    def of(cls, samples: Excitation, h: NDArray, stiffness: NDArray) -> Near:
+    def of(cls, samples: Excitation, h: NDArray, stiffness: NDArray) -> SampleBalance:
         """Balance about the mean of ``samples`` (sample, row, …).
 
         Parameters
@@ -60,33 +60,40 @@ class Near:
         H = block_rows(h)
         orders = H.shape[-1]
         H = H.reshape(len(h), len(stiffness) * orders, -1)
-        vary, one = _varying(samples, stiffness).mean(axis=0), np.eye(H.shape[-1])
-        motion = np.linalg.solve(one + H @ vary, H)
-        whole = np.kron(stiffness, np.eye(orders)) + vary
-        reach = (one - whole @ motion)[:, 1:orders]
+        varying, one = _varying(samples, stiffness).mean(axis=0), np.eye(H.shape[-1])
+        motion = np.linalg.solve(one + H @ varying, H)
+        total = np.kron(stiffness, np.eye(orders)) + varying
+        force_orders = (one - total @ motion)[:, 1:orders]
         # single precision is enough for scatter
-        return cls(stiffness=stiffness, vary=vary, motion=motion.astype(np.float32), reach=reach.astype(np.float32))
+        return cls(
+            stiffness=stiffness,
+            varying=varying,
+            motion=motion.astype(np.float32),
+            force_orders=force_orders.astype(np.float32),
+        )
 
     def forces(self, samples: Excitation) -> NDArray:
         """Real and imaginary parts of orders 1 … H of the mesh forces (speed, 2H, sample) [N]."""
-        vary, rest = _varying(samples, self.stiffness), samples.motion.copy()
-        push = samples.force - np.einsum("ij,sjn->sin", self.stiffness, rest)
+        varying, x_s = _varying(samples, self.stiffness), samples.motion.copy()
+        p_s = samples.force - np.einsum("ij,sjn->sin", self.stiffness, x_s)
         # order zero is in static balance
-        rest[..., 0], push[..., 0] = 0.0, 0.0
-        still = real(push).reshape(len(vary), -1) - np.einsum("sab,sb->sa", vary, real(rest).reshape(len(vary), -1))
-        differ, still = (vary - self.vary).astype(np.float32), still.T[None].astype(np.float32)
+        x_s[..., 0], p_s[..., 0] = 0.0, 0.0
+        blocked = real(p_s).reshape(len(varying), -1) - np.einsum(
+            "sab,sb->sa", varying, real(x_s).reshape(len(varying), -1)
+        )
+        deviation, blocked = (varying - self.varying).astype(np.float32), blocked.T[None].astype(np.float32)
 
         def balance(motion: NDArray, e: NDArray) -> NDArray:
             moved = np.ascontiguousarray((motion @ e).transpose(2, 1, 0))
-            return e + (differ @ moved).transpose(2, 1, 0)
+            return e + (deviation @ moved).transpose(2, 1, 0)
 
         found = []
         for first in range(0, len(self.motion), SPEEDS):
-            here = slice(first, first + SPEEDS)
-            apply, right = partial(balance, self.motion[here]), np.repeat(still, len(self.motion[here]), axis=0)
-            enough = SETTLED**2 * _products(right, right)
-            e = least_residual(apply, right, right - apply(right), _products, enough, STEPS)[0]
-            found.append(self.reach[here] @ e)
+            block = slice(first, first + SPEEDS)
+            apply, right = partial(balance, self.motion[block]), np.repeat(blocked, len(self.motion[block]), axis=0)
+            tolerance = SETTLED**2 * _products(right, right)
+            e = conjugate_residuals(apply, right, right - apply(right), _products, tolerance, STEPS)[0]
+            found.append(self.force_orders[block] @ e)
         return np.concatenate(found)
 
 
