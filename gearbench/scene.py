@@ -182,7 +182,7 @@ class Scene:
         for effect in self.effects:
             for other, reason in effect.requires.items():
                 if other not in names:
-                    raise InputError(f"effects.{effect.name}", "alone", f"requires effects.{other}: {reason}")
+                    raise InputError(f"effects.{other}", "missing", f"is required by effects.{effect.name}: {reason}")
             for other, reason in effect.conflicts.items():
                 if other in names:
                     raise InputError(f"effects.{effect.name}", "given", f"conflicts with effects.{other}: {reason}")

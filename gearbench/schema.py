@@ -31,6 +31,8 @@ STRICT = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
 _MISSING = ("missing", "missing_argument", "missing_keyword_only_argument")
 _UNKNOWN = ("unexpected_keyword_argument", "extra_forbidden")
 _RANGE = ("greater_than", "greater_than_equal", "less_than", "less_than_equal")
+#: Beginning of a fault's type → message.
+_TYPES = {"int": "must be a whole number", "float": "must be a number", "bool": "must be true or false"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -93,7 +95,8 @@ class Key:
     def fault(self, value: Any) -> str | None:
         """Message on a wrong type of ``value``; None if the type is right. Limits are not checked."""
         faults = _faults(TypeAdapter(self.hint, config=STRICT), value)
-        return next((_message(fault) for fault in faults if fault["type"] not in (*_RANGE, "value_error")), None)
+        wrong = (fault for fault in faults if fault["type"] not in (*_RANGE, "value_error"))
+        return next((_message(fault, self.unit) for fault in wrong), None)
 
 
 @cache
@@ -278,8 +281,13 @@ def _faults(adapter: TypeAdapter, value: Any) -> list[Any]:
     return []
 
 
-def _message(fault: Any) -> str:
-    return fault["msg"].replace("Input should", "must").removeprefix("Value error, ")
+def _message(fault: Any, unit: str) -> str:
+    text = fault["msg"].replace("Input should", "must").removeprefix("Value error, ")
+    if fault["type"] in _RANGE:
+        text = text.replace("less than or equal to", "at most").replace("greater than or equal to", "at least")
+        return f"{text} {unit}".strip()
+    message = _TYPES.get(fault["type"].partition("_")[0], text)
+    return f"{message}, in {unit}" if unit and message == _TYPES["float"] else message
 
 
 def _one_line(faults: list[Any], kind: type) -> InputError:
@@ -291,10 +299,10 @@ def _one_line(faults: list[Any], kind: type) -> InputError:
         return cause.within(key) if key else cause
     if fault["type"] in _MISSING:
         return InputError(key, "missing", "is required")
+    unit = ""
+    for part in map(str, fault["loc"][:-1] if fault["type"] in _UNKNOWN else fault["loc"]):
+        if part in keys(kind):  # an index of a list is not one: the key before it gives the class of the items
+            unit, kind = keys(kind)[part].unit, keys(kind)[part].table or kind
     if fault["type"] in _UNKNOWN:
-        for part in fault["loc"][:-1]:
-            if isinstance(part, int):  # index in a list: the key before it gives the class of the items
-                continue
-            kind = keys(kind)[str(part)].table or kind
         return InputError(key, "unknown key", one_of(str(fault["loc"][-1]), keys(kind)))
-    return InputError(key, repr(fault["input"]), _message(fault))
+    return InputError(key, repr(fault["input"]), _message(fault, unit))

@@ -310,7 +310,7 @@ def test_faults_are_one_line(keys, key, words):
 
 
 def test_a_missing_bore_is_named_as_in_the_file():
-    with pytest.raises(InputError, match=r"no planetary\.planet\.bore_diameter"):
+    with pytest.raises(InputError, match=r"needs planetary\.planet\.bore_diameter"):
         simulate(parse_scene(tables(effects={"gear_body": {}, "hertz": {}}, sun={"teeth": 36, "bore_diameter": 20.0})))
 
 

@@ -78,8 +78,8 @@ FAULTS = {
         "stiffness": 1.0,
         "material": {"nu": 0.3},
     },
-    "at.stiffness = 11.0: must be less than or equal to 10": {"stiffness": 11.0},
-    "at.turns.1 = 'b': must be a valid integer": {"stiffness": 1.0, "turns": [1, "b"]},
+    "at.stiffness = 11.0: must be at most 10": {"stiffness": 11.0},
+    "at.turns.1 = 'b': must be a whole number": {"stiffness": 1.0, "turns": [1, "b"]},
     "at.turns = (10,): at most 9": {"stiffness": 1.0, "turns": [10]},
     "at = 3: must be a table: [at]": 3,
 }
@@ -115,7 +115,7 @@ def test_keys_of_a_scene_are_found_by_their_path():
         scene_key("pair.pinion.tooth")
     assert teeth.fault(17) is None
     assert teeth.fault(2) is None  # outside its limits makes no gear, and is no mistake
-    assert teeth.fault("17") == "must be a valid integer"
+    assert teeth.fault("17") == "must be a whole number"
 
 
 @pytest.mark.parametrize("text", ["x = " + "[" * 20_000 + "]" * 20_000, "x = 1" + "0" * 20_000, "x = y"])

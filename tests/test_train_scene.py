@@ -165,7 +165,7 @@ def test_faults_of_the_meshes_are_one_line(change, key, words):
 
 
 def test_faults_of_effects_name_the_gear():
-    with pytest.raises(InputError, match=r"no gears\.motor\.bore_diameter"):
+    with pytest.raises(InputError, match=r"needs gears\.motor\.bore_diameter"):
         parse_scene(idler() | {"effects": {**IDLER["effects"], "gear_body": {}}})
 
 

@@ -93,7 +93,7 @@ class NonlinearModel:
         """Arguments of the compiled time integration."""
         from gearbench.dynamics._kernels import ForceTable, MeanState
 
-        model, curve, resultants = self.model, self.curve, self.curve.beside
+        model, curve, resultants = self.model, self.curve, self.curve.tilt_and_bending
         others = np.setdiff1d(np.flatnonzero(model.modes.frequency > 0), self.kept)
         mesh_motion = model.modes.mesh[np.ix_(self.rows, others)] / model.modes.frequency[others]
         force, unit = float(model.force[0]), float(model.force[0]) / self.stiffness[0, 0]

@@ -290,9 +290,8 @@ def require_bores(pair: Pair) -> tuple[float, float]:
     """
     found = []
     for name, member, gear in zip(("pinion", "wheel"), (pair.pinion, pair.wheel), pair.gears, strict=True):
-        key, needs = ("bore", "the bores of both gears") if gear.teeth > 0 else ("outer", "the outside of the ring")
-        diameter = member.bore_diameter if gear.teeth > 0 else member.outer_diameter
-        if diameter is None:
-            raise InputError("", f"no pair.{name}.{key}_diameter", f"needs {needs}")
+        key = "bore_diameter" if gear.teeth > 0 else "outer_diameter"
+        if (diameter := getattr(member, key)) is None:
+            raise InputError("", "given", f"needs pair.{name}.{key}, where the body is held")
         found.append(2 * blank_of(gear.blank).support(gear, diameter))
     return found[0], found[1]

@@ -143,7 +143,7 @@ class RackCut:
         """Radius of the bore [mm]."""
         most = LARGEST_BORE * 2 * gear.root_radius
         if diameter > most:
-            raise InputError("bore_diameter", diameter, f"must be at most {most:.6g} (root circle)")
+            raise InputError("bore_diameter", diameter, f"must be at most {most:.6g} mm, the root circle")
         return diameter / 2
 
 

@@ -265,7 +265,7 @@ class PinionCut:
         """Outer radius as a negative number, −D/2 [mm]."""
         least = LEAST_OUTSIDE * 2 * abs(gear.root_radius)
         if diameter < least:
-            raise InputError("outer_diameter", diameter, f"must be at least {least:.6g} (root circle)")
+            raise InputError("outer_diameter", diameter, f"must be at least {least:.6g} mm, the root circle")
         return -diameter / 2
 
 

@@ -132,7 +132,7 @@ class Member:
         for key in foreign:
             if (value := getattr(self, key)) is not None:
                 shown = "given" if is_dataclass(value) else value
-                raise InputError(key, shown, f"is not a key of {kind} gear")
+                raise InputError(key, shown, f"is not a key of {kind} gear (teeth = {self.teeth})")
         if self.tip_rounding is not None and self.tip_chamfer is not None:
             raise InputError("tip_chamfer", self.tip_chamfer, "conflicts with tip_rounding: give one of the two")
         stock = self.grinding_stock
@@ -483,7 +483,7 @@ class Pair:
             shift = self.profile_shifts[index]
             if self._given_shifts[index] is None and abs(shift) > LARGEST_SHIFT:
                 plain = sum(section.pitch_radius for section in self.sections)
-                asked = f"asks for a profile shift of {shift:.3g}: teeth without shift need {plain:.6g} mm"
+                asked = f"needs a sum of profile shifts of {shift:.3g}: without profile shift it is {plain:.6g} mm"
                 raise InputError("centre_distance", self.centre_distance, asked) from None
             raise error.within(GEARS[index]) from None
 

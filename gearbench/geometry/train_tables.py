@@ -307,10 +307,11 @@ class TrainTables:
             key = f"gears.{mesh.driver}.{rest}" if parts[0] not in OF_PAIR else f"meshes.{number}.{rest}"
         elif head in ("effects", "coast") and len(parts) > 1 and parts[1] in names:
             key = ".".join(["gears", names[parts[1]], *(["coast"] * (head == "coast")), parts[0], *parts[2:]])
-        value = error.value
+        value, allowed = error.value, error.allowed
         for label, name in names.items():
             value = value.replace(f"pair.{label}.", f"gears.{name}.") if isinstance(value, str) else value
-        found = InputError(key, value, error.allowed, error.file)
+            allowed = allowed.replace(f"pair.{label}.", f"gears.{name}.")
+        found = InputError(key, value, allowed, error.file)
         return found if self.planetary is None else in_set(found)
 
 
@@ -325,11 +326,14 @@ def in_set(error: InputError) -> InputError:
     else:
         key = f"planetary.{below}" if head == "meshes" and below else error.key
     # a message may name a key that is missing
-    value = error.value
-    if isinstance(value, str):
-        value = re.sub(r"\bgears\.planet \d+ at ring\.", f"planetary.{AT_RING}.", value)
-        value = re.sub(r"\bgears\.(sun|planet|ring)[ \d]*\.", r"planetary.\1.", value)
-    return InputError(key, value, error.allowed, error.file)
+    value, allowed = error.value, error.allowed
+    for found, name in (
+        (r"\bgears\.planet \d+ at ring\.", f"planetary.{AT_RING}."),
+        (r"\bgears\.(sun|planet|ring)[ \d]*\.", r"planetary.\1."),
+    ):
+        value = re.sub(found, name, value) if isinstance(value, str) else value
+        allowed = re.sub(found, name, allowed)
+    return InputError(key, value, allowed, error.file)
 
 
 #: Tables that define a train, in place of the table "pair".

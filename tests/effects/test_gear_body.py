@@ -68,10 +68,10 @@ def simulated(kind: str, body: str = ""):
 @pytest.mark.parametrize(
     ("effects", "pinion", "message"),
     [
-        ({"gear_body": {}}, {}, "effects.gear_body = alone: requires effects.hertz: "),
+        ({"gear_body": {}}, {}, "effects.hertz = missing: is required by effects.gear_body: "),
         (
             {"hertz": {}}, {"bore_diameter": 70.0},  # whether its body is simulated or not
-            "pair.pinion.bore_diameter = 70: must be at most 64.8417 (root circle)",
+            "pair.pinion.bore_diameter = 70: must be at most 64.8417 mm, the root circle",
         ),
         (
             {"hertz": {}, "gear_body": {"model": "sainsot_velex", "coupled": False}}, {},
@@ -116,7 +116,7 @@ def test_bores_of_both_gears_are_needed(tooth, gear):
     name = "gear_body"
     given = tables("spur", {"hertz": {}, "tooth_bending": {"model": tooth}, name: {}})
     del given["pair"][gear]["bore_diameter"]
-    with pytest.raises(InputError, match=rf"^effects\.{name} = no pair\.{gear}\.bore_diameter: needs the bores"):
+    with pytest.raises(InputError, match=rf"^effects\.{name} = given: needs pair\.{gear}\.bore_diameter"):
         parse_scene(given)
 
 

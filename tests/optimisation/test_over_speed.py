@@ -142,7 +142,7 @@ FAULTS = {
     "no system": (lambda: changed("base", without_system()), r"base.system = missing"),
     "not asked for": (lambda: changed("objectives", [OTHER]), r"speeds = given: need an objective"),
     "order": (lambda: changed("speeds.highest", 100.0), r"speeds.highest = 100: must be at least lowest, 600"),
-    "count": (lambda: changed("speeds.count", 0), r"speeds.count = 0: must be greater than or equal to 1"),
+    "count": (lambda: changed("speeds.count", 0), r"speeds.count = 0: must be at least 1"),
     "unknown": (lambda: changed("speeds.step", 1.0), r"speeds.step = unknown key: allowed: lowest"),
     "positions": (lambda: changed("base.resolution", {"positions": 16}), r"positions = 16: must be more than 20"),
 }  # fmt: skip

@@ -79,7 +79,7 @@ def test_violations_add_up():
 def test_a_gear_that_does_not_exist_is_an_answer_with_its_reason():
     result = evaluate(STUDY, (0, 10, 0, 0, 0, 0))  # z = 15 at a′ = 38: teeth pointed long before h_a* = 1
     assert result.violation == NO_GEAR
-    assert "asks for a profile shift" in result.reason
+    assert "needs a sum of profile shifts" in result.reason
     assert all(map(math.isnan, (*result.statistics, *result.constraints)))
 
 

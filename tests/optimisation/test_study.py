@@ -112,7 +112,7 @@ FAULTS = {
     "[constraints]\nspecific_sliding.most = 2.0": ("constraints.specific_sliding.most", "allowed: min, max"),
     "[variables.teeth]\npaths = []\nmin = 15\nmax = 19": ("variables.teeth.paths", "at least one key"),
     '[variables.teeth]\npaths = ["pair.pinion.tooth"]\nmin = 15\nmax = 19': ("pair.pinion.tooth", "teeth, addendum"),
-    '[variables.teeth]\npaths = ["pair.pinion.teeth"]\nmin = 15.0\nmax = 19.0': ("variables.teeth", "valid integer"),
+    '[variables.teeth]\npaths = ["pair.pinion.teeth"]\nmin = 15.0\nmax = 19.0': ("variables.teeth", "whole number"),
     '[variables.teeth]\npaths = ["pair.pinion.teeth"]\nmin = 19\nmax = 15': ("variables.teeth.max", "below min"),
     '[variables.teeth]\npaths = ["pair.pinion.teeth"]\nmin = 15': ("variables.teeth.max", "is required"),
     '[variables.teeth]\npaths = ["pair.pinion.teeth"]\nmin = 1\nmax = 2\nstep = 0': (
@@ -120,7 +120,7 @@ FAULTS = {
         "positive",
     ),
     '[variables]\n"pair.helix_angle" = 5.0': ("variables.pair.helix_angle", "must be a table"),
-    "[algorithm]\npopulation = 2": ("algorithm.population", "greater than or equal to 4"),
+    "[algorithm]\npopulation = 2": ("algorithm.population", "at least 4"),
     "[robustness]\nsampler = 'halton'": ("robustness.sampler", "'sobol', 'random' or 'latin_hypercube'"),
     "[base.resolution]\npositions = 4": ("base.resolution.gauss_points", "conflicts with positions"),
     "[base.load]\nunit = 3\n[base.pear]\nx = 1": (
