@@ -23,7 +23,7 @@ import numpy as np
 from fem_reference.refinement import Level, default_order, refined_compliance, solved
 from fem_reference.section import Body
 from gearbench.compliance.flank import FlankCompliance
-from gearbench.compliance.lugs import Anchors
+from gearbench.compliance.lugs import LugReduction
 from gearbench.errors import InputError
 from gearbench.files import write_bytes
 from gearbench.geometry.gear import Gear
@@ -159,7 +159,7 @@ def load(path: Path, gear: Gear) -> FlankCompliance | None:
         if checksum != _checksum(arrays, text):
             return None
         meta, (blocks, correction) = json.loads(text), arrays.pop("arrays")
-        anchors = Anchors(**arrays) if arrays else None
+        anchors = LugReduction(**arrays) if arrays else None
         order = (int(meta["order"][0]), int(meta["order"][1]))
         attrs = {**meta["attrs"], "cached": True}
         error = float(meta["error"])

@@ -21,7 +21,7 @@ from fem_reference.axis import FaceFunctions
 from fem_reference.outside import Outside
 from fem_reference.sector import Section
 from fem_reference.solver import schur_complement
-from gearbench.compliance.lugs import Anchors, often
+from gearbench.compliance.lugs import LugReduction, often
 from gearbench.geometry.material import Material
 
 
@@ -81,7 +81,7 @@ def flank_blocks(
     n: int,
     *,
     across: bool = False,
-) -> tuple[NDArray, Anchors | None]:
+) -> tuple[NDArray, LugReduction | None]:
     """C_d, d = −n … n, (2n+1, p·q, p·q) [mm/N] of right flanks under polynomial loads on the right flank, and lugs.
 
     Parameters

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from fem_reference.axis import FaceFunctions
 from fem_reference.sector import Section, lagrange
 from gearbench.compliance.bases import gauss, legendre_functions
-from gearbench.compliance.lugs import ACROSS, ALONG, EACH, Anchors, Lugs, often
+from gearbench.compliance.lugs import ACROSS, ALONG, EACH, LugReduction, Lugs, often
 
 #: Integration of the tractions on a lug: number of pieces along its arc, Gauss points per piece, points along the axis.
 _PIECES, _POINTS, _STATIONS = 12, 4, 16
@@ -142,7 +142,7 @@ class Outside:
             self._work(arc[at] - j * pitch, b * y[at], field[at]) for j, at in zip(sectors, of, strict=True)
         ]
 
-    def anchors(self, waves: NDArray, loads: int, stiffness: float) -> Anchors:
+    def anchors(self, waves: NDArray, loads: int, stiffness: float) -> LugReduction:
         """Reduction of the compliance of the teeth by the lugs.
 
         ``waves`` (m, load, load) is the compliance between the loads of flanks, lugs and rigid motions; the first
@@ -169,4 +169,4 @@ class Outside:
         moved = waves @ Q
         C = np.real(np.sum(weight * (np.conj(np.swapaxes(Q, 1, 2)) @ moved), axis=0))
         reach = np.real(np.tensordot(turn, weight * moved[:, :loads], 1))
-        return Anchors(reach=reach, own=C + np.diag(np.append(lugs.yields, np.full(6, -1 / stiffness))))
+        return LugReduction(reach=reach, own=C + np.diag(np.append(lugs.yields, np.full(6, -1 / stiffness))))

@@ -25,7 +25,7 @@ from fem_reference.solver import available_solver
 from gearbench.budget import memory_limit, require, sector_memory
 from gearbench.compliance.flank import FlankCompliance
 from gearbench.compliance.local import half_space_compression, waves_across
-from gearbench.compliance.lugs import Anchors
+from gearbench.compliance.lugs import LugReduction
 from gearbench.errors import GearbenchError
 from gearbench.geometry.gear import Gear
 from gearbench.geometry.material import Material
@@ -200,7 +200,9 @@ def _ahead(coarse: FlankCompliance, fine: FlankCompliance) -> FlankCompliance:
     if anchors is None or coarse.anchors is None:
         return replace(fine, blocks=fine.blocks + step, correction=step)
     own, reach = (STEP * (getattr(anchors, name) - getattr(coarse.anchors, name)) for name in ("own", "reach"))
-    return replace(fine, blocks=fine.blocks + step, anchors=Anchors(reach=anchors.reach + reach, own=anchors.own + own))
+    return replace(
+        fine, blocks=fine.blocks + step, anchors=LugReduction(reach=anchors.reach + reach, own=anchors.own + own)
+    )
 
 
 def _difference(one: FlankCompliance, other: FlankCompliance) -> float:

@@ -33,7 +33,7 @@ from gearbench.compliance.flank import FlankCompliance, flank_polynomials
 from gearbench.compliance.local import half_space_compression
 from gearbench.contact.dense import active_set
 from gearbench.effects.base import GapEffect
-from gearbench.effects.teeth import in_mesh, meshed_body
+from gearbench.effects.teeth import fe_body, placed_in_mesh
 from gearbench.errors import GearbenchError
 from gearbench.geometry.gear import Gear
 from gearbench.geometry.pair import Pair
@@ -80,10 +80,8 @@ class Bodies:
 
 def bodies_of(pair: Pair, accuracy: float) -> Bodies:
     """Both gears, from the cache if available."""
-    found = [
-        cached_compliance(meshed_body(pair, index, on_body=True), pair.materials[index], accuracy) for index in (0, 1)
-    ]
-    pinion, wheel = (in_mesh(flank, pair, index, False) for index, flank in enumerate(found))
+    found = [cached_compliance(fe_body(pair, index, on_body=True), pair.materials[index], accuracy) for index in (0, 1)]
+    pinion, wheel = (placed_in_mesh(flank, pair, index, False) for index, flank in enumerate(found))
     return Bodies(pair=pair, flanks=(pinion, wheel))
 
 

@@ -21,7 +21,7 @@ from gearbench.geometry.gear import Gear
 from gearbench.threads import lazy
 
 if TYPE_CHECKING:
-    from gearbench.compliance.lugs import Anchors
+    from gearbench.compliance.lugs import LugReduction
     from gearbench.geometry.action import ContactLines
 
 #: Relative tolerances below which directions of the compliance of a flank, and of a body beside teeth, are dropped: STE
@@ -84,7 +84,7 @@ class FlankCompliance:
     correction: NDArray | None = None
     attrs: Mapping[str, Any] = field(default_factory=dict)
     own: NDArray | None = None
-    anchors: Anchors | None = None
+    anchors: LugReduction | None = None
 
     @property
     def neighbours(self) -> int:

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from gearbench.compliance.bases import spline_weights
 from gearbench.compliance.flank import FlankCompliance
 from gearbench.compliance.lapack import addresses, cholesky, solve_lower
-from gearbench.compliance.lugs import Anchors, Lugs, often, tractions
+from gearbench.compliance.lugs import LugReduction, Lugs, often, tractions
 from gearbench.compliance.ring import APART as RING_APART
 from gearbench.compliance.ring import APART_ON_SPRINGS, FIRM, Ring, harmonic_weights, rigid_motions
 from gearbench.compliance.solid_tooth import SolidTooth
@@ -229,7 +229,7 @@ class ToothedRing:
         return FlankCompliance(gear=tooth.gear, order=tooth.flank_order, blocks=blocks, anchors=self.anchors)
 
     @lazy
-    def anchors(self) -> Anchors | None:
+    def anchors(self) -> LugReduction | None:
         """Reduction of the compliance of the teeth by the lugs (R13)."""
         ring, z, q, lugs = self.ring, abs(self.tooth.gear.teeth), self.axis_order, self.lugs
         if lugs is None or not isinstance(ring, Ring):
@@ -259,7 +259,7 @@ class ToothedRing:
         turn = np.exp(2j * math.pi / z * np.outer(np.arange(z), np.arange(z // 2 + 1)))
         reach = np.real(np.tensordot(turn, weight * (phi @ parts), 1))
         rigid = np.full(C.shape[0] - at, -1 / (ring.grip * ring.E))
-        return Anchors(reach=reach, own=C + np.diag(np.concatenate([lugs.yields, rigid])))
+        return LugReduction(reach=reach, own=C + np.diag(np.concatenate([lugs.yields, rigid])))
 
     def _held_motions(self, ring: Ring) -> list[NDArray]:
         """Rigid motions of the outside, in the harmonics 0 and 1, that springs hold on a free ring."""

@@ -69,7 +69,7 @@ class Lugs:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Anchors:
+class LugReduction:
     """Reduction of the compliance of the teeth by the lugs.
 
     Parameters
@@ -99,9 +99,9 @@ class Anchors:
         z = len(self.reach)
         return -self.reach[i % z] @ self.grip @ self.reach[j % z].T
 
-    def turned(self, teeth: int) -> Anchors:
+    def turned(self, teeth: int) -> LugReduction:
         """The same reduction with the teeth renumbered: tooth ``teeth`` becomes tooth 0."""
-        return Anchors(reach=np.roll(self.reach, -teeth, axis=0), own=self.own) if teeth else self
+        return LugReduction(reach=np.roll(self.reach, -teeth, axis=0), own=self.own) if teeth else self
 
 
 def often(z: int) -> NDArray:

@@ -280,7 +280,7 @@ def solve_forces(H, gap, z, square, delta, force, rows, tolerance, limit):
 
 
 @part()
-def response(psi, block, H):
+def compliance_matrix(psi, block, H):
     """Fill H = Ψ Ψᵀ; elements between different blocks are zero."""
     H[:] = np.dot(psi, psi.T)
     if block.size and block[0] == block[-1]:  # blocks are sorted: there is one
@@ -309,7 +309,7 @@ def solve_coupled(problem, q, delta, tolerance, limit, force, stiffness, steps):
         a, h, sigma, gap = p.a[i][segment], p.h[i][segment], p.sigma[i][segment], p.gap[i][segment]
         psi, part, active = p.factor[i][segment], p.block[i][segment], p.active[i][segment]
         C = H[:m, :m]
-        response(psi, part, C)
+        compliance_matrix(psi, part, C)
         constants = own_constants[:, :m]
         law_constants(a, h, sigma, constants)
         if unguessed[i]:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.contact.problem import gram
-from gearbench.effects.base import ComplianceEffect, Dense, Effects, Flanks, LineLaw, LowRank
+from gearbench.effects.base import ComplianceEffect, Dense, Effects, FlankPair, LineLaw, LowRank
 from gearbench.geometry.action import ContactLines
 
 #: Number of cached sums, and maximum size of one [bytes].
@@ -55,7 +55,7 @@ def _compliance_effects(effects: Effects) -> tuple[ComplianceEffect, ...]:
 
 
 def _summed(lines: ContactLines, effects: Effects) -> tuple[SmoothCompliance, list[LineLaw]]:
-    flanks: dict[ComplianceEffect, Flanks] = {}
+    flanks: dict[ComplianceEffect, FlankPair] = {}
     parts: dict[ComplianceEffect, LowRank | Dense | LineLaw] = {}
     for effect in _compliance_effects(effects):
         if (both := effect.flank_compliances(lines, effects)) is None:
@@ -76,7 +76,7 @@ def _summed(lines: ContactLines, effects: Effects) -> tuple[SmoothCompliance, li
     return SmoothCompliance(laws=laws, factor=factor, matrix=matrix), line_laws
 
 
-def join_tooth_and_body(parts: list[Flanks]) -> list[Flanks]:
+def join_tooth_and_body(parts: list[FlankPair]) -> list[FlankPair]:
     """Join teeth and the bodies on which they stand into one compliance, if both use the same polynomials."""
     if len(parts) != 2 or all(part.coupled for part in parts):
         return parts
@@ -86,7 +86,7 @@ def join_tooth_and_body(parts: list[Flanks]) -> list[Flanks]:
     if any(tooth.order != body.order for tooth, body in zip(teeth.both, bodies.both, strict=True)):
         return parts
     pinion, wheel = (joined(tooth, body) for tooth, body in zip(teeth.both, bodies.both, strict=True))
-    return [Flanks(both=(pinion, wheel), coupled=bodies.coupled)]
+    return [FlankPair(both=(pinion, wheel), coupled=bodies.coupled)]
 
 
 def _contact_laws(parts: Iterable[object]) -> list[LineLaw]:

@@ -80,9 +80,9 @@ def solve(problem: ContactProblem, guess: Guess | None = None) -> ContactSolutio
     else:
         force, delta, stiffness, steps = solve_dense(p)
     residual = _residual(p, force, delta)
-    spoilt = np.flatnonzero(~(residual.max(axis=0) <= ROUNDING_LIMIT))
-    if spoilt.size:
-        _correct_rounding(p, spoilt, force, delta, stiffness, steps)
+    inaccurate = np.flatnonzero(~(residual.max(axis=0) <= ROUNDING_LIMIT))
+    if inaccurate.size:
+        _correct_rounding(p, inaccurate, force, delta, stiffness, steps)
         residual = _residual(p, force, delta)
     if not residual.max() <= RESIDUAL_LIMIT:
         raise ConvergenceError(f"contact not solved: residual {residual.max():.1e} after {int(steps.max())} steps")
@@ -97,7 +97,7 @@ def solve(problem: ContactProblem, guess: Guess | None = None) -> ContactSolutio
         least_force=force.min(axis=1),
         complementarity=residual[1],
         iterations=steps,
-        corrected=spoilt.size,
+        corrected=inaccurate.size,
     )
 
 

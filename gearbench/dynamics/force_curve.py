@@ -12,7 +12,7 @@ from gearbench.contact.assemble import assemble
 from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.gaps import total_gap
 from gearbench.contact.solver import solve
-from gearbench.dynamics.loaded_mesh import Flanks, LoadedMesh
+from gearbench.dynamics.loaded_mesh import FlankState, LoadedMesh
 
 #: Half width of the rounded corner at first contact, over the mean deflection: some hundredths of a micrometre.
 ROUNDING = 0.01
@@ -44,7 +44,7 @@ class TiltAndBending:
     stiffness: NDArray
 
     @classmethod
-    def of(cls, flanks: Flanks) -> TiltAndBending:
+    def of(cls, flanks: FlankState) -> TiltAndBending:
         """Linearise the rows about ``flanks``."""
         K = flanks.stiffness
         coupling = K[:, 0, 1:] / K[:, :1, 0]

@@ -34,7 +34,7 @@ FRICTION = 0.05
 
 
 @dataclass(frozen=True, kw_only=True)
-class Flanks:
+class FlankState:
     """Quasi-static state of teeth and gear bodies over the mesh cycle, without the shafts.
 
     Row 0 is the approach of the gears and the force that does work on it; rows 1, 2 … are tilt and bending over the
@@ -55,7 +55,7 @@ class Flanks:
     stiffness: NDArray
 
     @classmethod
-    def off_shafts(cls, force: NDArray, stiffness: NDArray, error: NDArray, compliance: NDArray) -> Flanks:
+    def off_shafts(cls, force: NDArray, stiffness: NDArray, error: NDArray, compliance: NDArray) -> FlankState:
         """Free ``stiffness`` S and transmission ``error`` (…, position) [mm] of the shafts' ``compliance`` C (W14)."""
         motion = -force @ compliance
         motion[..., 0] += error
@@ -137,11 +137,11 @@ class LoadedMesh:
         return self._spread[1]
 
     @cached_property
-    def flanks(self) -> Flanks:
+    def flanks(self) -> FlankState:
         """Teeth and bodies at the positions of the mesh cycle."""
         return self._off_shafts(self.cycle, self._resultants)
 
-    def at(self, phase: NDArray) -> Flanks:
+    def at(self, phase: NDArray) -> FlankState:
         """Teeth and bodies at any mesh phases (position,); bearings keep their settled stiffness."""
         lines = scene_lines(self.scene, phase)
         problem = assemble(self.scene, lines, self.effects)
@@ -151,7 +151,7 @@ class LoadedMesh:
         found = None if self.rows == 1 else resultants(problem, lines, solution, guess, self.rows)
         return self._off_shafts(cycle, found)
 
-    def samples(self, batch: Batch, lines: ContactLines, solution: BatchSolution) -> Flanks:
+    def samples(self, batch: Batch, lines: ContactLines, solution: BatchSolution) -> FlankState:
         """Teeth and bodies (sample, position, …) of error samples, from their contact on ``lines``.
 
         With several rows, ``solution`` must hold segment forces. Bearings keep their stiffness without errors.
@@ -160,10 +160,12 @@ class LoadedMesh:
         found = None if self.rows == 1 else resultants_of_samples(batch, lines, solution, self.rows)
         return self._off_shafts(cycle, found)
 
-    def _off_shafts(self, cycle: MeshCycle, found: Resultants | None) -> Flanks:
+    def _off_shafts(self, cycle: MeshCycle, found: Resultants | None) -> FlankState:
         """Teeth and bodies of a ``cycle`` without the shafts; without resultants the approach is the only motion."""
         found = found or _one_row(self.scene, cycle)
-        return Flanks.off_shafts(found.force, found.stiffness, cycle.transmission_error / MICROMETRES, self.compliance)
+        return FlankState.off_shafts(
+            found.force, found.stiffness, cycle.transmission_error / MICROMETRES, self.compliance
+        )
 
     @cached_property
     def friction(self) -> NDArray:

@@ -16,7 +16,7 @@ from gearbench.contact.batch import chunks, prepare, solve_one_chunk
 from gearbench.dynamics import waves
 from gearbench.dynamics.analysis import HARMONICS, check_harmonics, check_speeds, spans
 from gearbench.dynamics.balance import Excitation, solve
-from gearbench.dynamics.loaded_mesh import Flanks, LoadedMesh
+from gearbench.dynamics.loaded_mesh import FlankState, LoadedMesh
 from gearbench.dynamics.model import Group, Model
 from gearbench.effects.base import GapEffect
 from gearbench.errors import InputError
@@ -94,7 +94,7 @@ def revolution(mesh: LoadedMesh, effects: Sequence[GapEffect], harmonics: int) -
     motion, force, stiffness = (
         np.concatenate([getattr(part, name) for part in samples])[:cycles] for name in ("motion", "force", "stiffness")
     )
-    mean = Flanks(force=force.mean(axis=0), motion=motion.mean(axis=0), stiffness=stiffness.mean(axis=0))
+    mean = FlankState(force=force.mean(axis=0), motion=motion.mean(axis=0), stiffness=stiffness.mean(axis=0))
     mean_orders = mean.orders(mesh.waves(2 * harmonics))
     motion, force = (
         np.stack([_orders(mesh, row, harmonics) for row in np.moveaxis(each, -1, 0)]) for each in (motion, force)

@@ -59,7 +59,7 @@ class Dense:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Flanks:
+class FlankPair:
     """Smooth compliance of the flanks of pinion and wheel, for any contact lines.
 
     Parameters
@@ -177,7 +177,7 @@ class ComplianceEffect(Effect):
     def compliance(self, lines: ContactLines, effects: Effects) -> LowRank | Dense | LineLaw:
         """Compliance of the segments of ``lines``; ``effects`` are all effects of the scene, including this one."""
 
-    def flank_compliances(self, lines: ContactLines, effects: Effects) -> Flanks | None:
+    def flank_compliances(self, lines: ContactLines, effects: Effects) -> FlankPair | None:
         """Compliances of both flanks for any contact lines, if the effect has them; None by default.
 
         Compliances of several effects are summed before they are evaluated on contact lines.

@@ -12,7 +12,7 @@ import numpy as np
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from gearbench.effects.shape import Amount, Points, Ramp, Shape, ShapeEffect, each_gear
+from gearbench.effects.shape import Amount, Polyline, Ramp, Shape, ShapeEffect, each_gear
 from gearbench.errors import InputError
 from gearbench.geometry.pair import Pair
 from gearbench.schema import STRICT
@@ -61,7 +61,7 @@ class FlankCurve:
         """Shapes of the curve on gear ``index``; ``extent`` is the variable t of a polynomial."""
         if self.at is not None and self.deviation is not None:
             along = "face" if extent.along == "face" else "roll"
-            yield Shape(gear=index, factors=(Points(along=along, at=self.at, values=self.deviation),))
+            yield Shape(gear=index, factors=(Polyline(along=along, at=self.at, values=self.deviation),))
         for power, c in enumerate(self.polynomial or (), start=1):
             if c:
                 yield Shape(gear=index, amount=c, factors=(replace(extent, power=power),))

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic.dataclasses import dataclass
 
-from gearbench.effects.base import Dense, Effects, Flanks, LowRank, ToothCompliance, refuse_foreign_keys
+from gearbench.effects.base import Dense, Effects, FlankPair, LowRank, ToothCompliance, refuse_foreign_keys
 from gearbench.effects.teeth import (
-    meshed_between,
-    meshed_body,
-    of_both,
+    fe_between,
+    fe_body,
+    for_both_gears,
     own_web,
     require_bores,
     ring_between,
@@ -82,14 +82,14 @@ class GearBody(ToothCompliance):
         flanks = self.flank_compliances(lines, effects)
         return self.both_teeth(lines, effects) if flanks is None else flanks.on(lines)
 
-    def flank_compliances(self, lines: ContactLines, effects: Effects) -> Flanks | None:
+    def flank_compliances(self, lines: ContactLines, effects: Effects) -> FlankPair | None:
         """Compliance of both flanks; None unless the bodies are rings."""
         if self.model != "ring" or _meshed(effects):
             return None
         neighbours = lines.shape[1] - 1 if self.coupled else 0
         order = _joint_order(effects)
-        pinion, wheel = of_both(ring_flank, lines.pair, order, neighbours, lines.coast)
-        return Flanks(both=(pinion, wheel), coupled=self.coupled)
+        pinion, wheel = for_both_gears(ring_flank, lines.pair, order, neighbours, lines.coast)
+        return FlankPair(both=(pinion, wheel), coupled=self.coupled)
 
     def between(self, pair: Pair, index: int, effects: Effects, *, coast: bool, across: bool) -> NDArray:
         """C_d of a body [mm/N], d = −z/2 … z/2: motion of a flank under loads on the flank d teeth behind it (R7).
@@ -97,14 +97,14 @@ class GearBody(ToothCompliance):
         Flanks are seen as on a driving gear. With ``across``, right flanks move under loads on left flanks, and the
         left flanks are seen as on a driven gear.
         """
-        if (tooth := tooth_among(effects)) is not None and tooth.meshed:
-            body, flank = meshed_body(pair, index, on_body=True, coast=coast), tooth.flank(pair, index, effects, coast)
-            return meshed_between(body, pair.materials[index], flank.attrs["level"], across)
+        if (tooth := tooth_among(effects)) is not None and tooth.by_finite_elements:
+            body, flank = fe_body(pair, index, on_body=True, coast=coast), tooth.flank(pair, index, effects, coast)
+            return fe_between(body, pair.materials[index], flank.attrs["level"], across)
         return ring_between(pair, index, _joint_order(effects), coast, across)
 
     def shapes(self, lines: ContactLines, index: int, effects: Effects) -> NDArray:
         """Polynomials of ``between`` on the lines of a mesh, (position, pair, segment, function) [1/mm]."""
-        if (tooth := tooth_among(effects)) is not None and tooth.meshed:
+        if (tooth := tooth_among(effects)) is not None and tooth.by_finite_elements:
             flank = tooth.flank(lines.pair, index, effects, lines.coast)
         else:
             flank = ring_flank(lines.pair, index, _joint_order(effects), 0, lines.coast)
@@ -125,7 +125,7 @@ class GearBody(ToothCompliance):
 def _meshed(effects: Effects) -> bool:
     """Whether the bodies are meshed together with the teeth."""
     tooth = tooth_among(effects)
-    return tooth is not None and tooth.meshed
+    return tooth is not None and tooth.by_finite_elements
 
 
 def _joint_order(effects: Effects) -> tuple[int, int, int] | None:

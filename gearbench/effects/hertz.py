@@ -78,8 +78,8 @@ class Hertz(ComplianceEffect):
         h = np.full(lines.shape, c / 2)
         if lines.touch is not None:
             for index in (0, 1):
-                softer = _edge(lines, index, rho)
-                a, h = a + softer[0], h + softer[1]
+                addition = _edge(lines, index, rho)
+                a, h = a + addition[0], h + addition[1]
                 for near, of_level, of_slope in _kinks(lines, index, rho, c):
                     a[near] += of_level
                     h[near] += of_slope
@@ -112,19 +112,19 @@ def _kinks(lines: ContactLines, index: int, rho: NDArray, c: float) -> Iterator[
     assert touch is not None
     assert separation is not None
     profile, mean, roll = separation.plane.profiles[index], c / 4, touch.rolls[index]
-    more = 2 * max(meshing.transverse_contact_ratio, 1.0)
+    load_ratio = 2 * max(meshing.transverse_contact_ratio, 1.0)
     # this length is the same in the normal plane, since the profile is perpendicular to the contact line
     half_width = np.sqrt(8 * mean * rho * lines.typical_load)
     for at, rise in profile.kinks:
         along = (roll**2 - at**2) / (2 * profile.base_radius)
-        near = np.abs(along) < math.sqrt(more) * half_width
+        near = np.abs(along) < math.sqrt(load_ratio) * half_width
         along, unit, normal = along[near], half_width[near], rho[near] * math.cos(meshing.beta_b)
         behind, tilt = normal * rise, normal * touch.tilt[near]
         corner = (touch.edge[near] == index) & (np.abs(along) < 1e-9 * abs(profile.base_radius))
         vertex = np.where(corner, behind - tilt, np.where(along < 0, along, along + behind))
-        widths = (unit, math.sqrt(more) * unit)
+        widths = (unit, math.sqrt(load_ratio) * unit)
         low, high = (mean * kink_softening(vertex / width, behind / width) for width in widths)
-        h = (low - high) / math.log(more)
+        h = (low - high) / math.log(load_ratio)
         yield near, low + h * math.log(lines.typical_load), h
 
 

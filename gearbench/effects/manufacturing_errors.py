@@ -17,7 +17,7 @@ from gearbench.effects.base import Effects, GapEffect
 from gearbench.effects.distributions import DISTRIBUTIONS, Distribution
 from gearbench.effects.expansion import ErrorModes, Expansion
 from gearbench.effects.shape import Along, Gears, Range, Shape, barrel, chosen, face_slope, opening, slope
-from gearbench.effects.varied import Eccentricity, RandomVariable, RunOut, Scatter, VariedKey
+from gearbench.effects.varied import Eccentricity, RandomVariable, RunOut, SizeScatter, VariedKey
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines, pair_indices
 from gearbench.geometry.names import GEARS
@@ -172,8 +172,8 @@ class ManufacturingErrors(GapEffect):
     run_out: RunOut | None = None
     wobble: RunOut | None = None
     varied: Annotated[tuple[VariedKey, ...], Field(max_length=100)] = ()
-    centre_distance: Scatter | None = None
-    tooth_thickness: Scatter | None = None
+    centre_distance: SizeScatter | None = None
+    tooth_thickness: SizeScatter | None = None
 
     of_flank: ClassVar[bool] = False
     name: ClassVar[str] = "manufacturing_errors"
@@ -204,8 +204,8 @@ class ManufacturingErrors(GapEffect):
 
     def class_of(self, index: int) -> int | None:
         """ISO class of a gear."""
-        own = (self.pinion_iso_class, self.wheel_iso_class)[index]
-        return self.iso_class if own is None else own
+        gear_class = (self.pinion_iso_class, self.wheel_iso_class)[index]
+        return self.iso_class if gear_class is None else gear_class
 
     def check(self, pair: Pair, effects: Effects) -> None:
         """Refuse a class or gears outside the scope of the standard, and impossible variations."""
@@ -223,18 +223,18 @@ class ManufacturingErrors(GapEffect):
     @lru_cache(maxsize=64)  # noqa: B019 - a few small objects, asked for at every gap of a scene
     def error_modes(self, pair: Pair) -> tuple[ErrorMode, ...]:
         """Errors of profile, helix and axes, in a fixed order."""
-        this = self.convention()
+        convention = self.convention()
         modes = []
         for name in _SHAPES:
-            kind: ErrorKind | None = getattr(this, name)
+            kind: ErrorKind | None = getattr(convention, name)
             if kind is None:
                 continue
             gears = (0,) if name in _OF_AXES else chosen(kind.gear)
             for gear in gears:
                 amplitude = kind.amplitude
                 if amplitude is None:
-                    amplitude = this.class_amplitude(kind.tolerance or name, pair, gear)
-                shape = this._shape(name, pair, gear)
+                    amplitude = convention.class_amplitude(kind.tolerance or name, pair, gear)
+                shape = convention._shape(name, pair, gear)
                 label = name if name in _OF_AXES else f"{name}_{GEARS[gear]}"
                 teeth = (None,) if kind.drawn == "gear" or name in _OF_AXES else tuple(pair_indices(pair).tolist())
                 for tooth in teeth:

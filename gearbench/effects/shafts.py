@@ -57,12 +57,12 @@ class SeatedGear:
         return self.model.rows(frame.position(self.gear, lines.y), wrench)
 
     @property
-    def here(self) -> NDArray:
+    def face_coordinates(self) -> NDArray:
         """Indices of the motions of the nodes under the face."""
         return (6 * self.nodes[:, None] + np.arange(6)).ravel()
 
     @property
-    def spin(self) -> NDArray:
+    def twist_compliance(self) -> NDArray:
         """Torsional compliance between the nodes under the face (node, node)."""
         return twist(self.model, self.nodes, self.box.torque_from(PAIR, self.gear))
 
@@ -77,7 +77,7 @@ class SeatedGear:
         return load
 
 
-def factor(gears: Sequence[SeatedGear], each: Sequence[NDArray]) -> NDArray:
+def factor(gears: Sequence[SeatedGear], rows_of_gears: Sequence[NDArray]) -> NDArray:
     """Ψ (…, rank) [√(mm/N)] of the seats of gears whose shafts are in equilibrium together (W9).
 
     It includes bending and axial motion with bearings and bodies, and twist over the face.
@@ -86,23 +86,25 @@ def factor(gears: Sequence[SeatedGear], each: Sequence[NDArray]) -> NDArray:
     ----------
     gears
         Gears whose shafts are in equilibrium together.
-    each
+    rows_of_gears
         Rows (…, size) of every gear, from motions of its shaft to deflection.
     """
     settled = gears[0].settled
-    here = np.concatenate([gear.here + settled.structure.starts[gear.number] for gear in gears])
-    G, scale = settled.compliance[np.ix_(here, here)].copy(), []
+    coordinates = np.concatenate([gear.face_coordinates + settled.structure.starts[gear.number] for gear in gears])
+    G, scale = settled.compliance[np.ix_(coordinates, coordinates)].copy(), []
     for gear in gears:
-        spin = np.arange(len(gear.nodes)) * 6 + 5 + 6 * len(scale)
-        G[np.ix_(spin, spin)] += gear.spin
+        twist_compliance = np.arange(len(gear.nodes)) * 6 + 5 + 6 * len(scale)
+        G[np.ix_(twist_compliance, twist_compliance)] += gear.twist_compliance
         # rotations [rad] are scaled by half the face width to compare with motions [mm]
         width = gear.box.pairs[PAIR].meshing.face_width
         scale += [np.array([1, 1, 1, *([2 / width] * 3)])] * len(gear.nodes)
-    whole = np.concatenate(scale)
-    values, vectors = np.linalg.eigh(G / whole[:, None] / whole)
-    keep = values > _RANK * values[-1]
-    rows = np.concatenate([own[..., gear.here] for gear, own in zip(gears, each, strict=True)], axis=-1)
-    return rows @ (whole[:, None] * vectors[:, keep] * np.sqrt(values[keep]))
+    scales = np.concatenate(scale)
+    values, vectors = np.linalg.eigh(G / scales[:, None] / scales)
+    kept = values > _RANK * values[-1]
+    rows = np.concatenate(
+        [own[..., gear.face_coordinates] for gear, own in zip(gears, rows_of_gears, strict=True)], axis=-1
+    )
+    return rows @ (scales[:, None] * vectors[:, kept] * np.sqrt(values[kept]))
 
 
 def _grouped(gears: tuple[SeatedGear, SeatedGear]) -> list[tuple[SeatedGear, ...]]:
@@ -128,17 +130,17 @@ def mesh_spread(gears: tuple[SeatedGear, SeatedGear], stiffness: NDArray) -> tup
     box = gears[0].box
     pair, (η, weight) = box.pairs[PAIR], FACE_POINTS
     H = np.zeros((len(η), len(η)))
-    for these in _grouped(gears):
-        psi = factor(these, [box.face_rows(PAIR, gear.gear, gear.model) for gear in these])
+    for group in _grouped(gears):
+        psi = factor(group, [box.face_rows(PAIR, gear.gear, gear.model) for gear in group])
         H += psi @ psi.T
     R = legvander(η, stiffness.shape[-1] - 1)
     E = min(material.E for material in pair.materials)
-    P = whole = R
+    P = K = R
     for share in FOUNDATIONS:
         P = np.linalg.solve(H + np.diag(2 / (share * E * pair.meshing.face_width * weight)), R)
-        whole = np.linalg.inv(R.T @ P)
-        P = P @ whole
-        if np.linalg.eigvals(stiffness @ whole).real.max() < 1:
+        K = np.linalg.inv(R.T @ P)
+        P = P @ K
+        if np.linalg.eigvals(stiffness @ K).real.max() < 1:
             break
     return P.T, P.T @ H @ P
 
@@ -238,8 +240,8 @@ def system_effects(box: Gearbox, own: tuple[NDArray, NDArray] | None = None) -> 
     effects: tuple[Effect, ...] = (Shafts(gears=(pinion, wheel)),)
     shafts = [model.shaft for gear in (pinion, wheel) for model in gear.settled.structure.shafts.values()]
     linear = all(bearing.is_linear for shaft in shafts for bearing in shaft.bearings)
-    theirs = {pinion.number, wheel.number} == {n for g in (pinion, wheel) for n in g.settled.structure.shafts}
-    if linear and theirs and all(len(shaft.gears) == 1 and not shaft.loads for shaft in shafts):
+    only_these = {pinion.number, wheel.number} == {n for g in (pinion, wheel) for n in g.settled.structure.shafts}
+    if linear and only_these and all(len(shaft.gears) == 1 and not shaft.loads for shaft in shafts):
         return effects
     loads = own or tuple(box.force(PAIR) * box.wrench(PAIR, gear.gear, gear.model) for gear in (pinion, wheel))
     return (

@@ -86,7 +86,7 @@ class Ramp:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Points:
+class Polyline:
     """Straight lines between points at increasing positions, constant before the first and after the last point.
 
     Parameters
@@ -127,7 +127,7 @@ class Shape:
 
     gear: int | None
     amount: float = 1.0
-    factors: tuple[Ramp | Points, ...]
+    factors: tuple[Ramp | Polyline, ...]
 
     def gap(self, lines: ContactLines) -> NDArray:
         """Gap [mm], (position, pair, segment)."""
@@ -139,7 +139,7 @@ class Shape:
     def modification(self, pair: Pair) -> Modification | None:
         """The shape as a profile modification; None if it varies over the face or consists of points."""
         (factor, *more) = self.factors
-        if self.gear is None or more or isinstance(factor, Points) or factor.along == "face":
+        if self.gear is None or more or isinstance(factor, Polyline) or factor.along == "face":
             return None
         return Modification(
             gear=self.gear,
@@ -193,7 +193,7 @@ class ShapeEffect(GapEffect):
                 found += [y - (0.0 if index is None else pair.overhangs[index][0]) for y in factor.kinks]
         return tuple(y for y in found if 0 < y < pair.meshing.face_width)
 
-    def _factors(self, pair: Pair) -> Iterable[tuple[int | None, Ramp | Points]]:
+    def _factors(self, pair: Pair) -> Iterable[tuple[int | None, Ramp | Polyline]]:
         return ((shape.gear, factor) for shape in self.shapes(pair) for factor in shape.factors)
 
 

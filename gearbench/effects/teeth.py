@@ -38,7 +38,7 @@ class Tooth(ToothCompliance):
 
     @property
     @abstractmethod
-    def meshed(self) -> bool:
+    def by_finite_elements(self) -> bool:
         """Whether teeth and bodies are meshed with finite elements."""
 
     @property
@@ -153,7 +153,7 @@ def ring_flank(
     web, (_, lugs) = own_web(pair, index, False), own_support(pair, index)
     coast = coast and (lugs is not None or (web is not None and web != web.mirrored(pair.gears[index].face_width)))
     try:
-        return in_mesh(toothed_ring(pair, index, order, coast).flank(neighbours), pair, index, coast)
+        return placed_in_mesh(toothed_ring(pair, index, order, coast).flank(neighbours), pair, index, coast)
     except np.linalg.LinAlgError:
         allowed = (
             f"body of the {GEARS[index]} too soft beside its teeth for double precision: bore, rim or web too thin"
@@ -177,7 +177,7 @@ def ring_between(pair: Pair, index: int, order: tuple[int, int, int] | None, coa
 
 
 @lru_cache(maxsize=64)
-def meshed_flank(body: Body, material: Material, accuracy: float) -> FlankCompliance:
+def fe_flank(body: Body, material: Material, accuracy: float) -> FlankCompliance:
     """Compliance of a body by finite elements, cached on disk as well."""
     from fem_reference.cache import cached_compliance
 
@@ -185,7 +185,7 @@ def meshed_flank(body: Body, material: Material, accuracy: float) -> FlankCompli
 
 
 @lru_cache(maxsize=64)
-def meshed_between(body: Body, material: Material, level: int, across: bool) -> NDArray:
+def fe_between(body: Body, material: Material, level: int, across: bool) -> NDArray:
     """``ring_between`` by finite elements of a ``level``, cached on disk as well."""
     from fem_reference.cache import cached_between
 
@@ -193,14 +193,14 @@ def meshed_between(body: Body, material: Material, level: int, across: bool) -> 
 
 
 @lru_cache(maxsize=256)
-def of_both(flank: Callable[..., FlankCompliance], pair: Pair, *options: object) -> tuple[FlankCompliance, ...]:
+def for_both_gears(flank: Callable[..., FlankCompliance], pair: Pair, *options: object) -> tuple[FlankCompliance, ...]:
     """Call ``flank`` (pair, index, …) for both gears, on two threads if there are two processors.
 
     Threads help because kernels and matrix products release the interpreter lock. Equal gears share one cached tooth,
     so they are computed one after the other.
     """
-    alike = pair.gears[0] == pair.gears[1] and pair.materials[0] == pair.materials[1]
-    if alike or default_threads() == 1:
+    equal = pair.gears[0] == pair.gears[1] and pair.materials[0] == pair.materials[1]
+    if equal or default_threads() == 1:
         return tuple(flank(pair, index, *options) for index in (0, 1))
     with ThreadPoolExecutor(2) as pool:
         return tuple(pool.map(lambda index: flank(pair, index, *options), (0, 1)))
@@ -211,11 +211,20 @@ def clear_tooth_cache() -> None:
     from gearbench.compliance.flank import joined
     from gearbench.compliance.gear_body import rim_harmonics
 
-    for kept in (plate_tooth, solid_tooth, solid_flank, _toothed_ring, ring_flank, of_both, rim_harmonics, joined):
-        kept.cache_clear()
+    for cached in (
+        plate_tooth,
+        solid_tooth,
+        solid_flank,
+        _toothed_ring,
+        ring_flank,
+        for_both_gears,
+        rim_harmonics,
+        joined,
+    ):
+        cached.cache_clear()
 
 
-def meshed_body(pair: Pair, index: int, *, on_body: bool, coast: bool = False) -> Body:
+def fe_body(pair: Pair, index: int, *, on_body: bool, coast: bool = False) -> Body:
     """Part of pinion (``index`` 0) or wheel (1) that is meshed: a clamped tooth, or with ``on_body`` the whole gear.
 
     Plain meshes (``fem_reference.mesh_family``) have teeth on one sector only: all teeth in contact at a time, and one
@@ -251,7 +260,7 @@ def own_support(pair: Pair, index: int, coast: bool = False) -> tuple[tuple[floa
     return (0.0, 0.0), lugs.parted(outside, LONGEST * max(outside + gear.root_radius, gear.normal_module))
 
 
-def in_mesh(flank: FlankCompliance, pair: Pair, index: int, coast: bool) -> FlankCompliance:
+def placed_in_mesh(flank: FlankCompliance, pair: Pair, index: int, coast: bool) -> FlankCompliance:
     """Flank placed in its mesh: sets whether the gear drives, and which of its teeth belongs to tooth pair 0."""
     support, anchors = pair.members[index].support, flank.anchors
     if support is not None and anchors is not None:

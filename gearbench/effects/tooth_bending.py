@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from gearbench.effects.base import Dense, Effects, Flanks, LowRank, refuse_foreign_keys
-from gearbench.effects.teeth import Tooth, in_mesh, meshed_body, meshed_flank, of_both, plate_tooth, solid_flank
+from gearbench.effects.base import Dense, Effects, FlankPair, LowRank, refuse_foreign_keys
+from gearbench.effects.teeth import Tooth, fe_body, fe_flank, for_both_gears, placed_in_mesh, plate_tooth, solid_flank
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.gear import Gear
@@ -74,9 +74,9 @@ class ToothBending(Tooth):
     requires: ClassVar[dict[str, str]] = {"hertz": "the load distribution needs a contact law"}
 
     def __post_init__(self) -> None:
-        plate, meshed = ("plate",), ("finite_elements",)
+        plate, by_finite_elements = ("plate",), ("finite_elements",)
         fast = {"order": ("plate", "solid"), "basis": plate, "fillet": plate, "load": plate}
-        refuse_foreign_keys(self, {**fast, "accuracy": meshed})
+        refuse_foreign_keys(self, {**fast, "accuracy": by_finite_elements})
         if self.basis is not None and self.order is not None:
             raise InputError("order", list(self.order), 'conflicts with basis = "paper": give one of the two')
         if self.order is not None and len(self.order) != len(_DIRECTIONS[self.model]):
@@ -85,7 +85,7 @@ class ToothBending(Tooth):
             raise InputError("order", list(self.order), f"must be {names}")
 
     @property
-    def meshed(self) -> bool:
+    def by_finite_elements(self) -> bool:
         """Whether teeth and bodies are of finite elements."""
         return self.model == "finite_elements"
 
@@ -102,7 +102,7 @@ class ToothBending(Tooth):
         AccuracyError, MemoryBudgetError
             If the memory of the machine does not allow the accuracy.
         """
-        if not self.meshed:
+        if not self.by_finite_elements:
             return []
         from fem_reference.cache import entry
         from fem_reference.refinement import levels
@@ -116,15 +116,15 @@ class ToothBending(Tooth):
         flanks = self.flank_compliances(lines, effects)
         return self.both_teeth(lines, effects) if flanks is None else flanks.on(lines)
 
-    def flank_compliances(self, lines: ContactLines, effects: Effects) -> Flanks | None:
+    def flank_compliances(self, lines: ContactLines, effects: Effects) -> FlankPair | None:
         """Compliance of both flanks; None for plates."""
         if self.model == "plate":
             return None
         if self.model == "solid":
-            pinion, wheel = of_both(solid_flank, lines.pair, self.solid_order, _rooted(effects))
+            pinion, wheel = for_both_gears(solid_flank, lines.pair, self.solid_order, _rooted(effects))
         else:
             pinion, wheel = (self.flank(lines.pair, index, effects, lines.coast) for index in (0, 1))
-        return Flanks(both=(pinion, wheel), coupled=self.meshed and _on_body(effects))
+        return FlankPair(both=(pinion, wheel), coupled=self.by_finite_elements and _on_body(effects))
 
     def tooth_factor(self, pair: Pair, index: int, height: NDArray, y: NDArray, effects: Effects) -> NDArray:
         """Ψ of one tooth; see ``ToothCompliance``."""
@@ -140,12 +140,12 @@ class ToothBending(Tooth):
         """Compliance of the flank of a gear, see ``Tooth``."""
         if self.model == "solid":
             return solid_flank(pair, index, self.solid_order, _rooted(effects))
-        found = meshed_flank(self.body(pair, index, effects, coast), pair.materials[index], self.accuracy)
-        return in_mesh(found, pair, index, coast)
+        found = fe_flank(self.body(pair, index, effects, coast), pair.materials[index], self.accuracy)
+        return placed_in_mesh(found, pair, index, coast)
 
     def body(self, pair: Pair, index: int, effects: Effects, coast: bool = False) -> Body:
         """Meshed part of pinion (``index`` 0) or wheel (1), seen from the loaded flank."""
-        return meshed_body(pair, index, on_body=_on_body(effects), coast=coast)
+        return fe_body(pair, index, on_body=_on_body(effects), coast=coast)
 
 
 def tooth_bending(effects: Effects, model: str) -> ToothBending | None:

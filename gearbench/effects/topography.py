@@ -155,12 +155,12 @@ class Topography(GapEffect):
 _KNOWN: dict[str, FlankGrid] = {}
 
 
-def _read(key: str, file: str, known: str | None) -> tuple[FlankGrid, str]:
-    if known is not None and known in _KNOWN:
-        return _KNOWN[known], known
+def _read(key: str, file: str, given_digest: str | None) -> tuple[FlankGrid, str]:
+    if given_digest is not None and given_digest in _KNOWN:
+        return _KNOWN[given_digest], given_digest
     data, digest = content(key, file)
-    if known not in (None, digest):
-        raise InputError(f"{key}_sha256", known, f"{file} has changed: its SHA-256 is {digest}")
+    if given_digest not in (None, digest):
+        raise InputError(f"{key}_sha256", given_digest, f"{file} has changed: its SHA-256 is {digest}")
     if digest not in _KNOWN:
         _KNOWN[digest] = read_grid(key, file, data)
     return _KNOWN[digest], digest

@@ -98,9 +98,9 @@ class VariedKey:
         """Amounts (sample, mode) of the ``modes`` at a ``deviation`` (sample,), linear between the nodes."""
         if modes == 1:
             return deviation[:, None]
-        known = np.insert(np.eye(len(NODES)), len(NODES) // 2, 0.0, axis=0)
+        values = np.insert(np.eye(len(NODES)), len(NODES) // 2, 0.0, axis=0)
         at = np.insert(NODES, len(NODES) // 2, 0.0)
-        return np.stack([np.interp(deviation / self.amplitude, at, column) for column in known.T], axis=-1)
+        return np.stack([np.interp(deviation / self.amplitude, at, column) for column in values.T], axis=-1)
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -123,7 +123,7 @@ class RunOut:
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
-class Scatter:
+class SizeScatter:
     """A size that varies about the middle of its permissible deviations.
 
     Parameters

@@ -22,7 +22,7 @@ class Drive:
 
 
 @dataclass(frozen=True)
-class Load:
+class ExternalLoad:
     """External load on a shaft: absolute torque [N·m], whether it drives, and whether it defines the torque."""
 
     shaft: int
@@ -71,7 +71,7 @@ def drives(document: RexsDocument, case: int | None = None) -> dict[int, Drive]:
         shaft, torque = shafts[0].id, beyond
 
 
-def _defining_load(document: RexsDocument, case: int | None) -> Load | None:
+def _defining_load(document: RexsDocument, case: int | None) -> ExternalLoad | None:
     """Find the load that defines the torque: the one marked so, else the only load with a torque; None if ambiguous."""
     loads = [load for load in loads_of(document, case) if load.torque != 0]
     defining = [load for load in loads if load.defines]
@@ -79,7 +79,7 @@ def _defining_load(document: RexsDocument, case: int | None) -> Load | None:
     return chosen[0] if len(chosen) == 1 else None
 
 
-def loads_of(document: RexsDocument, case: int | None) -> list[Load]:
+def loads_of(document: RexsDocument, case: int | None) -> list[ExternalLoad]:
     """List the external loads that transmit torque, with their shafts."""
     loads = []
     for component in document.of_kind("external_load"):
@@ -89,7 +89,7 @@ def loads_of(document: RexsDocument, case: int | None) -> list[Load]:
         defines = _true(document, component, "defines_torque", case)
         for shaft in document.related("assembly", "part", component.id, "assembly"):
             speed = document.number(shaft, "rotational_speed", SPEED, case) or 0.0
-            loads.append(Load(shaft.id, component, abs(torque), torque * speed >= 0, defines))
+            loads.append(ExternalLoad(shaft.id, component, abs(torque), torque * speed >= 0, defines))
     return loads
 
 

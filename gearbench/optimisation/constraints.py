@@ -54,7 +54,7 @@ def constrained(
     variables, ``force`` returns the mesh force over the study's speeds.
     """
     if scene.loads:
-        return _under_the_worst(scene, limits, cost, force)
+        return _worst_of_loads(scene, limits, cost, force)
     solved = solved or cache(partial(solve_scene, scene))
     of = partial(numbers_of, scene=scene, solved=solved, cost=cost)
     values = dict.fromkeys(limits, math.nan)
@@ -110,7 +110,7 @@ def decided(values: Mapping[str, float], limits: Mapping[str, Limit]) -> bool:
     return not any(end is not None and abs(value - end) <= ROUGH * abs(end) for value, end in ends)
 
 
-def _under_the_worst(
+def _worst_of_loads(
     scene: Scene, limits: Mapping[str, Limit], cost: float, force: Callable[[Scene], float]
 ) -> dict[str, float]:
     """Compute ``constrained`` under every load and keep the worst values."""

@@ -127,7 +127,7 @@ def refine_design(
     """
     from scipy.optimize import NonlinearConstraint, minimize
 
-    run = _Run(study=study, design=design, extent=extent, seen={})
+    run = _Refinement(study=study, design=design, extent=extent, seen={})
     before = run.evaluated(run.start)
     if not before.feasible:
         return design, before, before
@@ -150,7 +150,7 @@ def refine_design(
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Run:
+class _Refinement:
     """Refinement of one design; x are its continuous codes as shares of their ranges, (variable,)."""
 
     study: OptimisationStudy

@@ -30,7 +30,7 @@ from gearbench.contact.problem import ContactProblem
 from gearbench.contact.transitions import mesh_phases
 from gearbench.effects.expansion import Expansion
 from gearbench.effects.manufacturing_errors import ManufacturingErrors
-from gearbench.effects.varied import Scatter
+from gearbench.effects.varied import SizeScatter
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.results.cycle import MeshCycle, Phases
@@ -102,7 +102,7 @@ class RobustProblem:
             at = (pair.centre_distance_upper + pair.centre_distance_lower) / 2 + deviation
             moved = changed(pair, centre_distance_upper=at, centre_distance_lower=at)
             # any amplitude will do, but one must be given: the moved pair has no deviations to derive it from
-            errors = replace(self.errors, centre_distance=Scatter(amplitude=1.0))
+            errors = replace(self.errors, centre_distance=SizeScatter(amplitude=1.0))
             effects = tuple(errors if effect.name == errors.name else effect for effect in self.scene.effects)
             self._distances[deviation] = prepare_scene(changed(self.scene, pair=moved, effects=effects))
         return self._distances[deviation]

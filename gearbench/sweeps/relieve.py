@@ -83,7 +83,7 @@ def relieve(
     )
     if not (torques > 0).all():
         raise InputError("torque", float(torques[0]), "must be positive: the drive flanks are relieved")
-    search = _Search(scene=replace(scene.one_mesh, loads=()), torques=torques)
+    search = _ReliefSearch(scene=replace(scene.one_mesh, loads=()), torques=torques)
     given = search.metric(search.scene)
     sizes = search.largest_values()
     total = int(np.prod([len(each) for each in GRID])) + STEPS
@@ -133,7 +133,7 @@ def _legs(point: NDArray) -> NDArray:
 
 
 @dataclass(kw_only=True)
-class _Search:
+class _ReliefSearch:
     """Designs evaluated so far: points (amount, length, crowning) and their metric at each torque."""
 
     scene: Scene

@@ -23,7 +23,7 @@ DIRECTIONS = ("x", "y", "axial")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Part:
+class ElasticPart:
     """An elastic part of a system: a shaft or a bearing.
 
     Parameters
@@ -79,7 +79,7 @@ class Mechanics:
     bearing_names: tuple[str, ...]
     bearing_load: NDArray = field(default_factory=lambda: np.zeros((0, 3)))
     ripples: NDArray | None = None
-    parts: tuple[Part, ...] = ()
+    parts: tuple[ElasticPart, ...] = ()
 
 
 def two_wheels(system: System, pair: Pair) -> Mechanics:
@@ -181,7 +181,7 @@ def mechanics(box: Gearbox, settled: tuple[Settled, ...], spread: Sequence[NDArr
         ripples=np.array(ripples).reshape(-1, n),
         parts=(
             *(
-                Part(name=model.shaft.name, rows=np.eye(n)[structure.motions(k)], stiffness=model.stiffness)
+                ElasticPart(name=model.shaft.name, rows=np.eye(n)[structure.motions(k)], stiffness=model.stiffness)
                 for k, model in models.items()
             ),
             *parts,
@@ -201,7 +201,7 @@ def _ripple_load(ripple: Ripple, model: ShaftModel, motions: slice, size: int) -
     return load
 
 
-def _supports(whole: Structure, settled: tuple[Settled, ...], K: NDArray) -> tuple[list[Part], NDArray, NDArray]:
+def _supports(whole: Structure, settled: tuple[Settled, ...], K: NDArray) -> tuple[list[ElasticPart], NDArray, NDArray]:
     """Bearings as parts, and rows and constants of their dampers. Adds the bearing stiffness to ``K``."""
     n, names, parts, dampers, constants = len(K), [], [], [], []
     for number, model in whole.shafts.items():
@@ -210,7 +210,7 @@ def _supports(whole: Structure, settled: tuple[Settled, ...], K: NDArray) -> tup
             support.add(K, K_b)
             names.append(support.bearing.name or f"{model.shaft.name} {k + 1}")
             D = support.rows @ np.eye(n)[support.index]
-            parts.append(Part(name=names[-1], rows=D, stiffness=K_b))
+            parts.append(ElasticPart(name=names[-1], rows=D, stiffness=K_b))
             if support.bearing.damping:
                 dampers += list(D[:3])
                 constants += [support.bearing.damping / METRE] * 3

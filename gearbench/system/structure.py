@@ -20,7 +20,7 @@ _FIVE = np.arange(5)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Support:
+class BearingSupport:
     """A bearing between a shaft and the ground or a body.
 
     Parameters
@@ -127,7 +127,7 @@ class Structure:
         return self.assembled({number: model.stiffness for number, model in self.shafts.items()}, "stiffness")
 
     @cached_property
-    def supports(self) -> tuple[Support, ...]:
+    def supports(self) -> tuple[BearingSupport, ...]:
         """All bearings, ordered by shaft."""
         found = []
         for number, model in self.shafts.items():
@@ -138,7 +138,7 @@ class Structure:
                     condensed, of_body = self._attached[bearing.on.body]
                     index = np.concatenate([five, of_body])
                     rows = np.hstack([rows, -condensed.nodes[bearing.on.node][:5]])
-                found.append(Support(shaft=number, bearing=bearing, index=index, rows=rows))
+                found.append(BearingSupport(shaft=number, bearing=bearing, index=index, rows=rows))
         return tuple(found)
 
 

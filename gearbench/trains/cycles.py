@@ -24,7 +24,7 @@ from gearbench.results.solved import Solved
 from gearbench.results.train_cycle import TrainCycle
 from gearbench.scene import Scene
 from gearbench.threads import single_threaded_blas
-from gearbench.trains.flanks import Flanks
+from gearbench.trains.flanks import TrainFlanks
 from gearbench.trains.revolution import eccentric, turned
 from gearbench.trains.scatter import FORCE_TOLERANCE, LEAST, Curves, curves, levels
 from gearbench.trains.solve import SolvedTrain, mesh_scenes, solve_train
@@ -143,7 +143,7 @@ def train_cycles(scene: Scene, orders: float, threads: int) -> TrainCycles:
     def batch(mesh: Solved, contact: MeshAt) -> Batch:
         return prepare(contact.problem, turning_modes(unlike(mesh.scene), mesh.lines))
 
-    flanks = Flanks.of(solved, levels(float(len(solved.meshes))), forces.approach, batch)
+    flanks = TrainFlanks.of(solved, levels(float(len(solved.meshes))), forces.approach, batch)
     work = partial(_some_cycles, solved, forces, flanks, amounts)
     parts = list(on_threads(work, (np.unique(each) for each in chunks(np.arange(count))), threads))
     q, F = (np.concatenate(each) for each in zip(*parts, strict=True))
@@ -151,7 +151,7 @@ def train_cycles(scene: Scene, orders: float, threads: int) -> TrainCycles:
 
 
 def _some_cycles(
-    solved: SolvedTrain, forces: Curves, flanks: Flanks, amounts: list[NDArray], cycles: NDArray
+    solved: SolvedTrain, forces: Curves, flanks: TrainFlanks, amounts: list[NDArray], cycles: NDArray
 ) -> tuple[NDArray, NDArray]:
     """Motions q (cycle, position, motion) and forces F (cycle, position, mesh) in the mesh cycles ``cycles``."""
     statics = solved.statics(eccentric(solved, _times(solved, cycles)))

@@ -29,7 +29,7 @@ ELSEWHERE = ("inclination", "deviation", "run_out", "wobble", "varied", "centre_
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Flanks:
+class TrainFlanks:
     """Meshes of a train, prepared for many samples of flank gaps.
 
     Parameters
@@ -54,7 +54,7 @@ class Flanks:
     @classmethod
     def of(
         cls, solved: SolvedTrain, share: NDArray, approach: NDArray, prepare: Callable[[Solved, MeshAt], Batch]
-    ) -> Flanks:
+    ) -> TrainFlanks:
         """Prepare the batch of each mesh with ``prepare``; equal meshes share one batch.
 
         ``approach`` (mesh, position, level) [mm] is the accurate approach at the load levels ``share`` (level,).
@@ -113,11 +113,11 @@ class FlankErrors:
     errors: Mapping[str, ErrorMode]
     columns: tuple[tuple[int, ...], ...]
     expansions: tuple[Expansion, ...]
-    flanks: Flanks
+    flanks: TrainFlanks
 
     @classmethod
     def of(cls, solved: SolvedTrain, share: NDArray, approach: NDArray) -> FlankErrors:
-        """Collect the random flank errors of a train; ``share`` and ``approach`` as for ``Flanks.of``.
+        """Collect the random flank errors of a train; ``share`` and ``approach`` as for ``TrainFlanks.of``.
 
         Raises
         ------
@@ -139,7 +139,7 @@ class FlankErrors:
         return cls(
             errors=errors,
             columns=tuple(tuple(order[name] for name in own) for own in named),
-            flanks=Flanks.of(solved, share, approach, prepare),
+            flanks=TrainFlanks.of(solved, share, approach, prepare),
             expansions=tuple(expansions[id(contact)] for contact in solved.contacts),
         )
 
@@ -150,7 +150,7 @@ class FlankErrors:
         return np.stack(drawn, axis=-1)
 
     def under(self, errors: NDArray, force: NDArray) -> tuple[NDArray, NDArray]:
-        """Approach and stiffness with ``errors`` (sample, error) under ``force``; shapes as for ``Flanks.under``."""
+        """Approach and stiffness with ``errors`` (sample, error) under ``force``; shapes as in ``TrainFlanks.under``."""
         own = zip(self.expansions, self.columns, strict=True)
         return self.flanks.under([each.amounts(errors[:, list(columns)]) for each, columns in own], force)
 

@@ -21,7 +21,7 @@ from gearbench.simulation import simulate
 from gearbench.validation.dataset import CYCLE, stack
 from gearbench.validation.judge import judge, require_reference
 from gearbench.validation.mac import LOADS, flank_grid
-from gearbench.validation.reference import meshed_flanks, reference_scene, smooth_effects
+from gearbench.validation.reference import fe_flanks, reference_scene, smooth_effects
 from gearbench.validation.sets import distinct, members, meshes_of, set_cycle
 from gearbench.validation.ste_error import CURVES, HARMONICS, OUTPUTS, shared_load
 
@@ -105,7 +105,7 @@ def _reference(reference: Scene) -> dict[str, tuple]:
 def _flanks(reference: Scene) -> list[FlankCompliance]:
     """Flanks of the ``members`` on finite elements."""
     meshes = meshes_of(reference)
-    return [meshed_flanks(meshes[mesh])[index] for _, mesh, index in members(meshes)]
+    return [fe_flanks(meshes[mesh])[index] for _, mesh, index in members(meshes)]
 
 
 def _times(scene: Scene, reference: Scene) -> dict[str, tuple]:

@@ -36,7 +36,7 @@ def _unit(shapes: ArrayLike) -> NDArray:
 
 
 @dataclass(frozen=True, kw_only=True)
-class FlankGrid:
+class LoadGrid:
     """Centres of equal cells of the active flank of a gear: radii (height,) and positions y (position,) [mm]."""
 
     radius: NDArray
@@ -48,11 +48,11 @@ class FlankGrid:
         return height.ravel(), y.ravel()
 
 
-def flank_grid(pair: Pair, index: int, cells: tuple[int, int]) -> FlankGrid:
+def flank_grid(pair: Pair, index: int, cells: tuple[int, int]) -> LoadGrid:
     """Grid of ``cells`` (along height, along face width) on the active flank of a gear."""
     low, high = pair.meshing.active_radii[index]
     up, across = ((np.arange(n) + 0.5) / n for n in cells)
-    return FlankGrid(radius=low + (high - low) * up, y=pair.gears[index].face_width * across)
+    return LoadGrid(radius=low + (high - low) * up, y=pair.gears[index].face_width * across)
 
 
 def tooth_factor(scene: Scene, index: int, height: NDArray, y: NDArray) -> NDArray:
@@ -117,7 +117,7 @@ class ShapeComparison:
         Ratio of the Frobenius norms over all loads; above 1, the fast model is softer than the reference.
     """
 
-    loads: FlankGrid
+    loads: LoadGrid
     mac: NDArray
     norm_ratio: NDArray
     compliance_ratio: float

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from gearbench.compliance.flank import FlankCompliance
 from gearbench.contact.size import contact_memory
-from gearbench.effects.base import Dense, Effects, Flanks, LowRank, ToothCompliance
+from gearbench.effects.base import Dense, Effects, FlankPair, LowRank, ToothCompliance
 from gearbench.effects.gear_body import GearBody
 from gearbench.effects.teeth import Tooth
 from gearbench.effects.tooth_bending import ToothBending, tooth_bending
@@ -51,8 +51,8 @@ def reference_scene(scene: Scene, accuracy: float = 0.01) -> Scene:
     if scene.coupled:
         tables, names = scene.to_mapping(), {effect.name for effect in smooth}
         kept = {name: table for name, table in tables["effects"].items() if name not in names}
-        meshed = {"model": "finite_elements", "accuracy": accuracy}
-        more = {ToothBending.name: meshed} | {body.name: {} for body in bodies}
+        by_finite_elements = {"model": "finite_elements", "accuracy": accuracy}
+        more = {ToothBending.name: by_finite_elements} | {body.name: {} for body in bodies}
         return parse_scene({**tables, "effects": {**more, **kept}})
     others = [effect for effect in scene.effects if effect not in smooth]
     return replace(scene, effects=(ToothBending(model="finite_elements", accuracy=accuracy), *bodies, *others))
@@ -84,7 +84,7 @@ def missing_levels(reference: Scene) -> list[Level]:
     return finite_elements(reference).missing_levels(reference.pair, reference.effects_by_name)
 
 
-def meshed_flanks(reference: Scene) -> tuple[FlankCompliance, FlankCompliance]:
+def fe_flanks(reference: Scene) -> tuple[FlankCompliance, FlankCompliance]:
     """Compliances of the loaded flanks of pinion and wheel of a reference."""
     tooth, beside, coast = finite_elements(reference), reference.effects_by_name, reference.load.coast
     pinion, wheel = (tooth.flank(reference.pair, index, beside, coast) for index in (0, 1))
@@ -98,7 +98,7 @@ class SolvedTeeth(Tooth):
     Parameters
     ----------
     both
-        Flanks of pinion and wheel.
+        FlankPair of pinion and wheel.
     """
 
     both: tuple[FlankCompliance, FlankCompliance]
@@ -108,7 +108,7 @@ class SolvedTeeth(Tooth):
     source: ClassVar[str] = ToothBending.source
 
     @property
-    def meshed(self) -> bool:
+    def by_finite_elements(self) -> bool:
         """Whether the teeth are finite elements: they are."""
         return True
 
@@ -119,7 +119,7 @@ class SolvedTeeth(Tooth):
 
     def compliance(self, lines: ContactLines, effects: Effects) -> LowRank | Dense:
         """Factors of both teeth concatenated, or the dense matrix of all pairs if the gears have bodies."""
-        return Flanks(both=self.both, coupled=GearBody.name in effects).on(lines)
+        return FlankPair(both=self.both, coupled=GearBody.name in effects).on(lines)
 
     def flank(self, pair: Pair, index: int, effects: Effects, coast: bool = False) -> FlankCompliance:
         """The given flank of a gear."""
@@ -132,7 +132,7 @@ class SolvedTeeth(Tooth):
 
 def solved_reference(reference: Scene) -> Scene:
     """Return ``reference`` with its solved flanks inside; it cannot be written to a file."""
-    return _with_flanks(reference, meshed_flanks(reference))
+    return _with_flanks(reference, fe_flanks(reference))
 
 
 def finest_level(reference: Scene) -> Scene:
@@ -142,7 +142,7 @@ def finest_level(reference: Scene) -> Scene:
     """
     pinion, wheel = (
         flank if flank.correction is None else replace(flank, blocks=flank.blocks - flank.correction)
-        for flank in meshed_flanks(reference)
+        for flank in fe_flanks(reference)
     )
     return _with_flanks(reference, (pinion, wheel))
 

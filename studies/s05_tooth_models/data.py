@@ -19,7 +19,7 @@ from gearbench.scene import Scene
 from gearbench.simulation import simulate
 from gearbench.validation.comparison import compliance_seconds
 from gearbench.validation.mac import compare_shapes
-from gearbench.validation.reference import meshed_flanks, reference_scene
+from gearbench.validation.reference import fe_flanks, reference_scene
 from gearbench.validation.ste_error import OUTPUTS, cycle_errors
 from studies.s05_tooth_models.pairs import draw, everyday
 
@@ -97,7 +97,7 @@ def _pair_errors(
             found[name].append(float(errors[name][1]))
         found["mac"].append(min(float(compare_shapes(fast, reference, index).mac.min()) for index in (0, 1)))
         found["seconds"].append(compliance_seconds(fast, 3))
-    flanks = meshed_flanks(reference)
+    flanks = fe_flanks(reference)
     return {name: np.array(column) for name, column in found.items()} | {
         "reference_seconds": np.array(sum(flank.attrs["seconds"] for flank in flanks)),
         "reference_error": np.array(max(flank.error for flank in flanks)),

@@ -18,7 +18,7 @@ from gearbench.effort.curves import run
 from gearbench.effort.workprecision import cost
 from gearbench.library.garambois2017 import case, gear
 from gearbench.scene import Scene
-from gearbench.validation.reference import meshed_flanks
+from gearbench.validation.reference import fe_flanks
 from studies.report import kept
 from studies.s07_accuracy_cost.gears import gear_cost, gears
 from studies.s07_accuracy_cost.promises import (
@@ -120,7 +120,7 @@ def _front(name: str, scene: Scene) -> xr.Dataset:
     fine = partial(with_resolution, segments=64, gauss_points=12)
     reference = with_teeth(scene, replace(MESHED_TOOTH, accuracy=FE_REFERENCE))
     exact, _ = run(fine(reference), 1)
-    bar = max(flank.error for flank in meshed_flanks(reference))
+    bar = max(flank.error for flank in fe_flanks(reference))
     solid = with_teeth(scene, SOLID)
     teeth: dict[str, tuple[str, Effect]] = {key: ("plate", plate) for key, plate in PLATES.items()}
     for order in SOLID_ORDER.levels(solid):

@@ -22,7 +22,7 @@ from gearbench.simulation import simulate
 from gearbench.solution import dataset, solve_scene
 from gearbench.validation.comparison import compliance_seconds
 from gearbench.validation.mac import compare_shapes
-from gearbench.validation.reference import finest_level, meshed_flanks, reference_scene
+from gearbench.validation.reference import fe_flanks, finest_level, reference_scene
 from gearbench.validation.ste_error import OUTPUTS, cycle_errors, error_bars
 from studies.report import kept
 from studies.s05_tooth_models.data import ERRORS
@@ -66,7 +66,7 @@ def pair_errors(scene: Scene) -> xr.Dataset:
     solid = replace(scene, effects=(ToothBending(model="solid"), GearBody(), Hertz()))
     reference = reference_scene(solid, ACCURACY)
     exact, again = simulate(reference, outputs=OUTPUTS), _finest_cycle(reference)
-    bare, flanks = finest_level(reference), meshed_flanks(reference)
+    bare, flanks = finest_level(reference), fe_flanks(reference)
     rows = [_model_errors(scene, effects, (reference, exact), (bare, again)) for effects in MODELS.values()]
     of_models = {name: ("tooth_model", np.array([row[name] for row in rows])) for name in rows[0]}
     of_reference = {

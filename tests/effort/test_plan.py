@@ -47,7 +47,7 @@ def test_memory_is_that_of_the_run():
 
 def test_finite_elements_are_counted_not_run(monkeypatch, tmp_path):
     monkeypatch.setenv("GEARBENCH_CACHE", str(tmp_path))
-    monkeypatch.setattr(tooth_bending, "meshed_flank", lambda *_: pytest.fail("finite elements were run"))
+    monkeypatch.setattr(tooth_bending, "fe_flank", lambda *_: pytest.fail("finite elements were run"))
     scene = replace(case(1, Resolution(positions=4)), effects=(ToothBending(model="finite_elements"), Hertz()))
     levels = scene.effects[0].missing_levels(scene.pair, {})
     assert len(levels) == 4  # two of each gear

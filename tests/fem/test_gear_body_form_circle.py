@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from gearbench.compliance.flank import FlankCompliance
 from gearbench.effects import tooth_bending
-from gearbench.effects.teeth import meshed_body, meshed_flank, ring_flank, solid_flank
+from gearbench.effects.teeth import fe_body, fe_flank, ring_flank, solid_flank
 from gearbench.scene import Scene
 from gearbench.scene_file import parse_scene
 from gearbench.simulation import simulate
@@ -37,7 +37,7 @@ def parts() -> tuple[FlankCompliance, NDArray, NDArray, NDArray]:
     """Finite elements on the body; the clamped tooth of finite elements, and of the solid; the ring (13, 25, 25)."""
     pair = gear().pair
     whole, clamped = (
-        meshed_flank(meshed_body(pair, 0, on_body=on_body), pair.materials[0], 0.002) for on_body in (True, False)
+        fe_flank(fe_body(pair, 0, on_body=on_body), pair.materials[0], 0.002) for on_body in (True, False)
     )
     solid, ring = solid_flank(pair, 0, None, True), ring_flank(pair, 0, None, 6)
     return whole, clamped.block(0), solid.block(0), ring.blocks
@@ -53,7 +53,7 @@ def test_negative_directions_of_the_tooth_are_filled_by_its_body(parts, monkeypa
         accuracy += 1e-5  # a scene of its own
         blocks = added.copy()
         blocks[len(added) // 2] += tooth
-        monkeypatch.setattr(tooth_bending, "meshed_flank", lambda *_: replace(whole, blocks=blocks))
+        monkeypatch.setattr(tooth_bending, "fe_flank", lambda *_: replace(whole, blocks=blocks))
         scene = gear(model="finite_elements", accuracy=round(accuracy, 6))
         return float(simulate(scene, outputs=("mesh_stiffness_rms",)).mesh_stiffness_rms)
 

@@ -11,7 +11,7 @@ import pytest
 from fem_reference.mesh_family import plain_compliance
 from fem_reference.refinement import refined_compliance
 from gearbench import read_scene
-from gearbench.effects.teeth import meshed_body
+from gearbench.effects.teeth import fe_body
 from tests.support.paths import EXAMPLES
 
 GEARS = EXAMPLES / "gears"
@@ -29,7 +29,7 @@ ORDER = (4, 5)
 def test_both_routes_agree_on_gears_in_use(name, meshes):
     """A spur pinion on a rim of 1.6 modules, and a helical one 15 modules wide."""
     pair = read_scene(GEARS / f"{name}.toml").pair
-    body, material = meshed_body(pair, 0, on_body=True), pair.materials[0]
+    body, material = fe_body(pair, 0, on_body=True), pair.materials[0]
     found = refined_compliance(body, material, 0.002, ORDER)
     plain = plain_compliance(body, material, meshes, ORDER)
     n, m = found.neighbours, plain.neighbours

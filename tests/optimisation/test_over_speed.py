@@ -7,7 +7,7 @@ from numpy.testing import assert_allclose
 from gearbench.contact.batch import chunks, solve_one_chunk
 from gearbench.dynamics.analysis import response
 from gearbench.dynamics.balance import solve
-from gearbench.dynamics.loaded_mesh import Flanks
+from gearbench.dynamics.loaded_mesh import FlankState
 from gearbench.dynamics.model import Model
 from gearbench.dynamics.waves import rms
 from gearbench.errors import InputError
@@ -54,7 +54,7 @@ def forces_one_by_one(scene, speeds):
     flanks = model.cycles[0].samples(problem.batch, problem.lines, solution)
     rows = np.concatenate([problem.phases.weight[None], fourier_rows(problem.phases, np.arange(1, 11))])
     for i in range(16):
-        one = Flanks(force=flanks.force[i], motion=flanks.motion[i], stiffness=flanks.stiffness[i])
+        one = FlankState(force=flanks.force[i], motion=flanks.motion[i], stiffness=flanks.stiffness[i])
         drive = one.orders(rows)
         found.append(np.sqrt((rms(solve(drive, h, model.stiffness)[1])[:, 0] ** 2).mean()))
     return np.array(found)

@@ -61,7 +61,7 @@ def answer(monkeypatch, compliance) -> None:
     monkeypatch.setattr(ToothBending, "flank_compliances", lambda *_: None)
 
     def chosen(tooth, lines, beside):
-        return compliance(lines) if tooth.meshed else PLATE(tooth, lines, beside)
+        return compliance(lines) if tooth.by_finite_elements else PLATE(tooth, lines, beside)
 
     monkeypatch.setattr(ToothBending, "compliance", chosen)
     clear_compliance_cache()  # those of another answer

@@ -45,5 +45,5 @@ def plates_for_finite_elements(monkeypatch, softness: float = 1.0, correction: f
     def flank(body, material, accuracy):
         return PlateFlank(body.gear, plate_tooth(body.gear, material, None, False), softness, correction * accuracy)
 
-    monkeypatch.setattr(tooth_bending, "meshed_flank", flank)
+    monkeypatch.setattr(tooth_bending, "fe_flank", flank)
     clear_compliance_cache()  # they may come from another softness
