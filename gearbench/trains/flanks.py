@@ -150,7 +150,7 @@ class FlankErrors:
         return np.stack(drawn, axis=-1)
 
     def under(self, errors: NDArray, force: NDArray) -> tuple[NDArray, NDArray]:
-        """Approach and stiffness with ``errors`` (sample, error) under ``force``; shapes as in ``TrainFlanks.under``."""
+        """Approach and stiffness with ``errors`` (sample, error) under ``force``; shapes as in ``TrainFlanks``."""
         own = zip(self.expansions, self.columns, strict=True)
         return self.flanks.under([each.amounts(errors[:, list(columns)]) for each, columns in own], force)
 
