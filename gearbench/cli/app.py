@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import re
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from functools import wraps
@@ -41,6 +42,8 @@ COMMANDS = (
 COMMANDS += ("validate", "plan", "cost", "rexs", "doctor")
 #: Commands that solve no contact problem.
 _QUICK = ("select", "rexs", "doctor")
+#: Kind of value of an option, as typer names it → as a message names it.
+_KINDS = {"integer": "a whole number", "number": "a number", "boolean": "true or false"}
 
 
 def application(names: Sequence[str] = COMMANDS) -> typer.Typer:
@@ -127,7 +130,10 @@ def main() -> None:
         raise KeyboardInterrupt from None
     except Exception as error:
         if (message := getattr(error, "format_message", None)) is not None:  # from typer, e.g. an unknown option
-            _end(f"{message()} See gearbench {' '.join([*called, '--help'])}", BAD_INPUT)
+            text = re.sub(
+                r"Input should be a valid (\w+).*", lambda found: f"must be {_KINDS.get(found[1], found[1])}", message()
+            )
+            _end(f"{text.rstrip('.')}; see gearbench {' '.join([*called, '--help'])}", BAD_INPUT)
         raise
     finally:
         log.end()

@@ -192,7 +192,7 @@ def require_errors(scene: Scene) -> ManufacturingErrors:
     """
     errors = scene.effect("manufacturing_errors")
     if not isinstance(errors, ManufacturingErrors):
-        raise InputError("effects", "no manufacturing_errors", "robustness needs [effects.manufacturing_errors]")
+        raise InputError("effects.manufacturing_errors", "missing", "is required for scatter: kinds of random errors")
     return errors
 
 
