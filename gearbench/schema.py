@@ -282,7 +282,7 @@ def _faults(adapter: TypeAdapter, value: Any) -> list[Any]:
 
 
 def _message(fault: Any, unit: str) -> str:
-    text = fault["msg"].replace("Input should", "must").removeprefix("Value error, ")
+    text: str = fault["msg"].replace("Input should", "must").removeprefix("Value error, ")
     if fault["type"] in _RANGE:
         text = text.replace("less than or equal to", "at most").replace("greater than or equal to", "at least")
         return f"{text} {unit}".strip()
