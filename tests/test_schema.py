@@ -78,7 +78,7 @@ FAULTS = {
         "stiffness": 1.0,
         "material": {"nu": 0.3},
     },
-    "at.stiffness = 11.0: must be at most 10": {"stiffness": 11.0},
+    "at.stiffness = 11.0: must be at most 10 N/mm": {"stiffness": 11.0},
     "at.turns.1 = 'b': must be a whole number": {"stiffness": 1.0, "turns": [1, "b"]},
     "at.turns = (10,): at most 9": {"stiffness": 1.0, "turns": [10]},
     "at = 3: must be a table: [at]": 3,

@@ -60,7 +60,7 @@ def test_accuracy_on_the_command_line(run, tmp_path):
 
 @pytest.mark.parametrize(
     ("text", "what"),
-    [("x", "must be a number"), ("0", "greater than"), ("70%", "less than"), ("1%%", "must be a number")],
+    [("x", "must be a number"), ("0", "at least"), ("70%", "at most"), ("1%%", "must be a number")],
 )
 def test_accuracies_that_are_none_are_one_line(refused, text, what):
     err = refused("simulate", EXAMPLES / "sc.toml", "--accuracy", text)

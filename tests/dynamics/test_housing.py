@@ -55,7 +55,7 @@ def test_orders_beyond_the_file_are_missing_and_noted(answer):
     found = housing_response(answer, housing((0.0, 1000.0)))
     missing = np.isnan(found["housing_amplitude"].sel(mesh="pair", point="lid").values)
     assert missing.tolist() == [[False, False, True], [False, True, True]]
-    assert "orders outside 0 to 1000 Hz have no response of the housing" in found.attrs["notes"]
+    assert "orders outside 0 to 1000 Hz have no housing response" in found.attrs["notes"]
 
 
 def test_what_does_not_fit_is_one_line(answer, tmp_path):

@@ -149,7 +149,7 @@ def test_load_component_of_a_tooth(pair):
     [
         ({"basis": "paper", "order": (3, 3)}, "conflicts with basis"),
         ({"order": (3, 3, 3)}, "two numbers"),
-        ({"order": (0, 3)}, "at least 1"),
+        ({"order": (0, 3)}, "greater than or equal to 1"),
     ],
 )
 def test_contradictory_orders_are_refused(keys, message):

@@ -113,7 +113,7 @@ def test_a_page_names_no_files(scene, tmp_path):
 
 def test_faults_are_one_line_with_key_and_value(scene):
     (found,) = Answers(scene)(asked(scene, pair__face_width=-1.0))
-    assert found["message"] == ["pair.face_width = -1.0: must be greater than 0"]
+    assert found["message"] == ["pair.face_width = -1.0: must be greater than 0 mm"]
     (found,) = Answers(scene)(asked(scene, effects__crowning__amont=1.0))
     assert "amont" in found["message"][0]
     (found,) = Answers(scene)(asked(scene, effects__tip_relief__length=50.0))
