@@ -149,7 +149,7 @@ def test_balls_by_the_catalogue(name):
 
 @pytest.mark.parametrize("diameter", [5e-324, 0.0, 9e-4])
 def test_no_shaft_is_thinner_than_a_micrometre(diameter):
-    with pytest.raises(Exception, match=r"at least 0\.001"):
+    with pytest.raises(Exception, match=r"greater than or equal to 0\.001"):
         ShaftSection(length=30.0, diameter=diameter)
 
 
