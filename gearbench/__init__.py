@@ -14,7 +14,7 @@ __version__ = "1.0.0"
 
 _public, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
-#: Public name before version 1.0 → its successor; the old names work until version 1.1.
+#: Earlier public name → its successor; the old names work for one version.
 _RENAMED = {
     "load_scene": "gearbench.read_scene",
     "load_study": "gearbench.read_study",
@@ -22,6 +22,7 @@ _RENAMED = {
     "load_housing": "gearbench.read_housing",
     "load": "gearbench.open_result",
     "Response": "gearbench.plugin.Metric",
+    "Scatter": "gearbench.SizeScatter",
     **{
         name: f"gearbench.plugin.{name}"
         for name in ("ComplianceEffect", "Dense", "Effect", "GapEffect", "LineLaw", "LowRank", "MeshCycle", "Quantity")

@@ -32,7 +32,7 @@ from .effects.tip_relief import TipRelief as TipRelief
 from .effects.tooth_bending import ToothBending as ToothBending
 from .effects.topography import Topography as Topography
 from .effects.varied import RunOut as RunOut
-from .effects.varied import Scatter as Scatter
+from .effects.varied import SizeScatter as SizeScatter
 from .effects.varied import VariedKey as VariedKey
 from .effects.waviness import Wave as Wave
 from .effects.waviness import Waviness as Waviness
