@@ -27,10 +27,13 @@ from .effects.profile_crowning import ProfileCrowning as ProfileCrowning
 from .effects.profile_curve import ProfileCurve as ProfileCurve
 from .effects.profile_relief import Relief as Relief
 from .effects.profile_slope import ProfileSlope as ProfileSlope
+from .effects.random_pitch import DrawnPitch as DrawnPitch
+from .effects.random_pitch import RandomPitch as RandomPitch
 from .effects.root_relief import RootRelief as RootRelief
 from .effects.tip_relief import TipRelief as TipRelief
 from .effects.tooth_bending import ToothBending as ToothBending
 from .effects.topography import Topography as Topography
+from .effects.varied import PitchKind as PitchKind
 from .effects.varied import RunOut as RunOut
 from .effects.varied import SizeScatter as SizeScatter
 from .effects.varied import VariedKey as VariedKey

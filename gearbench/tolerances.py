@@ -30,8 +30,8 @@ class FlankTolerances:
 
     Parameters
     ----------
-    single_pitch
-        f_p (2013), f_pt (1995).
+    single_pitch, cumulative_pitch
+        f_p, F_p (2013); f_pt, F_p (1995).
     profile_slope, profile_form, profile_total
         f_Hα, f_fα, F_α.
     helix_slope, helix_form, helix_total
@@ -39,6 +39,7 @@ class FlankTolerances:
     """
 
     single_pitch: float
+    cumulative_pitch: float
     profile_slope: float
     profile_form: float
     profile_total: float
@@ -168,27 +169,29 @@ def round_tolerance(value: float) -> float:
 
 # -- the editions ------------------------------------------------------------------------------------------------------
 def _class_5_of_1995(m: float, d: float, b: float) -> tuple[float, ...]:
-    """ISO 1328-1:1995, 6.4: f_pt, f_Hα, f_fα, F_α, f_Hβ, f_fβ, F_β of grade 5 [µm]."""
+    """ISO 1328-1:1995, 6.4: f_pt, F_p, f_Hα, f_fα, F_α, f_Hβ, f_fβ, F_β of grade 5 [µm]."""
     m, d, b = _interval_mean(m, _MODULES), _interval_mean(d, _DIAMETERS), _interval_mean(b, _WIDTHS)
     sqrt_m, sqrt_d, sqrt_b = math.sqrt(m), math.sqrt(d), math.sqrt(b)
     f_pt = 0.3 * (m + 0.4 * sqrt_d) + 4
+    F_p = 0.3 * m + 1.25 * sqrt_d + 7
     f_Hα = 2 * sqrt_m + 0.14 * sqrt_d + 0.5
     f_fα = 2.5 * sqrt_m + 0.17 * sqrt_d + 0.5
     F_α = 3.2 * sqrt_m + 0.22 * sqrt_d + 0.7
     f_Hβ = f_fβ = 0.07 * sqrt_d + 0.45 * sqrt_b + 3
     F_β = 0.1 * sqrt_d + 0.63 * sqrt_b + 4.2
-    return f_pt, f_Hα, f_fα, F_α, f_Hβ, f_fβ, F_β
+    return f_pt, F_p, f_Hα, f_fα, F_α, f_Hβ, f_fβ, F_β
 
 
 def _class_5_of_2013(m: float, d: float, b: float) -> tuple[float, ...]:
-    """ISO 1328-1:2013, 5.3: f_p, f_Hα, f_fα, F_α, f_Hβ, f_fβ, F_β of class 5 [µm]."""
+    """ISO 1328-1:2013, 5.3: f_p, F_p, f_Hα, f_fα, F_α, f_Hβ, f_fβ, F_β of class 5 [µm]."""
     sqrt_d, sqrt_b = math.sqrt(d), math.sqrt(b)
     f_p = 0.001 * d + 0.4 * m + 5
+    F_p = 0.002 * d + 0.55 * sqrt_d + 0.7 * m + 12
     f_Hα = 0.4 * m + 0.001 * d + 4
     f_fα = 0.55 * m + 5
     f_Hβ = 0.05 * sqrt_d + 0.35 * sqrt_b + 4
     f_fβ = 0.07 * sqrt_d + 0.45 * sqrt_b + 4
-    return f_p, f_Hα, f_fα, math.hypot(f_Hα, f_fα), f_Hβ, f_fβ, math.hypot(f_Hβ, f_fβ)
+    return f_p, F_p, f_Hα, f_fα, math.hypot(f_Hα, f_fα), f_Hβ, f_fβ, math.hypot(f_Hβ, f_fβ)
 
 
 def _interval_mean(value: float, ends: tuple[float, ...]) -> float:

@@ -61,6 +61,7 @@ TABLES: dict[str, dict[str, Any]] = {
     "manufacturing_errors": {"preset": "garambois2017"},
     "topography": {"pinion": str(GRID)},
     "pitch_errors": {"pinion": [float(n % 5) for n in range(24)], "pinion_tooth": 3},
+    "random_pitch": {"wheel": {"iso_class": 7, "seed": 3}, "wheel_tooth": 2},
     "waviness": {"pinion": [{"order": 1, "amplitude": 8.0}], "wheel": [{"order": 7, "amplitude": 0.5}]},
     "misalignment": {"inclination": 4.0, "deviation": 6.0},
 }

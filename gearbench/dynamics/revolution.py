@@ -251,7 +251,9 @@ def revolution_response(
     check_harmonics(harmonics)
     turning = unlike(scene)
     if error is None and not turning:
-        allowed = "a revolution needs [effects.pitch_errors], [effects.waviness] or a given error"
+        allowed = (
+            "a revolution needs [effects.pitch_errors], [effects.random_pitch], [effects.waviness] or a given error"
+        )
         raise InputError("effects", "all teeth alike", allowed)
     model = Model(scene=teeth_alike(scene))
     mesh = model.cycles[0]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass as plain_dataclass
 from functools import lru_cache, partial
 from types import MappingProxyType
@@ -16,8 +16,8 @@ from pydantic.dataclasses import dataclass
 from gearbench.effects.base import Effects, GapEffect
 from gearbench.effects.distributions import DISTRIBUTIONS, Distribution
 from gearbench.effects.expansion import ErrorModes, Expansion
-from gearbench.effects.shape import Along, Gears, Range, Shape, barrel, chosen, face_slope, opening, slope
-from gearbench.effects.varied import Eccentricity, RandomVariable, RunOut, SizeScatter, VariedKey
+from gearbench.effects.shape import MICROMETRE, Along, Gears, Range, Shape, barrel, chosen, face_slope, opening, slope
+from gearbench.effects.varied import Eccentricity, PitchKind, RandomVariable, RunOut, SizeScatter, VariedKey
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines, pair_indices
 from gearbench.geometry.names import GEARS
@@ -145,6 +145,8 @@ class ManufacturingErrors(GapEffect):
         f_Hα, f_fα, f_Hβ, f_fβ of each gear.
     inclination, deviation
         f_Σδ, f_Σβ of the axes.
+    single_pitch
+        f_pt of each gear: an index deviation for every tooth in contact.
     run_out, wobble
         F_r of each gear at a random phase: a wave of order 1 (F7). Run-out is the same all over the face, wobble tilts.
     varied
@@ -169,6 +171,7 @@ class ManufacturingErrors(GapEffect):
     helix_form: ErrorKind | None = None
     inclination: ErrorKind | None = None
     deviation: ErrorKind | None = None
+    single_pitch: PitchKind | None = None
     run_out: RunOut | None = None
     wobble: RunOut | None = None
     varied: Annotated[tuple[VariedKey, ...], Field(max_length=100)] = ()
@@ -183,7 +186,7 @@ class ManufacturingErrors(GapEffect):
     example: ClassVar[dict[str, Any]] = {"preset": "garambois2017"}
 
     def __post_init__(self) -> None:
-        kinds = [name for name in _SHAPES if getattr(self, name) is not None]
+        kinds = [name for name in (*_SHAPES, "single_pitch") if getattr(self, name) is not None]
         others = [name for name in _OTHERS if getattr(self, name)]
         if self.preset is not None:
             classes = [name for name in _CLASSES if getattr(self, name) is not None]
@@ -192,7 +195,7 @@ class ManufacturingErrors(GapEffect):
                 raise InputError(clash, "given", f'conflicts with preset = "{self.preset}": give one of the two')
             return
         if not kinds and not others:
-            every = ", ".join((*_SHAPES, *_OTHERS))
+            every = ", ".join((*_SHAPES, "single_pitch", *_OTHERS))
             raise InputError("", "no kind of error", f"give preset, or at least one table of {every}")
         keys = [each.key for each in self.varied]
         for key in keys:
@@ -240,7 +243,18 @@ class ManufacturingErrors(GapEffect):
                 for tooth in teeth:
                     full = label if tooth is None else f"{label}_tooth{tooth:+d}"
                     modes.append(ErrorMode(full, amplitude, kind.distribution, kind.sign, shape, tooth, kind.cost))
-        return tuple(modes)
+        return (*modes, *self._of_pitch(pair))
+
+    def _of_pitch(self, pair: Pair) -> Iterator[ErrorMode]:
+        """Index deviations of the teeth in contact and of those next to them."""
+        if (kind := self.single_pitch) is None:
+            return
+        known = pair_indices(pair).tolist()
+        for gear in chosen(kind.gear):
+            f = self.class_amplitude("single_pitch", pair, gear) if kind.amplitude is None else kind.amplitude
+            for tooth in (known[0] - 1, *known, known[-1] + 1):
+                name = f"single_pitch_{GEARS[gear]}_tooth{tooth:+d}"
+                yield ErrorMode(name, f / 2, kind.distribution, 1, _index_deviation, tooth, kind.cost)
 
     def class_amplitude(self, tolerance: str, pair: Pair, index: int) -> float:
         """Tolerance [µm] of the ISO class of gear ``index``."""
@@ -334,6 +348,12 @@ class ManufacturingErrors(GapEffect):
         profile = name.startswith("profile")
         ramp = slope(pair, index, self.along, self.profile_range) if profile else face_slope(pair, index)
         return Shape(gear=index, factors=(barrel(ramp) if name.endswith("form") else ramp,)).gap
+
+
+def _index_deviation(lines: ContactLines) -> NDArray:
+    """Gap where material of 1 µm is missing on the pitch circle, (position, pair, segment) [mm]."""
+    gear = lines.pair.gears[0]
+    return np.full(lines.shape, MICROMETRE * np.cos(gear.alpha_t) * np.cos(gear.beta_b))
 
 
 def _amounts(key: VariedKey, modes: int, values: NDArray) -> NDArray:

@@ -2,24 +2,19 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
-from typing import Annotated, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from gearbench.effects.base import Effects, GapEffect, Turning
-from gearbench.effects.shape import MICROMETRE, Amount
+from gearbench.effects.index_deviations import Deviations, Tooth, check_teeth, later_teeth, turning
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.pair import Pair
 from gearbench.schema import STRICT
-
-Deviations = tuple[Amount, ...]
-Tooth = Annotated[int, Field(ge=0)]
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -55,12 +50,10 @@ class PitchErrors(GapEffect):
         if self.pinion is None and self.wheel is None:
             raise InputError("pinion", "missing", "deviations are required, here or for the wheel")
         for name, gear in zip(("pinion", "wheel"), pair.gears, strict=True):
-            deviations, tooth = getattr(self, name), getattr(self, f"{name}_tooth")
-            count = abs(gear.teeth)
+            deviations, count = getattr(self, name), abs(gear.teeth)
             if deviations is not None and len(deviations) != count:
                 raise InputError(name, f"{len(deviations)} deviations", f"must be one for each of the {count} teeth")
-            if tooth >= count:
-                raise InputError(f"{name}_tooth", tooth, f"must be below {count}, the number of teeth")
+        check_teeth(pair, (self.pinion_tooth, self.wheel_tooth))
 
     def gap(self, lines: ContactLines) -> NDArray:
         """Gap of the first mesh cycle, (position, pair, segment) [mm]: f cos α_t cos β_b of both teeth."""
@@ -69,20 +62,8 @@ class PitchErrors(GapEffect):
 
     def turning(self, lines: ContactLines, cycles: NDArray) -> Turning:
         """One mode per pair: in mesh cycle n the teeth of pair k are the ones n − k after the first teeth."""
-        later = cycles[:, None] - lines.index
-        if lines.coast:  # the mirror image of the coast flanks turns in the opposite direction
-            later = -later
-        amounts = np.zeros(later.shape)
-        for deviations, first in ((self.pinion, self.pinion_tooth), (self.wheel, self.wheel_tooth)):
-            if deviations is not None:
-                amounts += np.array(deviations)[(first + later) % len(deviations)]
-        gear, pairs = lines.pair.gears[0], len(lines.index)
-        normal = MICROMETRE * math.cos(gear.alpha_t) * math.cos(gear.beta_b)
-        modes = np.broadcast_to(normal * np.eye(pairs)[:, None], (*lines.shape, pairs))
-        return Turning(modes=modes, amounts=amounts)
+        return turning(lines, cycles, (self.pinion, self.wheel), (self.pinion_tooth, self.wheel_tooth))
 
     def later(self, pair: Pair, cycles: tuple[int, int]) -> PitchErrors:
         """The same deviations with mesh cycles that begin ``cycles`` teeth later."""
-        own = zip((self.pinion_tooth, self.wheel_tooth), cycles, pair.gears, strict=True)
-        first, second = ((tooth + cycle) % abs(gear.teeth) for tooth, cycle, gear in own)
-        return replace(self, pinion_tooth=first, wheel_tooth=second)
+        return replace(self, **later_teeth(pair, (self.pinion_tooth, self.wheel_tooth), cycles))

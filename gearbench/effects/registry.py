@@ -28,6 +28,7 @@ EFFECTS: dict[str, tuple[str, str]] = {
     "manufacturing_errors": ("gearbench.effects.manufacturing_errors", "ManufacturingErrors"),
     "topography": ("gearbench.effects.topography", "Topography"),
     "pitch_errors": ("gearbench.effects.pitch_errors", "PitchErrors"),
+    "random_pitch": ("gearbench.effects.random_pitch", "RandomPitch"),
     "waviness": ("gearbench.effects.waviness", "Waviness"),
     "misalignment": ("gearbench.effects.misalignment", "Misalignment"),
 }

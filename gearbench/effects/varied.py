@@ -123,6 +123,28 @@ class RunOut:
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
+class PitchKind:
+    """Random pitch errors: an index deviation for each tooth, within ±f/2, so that no pitch deviates by more than f.
+
+    Parameters
+    ----------
+    amplitude
+        f [µm]; by default the single pitch tolerance of the ISO class.
+    distribution
+        Distribution over ±f/2.
+    gear
+        Gears that have the error, drawn independently.
+    cost
+        Relative cost of a tolerance one class finer.
+    """
+
+    amplitude: Annotated[float, Field(ge=0.0, le=1000.0)] | None = None
+    distribution: TwoSided = "normal_two_sided"
+    gear: Gears = "both"
+    cost: Annotated[float, Field(gt=0.0, le=1e6)] = 1.0
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
 class SizeScatter:
     """A size that varies about the middle of its permissible deviations.
 

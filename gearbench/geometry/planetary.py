@@ -346,6 +346,14 @@ class PlanetarySet:
         return found
 
 
+def _of_planet(table: Mapping[str, Any], number: int) -> dict[str, Any]:
+    """Table of one planet: random pitch errors get a seed of their own."""
+    drawn = table.get("random_pitch")
+    if not isinstance(drawn, Mapping) or not isinstance(drawn.get("seed", 0), int):
+        return dict(table)
+    return {**table, "random_pitch": {**drawn, "seed": drawn.get("seed", 0) + number}}
+
+
 def expanded(given: Any) -> tuple[PlanetarySet, dict[str, Any]]:
     """Read a table ``[planetary]``: the set, and the equivalent tables "gears" and "meshes".
 
@@ -385,8 +393,9 @@ def expanded(given: Any) -> tuple[PlanetarySet, dict[str, Any]]:
     at_sun, beside = ({key: getattr(each, key) for key in (*SHARED, "face_width")} for each in (found, at_ring))
     whole_set = PlanetarySet(keys=found, teeth=(z_s, z_p, z_q, z_r), modules=(m_s, m_r), stepped=stepped)
     gears: dict[str, Mapping[str, Any]] = {SUN: {**at_sun, **own[SUN]}}
-    gears |= {name: {**at_sun, **own[PLANET]} for name in found.names}
-    gears |= {name: {**beside, "shaft": on, **own[AT_RING]} for name, on in whole_set.second_gears.items()}
+    gears |= {name: {**at_sun, **_of_planet(own[PLANET], n)} for n, name in enumerate(found.names)}
+    seconds = enumerate(whole_set.second_gears.items())
+    gears |= {name: {**beside, "shaft": on, **_of_planet(own[AT_RING], n)} for n, (name, on) in seconds}
     gears[RING] = {**beside, **own[RING]}
     a = whole_set.centre_distance
     meshes = [{"driver": SUN, "driven": name, "centre_distance": a} for name in found.names]

@@ -43,7 +43,7 @@ def hunting_cycle(scene: Scene, *, orders: float = ORDERS, threads: int = 1) -> 
     Parameters
     ----------
     scene
-        A scene with effects that differ from tooth to tooth: pitch_errors or waviness. A planetary set needs none of
+        A scene with effects that differ from tooth to tooth: pitch errors or waviness. A planetary set needs none of
         them: its members may be eccentric, and its planets always pass a sensor on the ring.
     orders
         Highest mesh order of the spectrum.
@@ -125,7 +125,7 @@ def _all_cycles(scene: Scene, orders: float, threads: int) -> MeshCycle:
     phase, weight = mesh_phases(scene)
     turning = unlike(scene)
     if not turning:
-        raise InputError("effects", "all teeth are alike", "must have pitch_errors or waviness")
+        raise InputError("effects", "all teeth are alike", "must have pitch_errors, random_pitch or waviness")
     require_cycles_memory(scene, turning, len(phase), count, orders)
     lines = scene_lines(scene, phase)
     amounts = turning_amounts(turning, lines, count)

@@ -106,7 +106,7 @@ def check_train_cycles(scene: Scene) -> int:
         raise InputError("loads", f"{len(scene.loads)} loads", "are not supported by hunting: give one [load]")
     gears = gears_apart(scene)
     if not gears:
-        raise InputError("effects", "all teeth are alike", "must have pitch_errors or waviness")
+        raise InputError("effects", "all teeth are alike", "must have pitch_errors, random_pitch or waviness")
     train = scene.geometry
     passed = [next(train.periods[mesh.name] for mesh in train.meshes if gear in mesh.gears) for gear in gears]
     key = "gears" if scene.train.planetary is None else "planetary.ring.teeth"

@@ -108,7 +108,7 @@ def test_wobble_is_solved_as_it_is():
 @pytest.mark.parametrize(
     ("effects", "message"),
     [
-        ({}, "effects = all teeth are alike: must have pitch_errors or waviness"),
+        ({}, "effects = all teeth are alike: must have pitch_errors, random_pitch or waviness"),
         ({"waviness": {}}, "effects.waviness.pinion = missing: a wave is required"),
         ({"waviness": {"pinion": [{"order": 0, "amplitude": 1.0}]}}, "effects.waviness.pinion.0.order = 0: must be"),
         (

@@ -132,5 +132,5 @@ def test_teeth_that_are_alike_have_no_side_bands():
         {"driver": n, "driven": "d", "centre_distance": 50.0, "direction": d} for n, d in (("b", 180.0), ("c", 0.0))
     ]
     scene = parse_scene({"gears": gears, "meshes": meshes, "load": {"torque": 50.0}, "effects": LINEAR})
-    with pytest.raises(InputError, match="all teeth are alike: must have pitch_errors or waviness"):
+    with pytest.raises(InputError, match="all teeth are alike: must have pitch_errors, random_pitch or waviness"):
         hunting_cycle(scene)

@@ -11,12 +11,12 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from gearbench.tolerances import flank_tolerances, shaft_parallelism
 
-# f_p, f_Hα, f_fα, F_α, f_Hβ, f_fβ, F_β
+# f_p, F_p, f_Hα, f_fα, F_α, f_Hβ, f_fβ, F_β
 CASES = {
-    ("2013", 3, 100, 30): (8.910, 7.495, 9.405, 12.026, 9.075, 10.132, 13.602),
-    ("1995", 3, 100, 30): (8.288, 7.068, 8.596, 11.117, 8.507, 8.507, 11.935),
-    ("2013", 2, 60, 20): (8.287, 6.873, 8.627, 11.030, 8.418, 9.270, 12.522),
-    ("1995", 2, 60, 20): (7.590, 5.296, 6.380, 8.282, 7.516, 7.516, 10.548),
+    ("2013", 3, 100, 30): (8.910, 28.001, 7.495, 9.405, 12.026, 9.075, 10.132, 13.602),
+    ("1995", 3, 100, 30): (8.288, 26.740, 7.068, 8.596, 11.117, 8.507, 8.507, 11.935),
+    ("2013", 2, 60, 20): (8.287, 25.145, 6.873, 8.627, 11.030, 8.418, 9.270, 12.522),
+    ("1995", 2, 60, 20): (7.590, 26.042, 5.296, 6.380, 8.282, 7.516, 7.516, 10.548),
 }
 
 
@@ -37,6 +37,13 @@ def test_rounded_single_pitch_of_all_grades_1995():
         for grade in range(13)
     ]
     assert_array_equal(got, printed)
+
+
+def test_rounded_cumulative_pitch_1995():
+    """m from 2 to 3.5, d from 125 to 280, grades 4 to 8: 18, 25, 35, 50, 70 (Table 2 of the standard)."""
+    size = {"normal_module": 3.0, "reference_diameter": 200.0, "face_width": 30.0}
+    found = [flank_tolerances(**size, iso_class=n, edition="1995", rounded=True) for n in range(4, 9)]
+    assert [each.cumulative_pitch for each in found] == [18, 25, 35, 50, 70]
 
 
 def test_shaft_parallelism():

@@ -31,6 +31,7 @@ RELIEVED = {
     "misalignment": {"inclination": 6.0},
     "waviness": {"pinion": [{"order": 1, "amplitude": 3.0}, {"order": 50, "amplitude": 0.5}]},
     "pitch_errors": {"pinion": [0.0, 2.0, -1.0] + 22 * [0.5]},
+    "random_pitch": {"wheel": {"single_pitch": 6.0, "cumulative_pitch": 20.0}},
 }  # fmt: skip
 TIP = {"tip_relief": {"amount": 10.0, "length": 0.8}}
 ERRORS = {
