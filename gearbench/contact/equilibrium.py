@@ -283,8 +283,9 @@ class ForceSearch:
             approach, stiffness = approach - statics.shifted * at, statics.without_shifted(k)
             q, new = statics.balanced(partial(_tangents, k=stiffness, free=approach - at / stiffness), q)
             change = np.where(force > least, new - force, np.maximum(new - at, 0.0))
-            left = max(np.abs(change).max() / np.abs(new).max(), self.gap_change())
-            if left <= (self.tolerance if step < STEPS - 1 else max(self.tolerance, ACCEPTED_RESIDUAL)):
+            left = np.abs(change).max() / np.abs(new).max()
+            enough = self.tolerance if step < STEPS - 1 else max(self.tolerance, ACCEPTED_RESIDUAL)
+            if left <= enough and (left := max(left, self.gap_change())) <= enough:
                 return new, q, k * (new > 0), step + 1
             # forces that oscillate about first contact go half of the way
             swings = (change * previous < 0) & (np.abs(change) > SWING * np.abs(previous))

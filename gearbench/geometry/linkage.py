@@ -192,7 +192,9 @@ class Linkage:
         whole = B.T @ B + K / max(np.diag(K).max(initial=0.0), 1.0)
         values, vectors = np.linalg.eigh(whole / np.outer(size, size))
         if values[0] < _HELD * values[-1]:
-            worst = self.motions[int(np.argmax(np.abs(vectors[:, 0])))]
+            # shafts turn freely too if the gears that hold them float, which are the cause
+            floats = np.array([motion.stiffness == 0 and motion in self.more for motion in self.motions])
+            worst = self.motions[int(np.argmax(np.abs(vectors[:, 0]) * (floats if floats.any() else 1.0)))]
             raise InputError("gears", worst.name, "nothing holds it: neither its meshes nor a stiffness")
 
     def on_bodies(self, force: NDArray) -> NDArray:

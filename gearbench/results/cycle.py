@@ -39,10 +39,10 @@ FALLS = (0.3, 0.95)
 #: to peak-to-peak, per module of face width. ACROSS: the same for spur pairs, relative to peak-to-peak. CUT: truncated
 #: compliance, for a harmonic of the stiffness, relative to the mean stiffness.
 ALONG, ACROSS, CUT = 8e-6, 2e-5, 4e-5
-#: FINE: number of points on a panel at which extremes are sought. STEEP: if the last third of the coefficients on a
-#: panel exceeds this share of the range of the curve, its polynomial is not trusted and the extremes are limited, see
-#: ``_within``.
-FINE, STEEP = 201, 2e-2
+#: FINE: number of points on a panel at which extremes are sought. If the last third of the coefficients on a panel
+#: exceeds the share STEEP of the range of the curve, or its polynomial misses the curve (``_missed``) by the share OFF,
+#: the polynomial is not trusted and the extremes are limited, see ``_within``.
+FINE, STEEP, OFF = 201, 2e-2, 5e-2
 #: Error of the mean over a panel whose polynomial misses a kink or a jump, over the last two coefficients. With five
 #: Gauss points, a kink anywhere on the panel leaves 0.07 of the last coefficient in RMS, a jump 0.17; measured on
 #: relieved spur pairs.
@@ -222,7 +222,8 @@ def _extremes(phases: Phases, values: NDArray) -> tuple[NDArray, NDArray]:
     by_panel, fine = values.reshape(*values.shape[:-1], -1, phases.size), _on_panels(phases, values, FINE)
     coefficient = np.abs(by_panel @ legendre_transform(phases.size).T)
     last = coefficient[..., -max(1, phases.size // 3) :].sum(axis=-1)
-    steep = (last > STEEP * np.ptp(values, axis=-1)[..., None]) & (phases.size > 4)
+    whole = np.ptp(values, axis=-1)[..., None]
+    steep = ((last > STEEP * whole) | (_missed(phases, values) > OFF * whole)) & (phases.size > 4)
     if steep.any():
         low, high = _within(by_panel, fine, steep)
         fine = np.clip(fine, np.where(steep, low, -np.inf)[..., None], np.where(steep, high, np.inf)[..., None])

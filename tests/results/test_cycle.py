@@ -157,6 +157,15 @@ def test_peak_to_peak_is_known_where_a_curve_that_runs_on_jumps_within_a_panel()
     assert peak <= doubt < 3 * np.sqrt((floor**2).sum())
 
 
+@pytest.mark.parametrize("width", [0.005, 0.03, 0.08])
+def test_peak_to_peak_of_a_steep_rise_is_its_height_wherever_it_lies_on_a_panel(width):
+    """Polynomials overshoot by up to a quarter, also where their last coefficient vanishes."""
+    phases = gauss(5, (0.0, 0.3, 0.6))
+    for at in np.linspace(0.3, 0.6, 61):
+        rise = np.clip((phases.phase - at) / width, 0.0, 1.0)
+        assert 1.0 <= peak_to_peak(phases, rise) < 1.01
+
+
 def test_few_uniform_phases_give_a_noise_floor_of_peak_to_peak():
     """Of the ten orders they know three."""
     phases = uniform(8)
