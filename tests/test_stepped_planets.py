@@ -8,6 +8,8 @@ from numpy.testing import assert_allclose
 
 from gearbench import hunting_cycle, response, robust, simulate
 from gearbench.errors import InputError
+from gearbench.exchange.rexs_write import write_planetary
+from gearbench.optimisation.numbers import mass
 from gearbench.scene_file import parse_scene
 from gearbench.trains.solve import solve_train
 from tests.test_planetary import tables
@@ -224,3 +226,20 @@ def test_response_and_unlike_teeth_are_refused():
     given["planetary"]["sun"]["pitch_errors"] = [1.0] * 23 + [0.0]
     with pytest.raises(InputError, match=r"effects.pitch_errors = given: differs from tooth to tooth"):
         simulate(parse_scene(given))
+
+
+def test_all_gears_of_the_planets_have_mass():
+    def cylinder(mesh, gear):
+        own = mesh.pair.gears[gear]
+        return 7.85e-6 * math.pi * own.pitch_radius**2 * own.face_width
+
+    scene = parse_scene(stepped(planets=3))
+    one, two = list(scene.meshes.values())[::3]
+    ring = two.pair.gears[1]
+    rim = 7.85e-6 * math.pi * ring.face_width * (ring.root_radius**2 - ring.pitch_radius**2)
+    assert mass(scene) == pytest.approx(cylinder(one, 0) + 3 * (cylinder(one, 1) + cylinder(two, 0)) + rim, rel=0.02)
+
+
+def test_rexs_has_no_stepped_planets(tmp_path):
+    with pytest.raises(InputError, match=r"planetary.planet_at_ring = given: REXS files are written of sets without"):
+        write_planetary(parse_scene(stepped()), tmp_path / "set.rexs")

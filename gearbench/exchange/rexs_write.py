@@ -64,6 +64,8 @@ def write_planetary(scene: Scene, target: str | Path) -> tuple[Path, tuple[str, 
     short = None if scene.train is None else scene.train.planetary
     if short is None:
         raise InputError("planetary", "missing", "REXS files are written of planetary sets")
+    if short.stepped:
+        raise InputError("planetary.planet_at_ring", "given", "REXS files are written of sets without stepped planets")
     model = _Model()
     unit, casing = model.component("gear_unit", scene.name), model.component("gear_casing")
     stage, carrier = model.component("planetary_stage", scene.name), model.component("planet_carrier")

@@ -62,8 +62,10 @@ def unit_contact_addendum(pair: Pair) -> float:
 
 
 def _ring_teeth(tables: Mapping[str, Any], _: Callable[[Mapping[str, Any]], Pair], value: float) -> dict[str, Any]:
-    sun, planet = (tables["planetary"].get(name, {}).get("teeth", 0) for name in ("sun", "planet"))
-    return {"planetary.ring.teeth": -(sun + 2 * planet + round(value))}
+    own = tables["planetary"]
+    sun, planet = (own.get(name, {}).get("teeth", 0) for name in ("sun", "planet"))
+    at_ring = own.get("planet_at_ring", {}).get("teeth", planet)
+    return {"planetary.ring.teeth": -(sun + planet + at_ring + round(value))}
 
 
 #: Name → function that sets keys of the scene; applied in this order. Lengths are fractions of the tooth height h_e

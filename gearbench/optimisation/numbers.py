@@ -60,7 +60,7 @@ def mass(scene: Scene) -> float:
     own, meshes, total = planetary_set(scene), each_mesh(scene), 0.0
     count = dict.fromkeys((name for mesh in meshes for name in mesh.gear_names), 1)
     if own is not None:
-        count[own.keys.names[0]] = own.keys.number
+        count |= {name: own.keys.number for name in count if name not in (SUN, RING)}
     for mesh in meshes:
         gears = zip(mesh.gear_names, mesh.pair.gears, mesh.pair.members, mesh.pair.materials, strict=True)
         for name, gear, member, material in gears:

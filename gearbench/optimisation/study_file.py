@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from gearbench.errors import InputError
-from gearbench.geometry.planetary import MEMBERS, RING, Planetary
+from gearbench.geometry.planetary import AT_RING, MEMBERS, RING, Planetary
 from gearbench.optimisation.constraints import check_limited
 from gearbench.optimisation.dataset import DIMENSIONS
 from gearbench.optimisation.derived import DERIVED, SETS
@@ -170,7 +170,8 @@ def _check_base(base: Mapping[str, Any], driven: Mapping[str, str]) -> None:
         whole = as_table("base.planetary", tables[own])
         tables[own] = {name: value for name, value in whole.items() if name not in MEMBERS}
         left = [path for path in driven if path.split(".")[:2] not in [[own, name] for name in MEMBERS]]
-        _check_gears({name: whole.get(name, {}) for name in MEMBERS}, driven)
+        given = {*whole, *(path.split(".")[1] for path in driven if path.startswith(f"{own}.{AT_RING}."))}
+        _check_gears({name: whole.get(name, {}) for name in MEMBERS if name != AT_RING or name in given}, driven)
     try:
         kinds = [Planetary if name == "planetary" else table_class(name) for name in tables]
     except InputError as error:
