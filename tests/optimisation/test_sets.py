@@ -186,3 +186,12 @@ def test_numbers_of_sets_are_refused_for_a_pair():
     variables = {"pair.helix_angle": {"min": 0.0, "max": 9.0}}
     with pytest.raises(InputError, match="mesh_load_factor_mean: belongs to a planetary set, but the base is a pair"):
         parse_study({**own, "variables": variables})
+
+
+def test_a_study_may_vary_the_second_gear_of_stepped_planets():
+    base = {**BASE, "planetary": {**BASE["planetary"], "planet_at_ring": {"normal_module": 1.5}}}
+    key = "planetary.planet_at_ring.teeth"
+    study = parse_study({**STUDY, "base": base, "variables": {**STUDY["variables"], key: {"min": 20, "max": 24}}})
+    assert key in [each.name for each in study.variables]
+    with pytest.raises(InputError, match=f"base.{key} = missing: is required, here or as a variable"):
+        parse_study({**STUDY, "base": base})
