@@ -101,7 +101,8 @@ def test_waves_left_out_are_interpolated(steel, monkeypatch):
     assert np.linalg.norm(some - everyone) < 1e-5 * np.linalg.norm(everyone)
 
 
-@pytest.mark.parametrize("body", [SPUR, *(pytest.param(b, marks=pytest.mark.slow) for b in (HELICAL,))])
+@pytest.mark.slow
+@pytest.mark.parametrize("body", [SPUR, HELICAL])
 def test_levels_grow_and_the_error_bar_bounds_the_error(body, steel):
     fine = refined_compliance(body, steel, 3e-4, ORDER)
     last = refined_compliance(body, steel, 0.01, ORDER)

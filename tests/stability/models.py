@@ -63,7 +63,7 @@ OTHERWISE: dict[str, tuple[str | None, float]] = {
 ONE_PAIR = ("torque", "no gap at all, yang_sun", "gaps of", "contact", "stubs", "phases", "Ritz")
 #: The tip of the exact pinion is beyond its pointed radius by 1e-16; SOLIDS has one just below.
 LEFT_OUT = {"x at its upper limit", "1 segments", "2 segments"}
-QUICK = {"undercut, z = 5", "r_f < r_b", "β = 45°", "b/m = 0.5", "x at its lower limit", "ν = 0"}
+QUICK = {"undercut, z = 5", "β = 45°", "ν = 0"}
 
 
 def just_below_pointed(x: float) -> Scene:
@@ -127,7 +127,7 @@ BODIES: dict[str, BodyCase] = {
         ),
         BodyCase(
             name="body, z = 60, few functions", why="12 of 31 waves", pair=body_pair(teeth=60), order=(2, 1, 2),
-            along=3, slow=False,
+            along=3,
         ),
         BodyCase(name="body, β = 30°", why="all functions couple: only the half-turn is left", pair=body_pair(beta=30)),
         BodyCase(name="body, z = 100", why="13 of 51 waves, harmonics to 1200", pair=body_pair(teeth=100)),
