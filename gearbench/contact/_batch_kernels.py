@@ -18,11 +18,11 @@ from gearbench.contact._lane_kernels import (
     add_combination,
     apply_laws,
     begin,
+    fill_gaps,
     keep_forces,
-    keep_settled,
-    note_missed,
-    open_gaps,
-    restore_settled,
+    note_guess_errors,
+    restore_converged,
+    save_lanes,
     steepen,
 )
 
@@ -56,17 +56,17 @@ def compress(first, ranks, factor, q, delta, lanes):
     """Fill the compressions s = δ − e − Ψ q of all segments."""
     rank, gap, s = factor.shape[1], lanes.gap, lanes.s
     for k in range(first.size - 1):
-        own = ranks[k]
+        columns = ranks[k]
         for i in range(first[k], first[k + 1]):
             for j in range(LANES):
                 s[i, j] = delta[j] - gap[i, j]
             c = 0
-            while c + 2 <= own:
+            while c + 2 <= columns:
                 b0, b1, r = factor[i, c], factor[i, c + 1], k * rank + c
                 for j in range(LANES):
                     s[i, j] -= b0 * q[r, j] + b1 * q[r + 1, j]
                 c += 2
-            if c < own:
+            if c < columns:
                 b0, r = factor[i, c], k * rank + c
                 for j in range(LANES):
                     s[i, j] -= b0 * q[r, j]
@@ -256,45 +256,45 @@ def schur_complements(matrix, size, rows, result):
 
 
 @entry(FUSED)
-def solve_chunk(gaps, system, draws, lanes, tolerance, limit, answers):
-    """Solve every position for one chunk of ``LANES`` samples and fill ``answers``.
+def solve_chunk(gaps, system, draws, lanes, tolerance, limit, results):
+    """Solve every position for one chunk of ``LANES`` samples and fill ``results``.
 
     The first guess of (q, δ) is linear in the draws (error, lanes), plus its errors at the previous two positions with
-    the weights ``gaps.ahead``.
+    the weights ``gaps.extrapolation``.
     """
-    rank, most = system.factor.shape[2], system.start.shape[1] - 1
-    q, grad, cross = np.empty((most + 1, LANES)), np.empty((most, LANES)), np.empty((most, LANES))
-    equations = Equations(q, grad, cross, np.empty((most * (rank + 1) // 2 + 1, LANES)))
-    missed, kept = np.zeros((2, most + 1, LANES)), np.empty((most + 4, LANES))
+    rank, unknowns = system.factor.shape[2], system.start.shape[1] - 1
+    q, grad, cross = np.empty((unknowns + 1, LANES)), np.empty((unknowns, LANES)), np.empty((unknowns, LANES))
+    equations = Equations(q, grad, cross, np.empty((unknowns * (rank + 1) // 2 + 1, LANES)))
+    guess_errors, saved = np.zeros((2, unknowns + 1, LANES)), np.empty((unknowns + 4, LANES))
     steps = 0
     for t in range(len(gaps.existing)):
-        ahead, laws = gaps.ahead[t], gaps.laws[t]
-        delta, stiffness, done = answers.delta[t], answers.stiffness[t], answers.done[t]
-        open_gaps(t, gaps, draws, lanes)
-        begin(system.start[t], system.guess[t], draws, ahead, missed, q)
+        extrapolation, laws = gaps.extrapolation[t], gaps.laws[t]
+        delta, stiffness, done = results.delta[t], results.stiffness[t], results.done[t]
+        fill_gaps(t, gaps, draws, lanes)
+        begin(system.start[t], system.guess[t], draws, extrapolation, guess_errors, q)
         for j in range(LANES):
-            delta[j] = q[most, j] - lanes.least[j]
-        few = limit if ahead[0] == 0.0 else limit // 2
-        steps += solve_lanes(t, system, laws, lanes, equations, delta, stiffness, tolerance, few)
-        if ahead[0] != 0.0 and lanes.done.sum() < LANES:
+            delta[j] = q[unknowns, j] - lanes.least[j]
+        first_limit = limit if extrapolation[0] == 0.0 else limit // 2
+        steps += solve_lanes(t, system, laws, lanes, equations, delta, stiffness, tolerance, first_limit)
+        if extrapolation[0] != 0.0 and lanes.done.sum() < LANES:
             # with large errors Newton's method converges more often from the linear guess alone
-            keep_settled(q, delta, stiffness, lanes.done, kept)
-            for r in range(most + 1):
+            save_lanes(q, delta, stiffness, lanes.done, saved)
+            for r in range(unknowns + 1):
                 for j in range(LANES):
-                    q[r, j] = -missed[0, r, j]
+                    q[r, j] = -guess_errors[0, r, j]
             for j in range(LANES):
-                delta[j] = q[most, j] - lanes.least[j]
+                delta[j] = q[unknowns, j] - lanes.least[j]
             steps += solve_lanes(t, system, laws, lanes, equations, delta, stiffness, tolerance, limit)
-            restore_settled(q, delta, stiffness, lanes.done, kept)
-        if len(answers.force):
+            restore_converged(q, delta, stiffness, lanes.done, saved)
+        if len(results.force):
             first = system.firsts[t, : system.blocks[t] + 1]
             compress(first, system.ranks[t, : system.blocks[t]], system.factor[t], q, delta, lanes)
             apply_laws(first[-1], laws, lanes)
             steepen(first[-1], laws, lanes)
-            keep_forces(t, first[-1], lanes, answers)
+            keep_forces(t, first[-1], lanes, results)
         for j in range(LANES):
             delta[j] += lanes.least[j]
             done[j] = lanes.done[j]
-            q[most, j] = delta[j]
-        note_missed(q, done, missed[0])
+            q[unknowns, j] = delta[j]
+        note_guess_errors(q, done, guess_errors[0])
     return steps

@@ -18,11 +18,11 @@ from gearbench.compiled import FUSED, entry, part
 from gearbench.contact._lane_kernels import (
     LANES,
     apply_laws,
+    fill_gaps,
     keep_forces,
-    keep_settled,
-    note_missed,
-    open_gaps,
-    restore_settled,
+    note_guess_errors,
+    restore_converged,
+    save_lanes,
     steepen,
 )
 
@@ -54,7 +54,7 @@ class Conjugate(NamedTuple):
 
 
 @part(FUSED)
-def residuals(u, z, p, w, rise, load, weight, own, change, total):
+def residuals(u, z, p, w, rise, load, weight, negative, change, total):
     """own ← −F with F = u + p − W₀ z, change ← W − W₀ (single precision), total ← Σ|F|.
 
     The argument z does not yet contain ``rise`` · ``load``.
@@ -66,7 +66,7 @@ def residuals(u, z, p, w, rise, load, weight, own, change, total):
         for j in range(LANES):
             f = u[i, j] + p[i, j] - w0 * (z[i, j] + r * load[j])
             total[j] += abs(f)
-            own[i, j] = -f
+            negative[i, j] = -f
             change[i, j] = w[i, j] - w0
 
 
@@ -237,25 +237,26 @@ def solve_coupled_lanes(t, G, G32, linear, laws, lanes, u, z, work, stiffness, s
 
 
 @entry(FUSED)
-def solve_coupled_chunk(gaps, linear, draws, lanes, accuracy, limit, answers):
-    """Solve every position for one chunk of ``LANES`` samples and fill ``answers``.
+def solve_coupled_chunk(gaps, linear, draws, lanes, accuracy, limit, results):
+    """Solve every position for one chunk of ``LANES`` samples and fill ``results``.
 
     Newton's method starts from the ``linear`` solution (``Reference``). The errors that this start had at the previous
-    two positions are added to it with the weights ``gaps.ahead``. ``accuracy`` holds the residual at which the method
-    ends, and the precision of the conjugate gradients for the stiffness. Returns the numbers of steps of both methods.
+    two positions are added to it with the weights ``gaps.extrapolation``. ``accuracy`` holds the residual at which the
+    method ends, and the precision of the conjugate gradients for the stiffness. Returns the numbers of steps of both
+    methods.
     """
     positions, n = gaps.gap.shape
     all_u, all_z, single = np.empty((n, LANES)), np.empty((n, LANES)), np.empty((6, n, LANES), dtype=np.float32)
-    missed, kept = np.zeros((2, n, LANES)), np.empty((n + 3, LANES))
+    guess_errors, saved = np.zeros((2, n, LANES)), np.empty((n + 3, LANES))
     small, begin, newton, conjugate = np.empty((6, LANES), dtype=np.float32), 0, 0, 0
     tolerance, fine = accuracy
     for t in range(positions):
-        m, ahead, laws = gaps.existing[t], gaps.ahead[t], gaps.laws[t]
-        delta, stiffness, done = answers.delta[t], answers.stiffness[t], answers.done[t]
+        m, extrapolation, laws = gaps.existing[t], gaps.extrapolation[t], gaps.laws[t]
+        delta, stiffness, done = results.delta[t], results.stiffness[t], results.done[t]
         G = linear.response[begin : begin + m * m].reshape((m, m))
         G32 = linear.single_response[begin : begin + m * m].reshape((m, m))
         begin += m * m
-        open_gaps(t, gaps, draws, lanes)
+        fill_gaps(t, gaps, draws, lanes)
         u, z = all_u[:m], all_z[:m]
         work = Conjugate(
             single[0, :m], single[1, :m], single[2, :m], single[3, :m], single[4, :m], single[5, :m],
@@ -265,24 +266,26 @@ def solve_coupled_chunk(gaps, linear, draws, lanes, accuracy, limit, answers):
             at_mean = gaps.gap[t, i] - abs(gaps.tilt[t, i])
             for j in range(LANES):
                 first = linear.start[t, i] + linear.weight[t, i] * (lanes.gap[i, j] - at_mean)
-                u[i, j] = first + ahead[0] * missed[0, i, j] + ahead[1] * missed[1, i, j]
-                missed[1, i, j] = missed[0, i, j]
-                missed[0, i, j] = -first
-        few = limit if ahead[0] == 0.0 else limit // 2
-        steps = solve_coupled_lanes(t, G, G32, linear, laws, lanes, u, z, work, stiffness, (tolerance, fine, few))
-        if ahead[0] != 0.0 and lanes.done.sum() < LANES:
+                u[i, j] = first + extrapolation[0] * guess_errors[0, i, j] + extrapolation[1] * guess_errors[1, i, j]
+                guess_errors[1, i, j] = guess_errors[0, i, j]
+                guess_errors[0, i, j] = -first
+        first_limit = limit if extrapolation[0] == 0.0 else limit // 2
+        steps = solve_coupled_lanes(
+            t, G, G32, linear, laws, lanes, u, z, work, stiffness, (tolerance, fine, first_limit)
+        )
+        if extrapolation[0] != 0.0 and lanes.done.sum() < LANES:
             # with large errors Newton's method converges more often from the linear solution alone
-            keep_settled(u, delta, stiffness, lanes.done, kept[: m + 3])
+            save_lanes(u, delta, stiffness, lanes.done, saved[: m + 3])
             for i in range(m):
                 for j in range(LANES):
-                    u[i, j] = -missed[0, i, j]
+                    u[i, j] = -guess_errors[0, i, j]
             steps = solve_coupled_lanes(t, G, G32, linear, laws, lanes, u, z, work, stiffness, (tolerance, fine, limit))
-            restore_settled(u, delta, stiffness, lanes.done, kept[: m + 3])
-        if len(answers.force):
+            restore_converged(u, delta, stiffness, lanes.done, saved[: m + 3])
+        if len(results.force):
             compress(G, u, linear.rise[t, :m], lanes.load[t], lanes, z)
             apply_laws(m, laws, lanes)
             steepen(m, laws, lanes)
-            keep_forces(t, m, lanes, answers)
+            keep_forces(t, m, lanes, results)
         newton += steps[0]
         conjugate += steps[1]
         for j in range(LANES):
@@ -291,5 +294,5 @@ def solve_coupled_chunk(gaps, linear, draws, lanes, accuracy, limit, answers):
         for i in range(m):
             for j in range(LANES):
                 delta[j] += linear.rise[t, i] * u[i, j]
-        note_missed(u, lanes.done, missed[0])
+        note_guess_errors(u, lanes.done, guess_errors[0])
     return newton, conjugate

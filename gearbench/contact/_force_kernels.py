@@ -163,12 +163,12 @@ def stiffness_at(H, weight, B, n, loaded, root, x, v, offset, deflected, most):
     The factor in B may belong to other slopes; it is computed again if they differ too much. With
     r = 1 − (1/W + H) v, the estimate 2 Σv − v·(1/W + H) v has the error rᵀ(1/W + H)⁻¹ r ≤ Σ W r².
     """
-    unlike = 0
+    changed = 0
     for j in range(weight.size):
-        unlike += weight[j] > 0.0
+        changed += weight[j] > 0.0
     for k in range(n):
-        unlike -= weight[loaded[k]] > 0.0
-    if unlike == 0 and n > 0:
+        changed -= weight[loaded[k]] > 0.0
+    if changed == 0 and n > 0:
         v[:], offset[:] = 0.0, 0.0
         for k in range(n):
             x[k] = B[k, n]
@@ -301,8 +301,8 @@ def solve_coupled(problem, q, delta, tolerance, limit, force, stiffness, steps):
     p = problem
     positions, n = p.gap.shape
     B, work, unguessed = np.empty((n, n + 1)), np.empty((ROWS + 1, n)), delta == -math.inf
-    H, own_constants = np.empty((n, n)), np.empty((CONSTANTS, n))
-    own_scratch, loaded = np.empty((SCRATCH + 1, n)), np.empty(n, dtype=np.int64)
+    H, all_constants = np.empty((n, n)), np.empty((CONSTANTS, n))
+    all_scratch, loaded = np.empty((SCRATCH + 1, n)), np.empty(n, dtype=np.int64)
     for i in range(positions):
         segment = np.flatnonzero(p.active[i])
         m, loads = segment.size, np.empty(segment.size)
@@ -310,7 +310,7 @@ def solve_coupled(problem, q, delta, tolerance, limit, force, stiffness, steps):
         psi, part, active = p.factor[i][segment], p.block[i][segment], p.active[i][segment]
         C = H[:m, :m]
         compliance_matrix(psi, part, C)
-        constants = own_constants[:, :m]
+        constants = all_constants[:, :m]
         law_constants(a, h, sigma, constants)
         if unguessed[i]:
             previous = force[i - 1][segment]
@@ -324,7 +324,7 @@ def solve_coupled(problem, q, delta, tolerance, limit, force, stiffness, steps):
         z, square = work[ROWS, :m], deflections(psi, part, q[i], work[ROWS, :m])
         rows = Rows(
             work[0, :m], work[1, :m], work[2, :m], work[3, :m], work[4, :m], work[5, :m], work[6, :m], work[7, :m],
-            work[8, :m], loaded, constants, own_scratch[:, :m], B[:m],
+            work[8, :m], loaded, constants, all_scratch[:, :m], B[:m],
         )  # fmt: skip
         delta[i], stiffness[i], steps[i] = solve_forces(C, gap, z, square, delta[i], loads, rows, tolerance, limit)
         amplitudes(psi, part, loads, q[i])

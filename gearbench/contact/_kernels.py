@@ -303,20 +303,20 @@ def pivoted_cholesky(matrix, weight, limit, root):
     Σ weight · diagonal of the remainder is at most ``limit``. Returns the greatest rank.
     """
     blocks, n, _ = matrix.shape
-    left = np.empty(n)
-    most = 0
+    diagonal = np.empty(n)
+    greatest_rank = 0
     for b in range(blocks):
         for i in range(n):
-            left[i] = matrix[b, i, i]
+            diagonal[i] = matrix[b, i, i]
         rank = n
         for k in range(n):
-            rest, pivot, best = 0.0, 0, 0.0
+            remainder, pivot, best = 0.0, 0, 0.0
             for i in range(n):
-                share = left[i] * weight[b, i]
-                rest += share
+                share = diagonal[i] * weight[b, i]
+                remainder += share
                 if share > best:
                     best, pivot = share, i
-            if rest <= limit or best <= 0.0:
+            if remainder <= limit or best <= 0.0:
                 rank = k
                 break
             row = root[b, k]
@@ -334,11 +334,11 @@ def pivoted_cholesky(matrix, weight, limit, root):
                 for i in range(n):
                     row[i] -= t * root[b, f, i]
                 f += 1
-            scale = 1.0 / math.sqrt(left[pivot])
+            scale = 1.0 / math.sqrt(diagonal[pivot])
             for i in range(n):
                 row[i] *= scale
-                left[i] = max(left[i] - row[i] * row[i], 0.0)
-            left[pivot] = 0.0
+                diagonal[i] = max(diagonal[i] - row[i] * row[i], 0.0)
+            diagonal[pivot] = 0.0
         root[b, rank:] = 0.0
-        most = max(most, rank)
-    return most
+        greatest_rank = max(greatest_rank, rank)
+    return greatest_rank

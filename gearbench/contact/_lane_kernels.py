@@ -24,7 +24,7 @@ class Gaps(NamedTuple):
     """Gaps and contact laws of a ``Batch``, under its names except for ``existing``, which is its ``count``."""
 
     existing: NDArray
-    ahead: NDArray
+    extrapolation: NDArray
     gap: NDArray
     tilt: NDArray
     modes: NDArray
@@ -32,7 +32,7 @@ class Gaps(NamedTuple):
     laws: NDArray
 
 
-class Answers(NamedTuple):
+class LaneResults(NamedTuple):
     """Results that the solvers fill in: δ, ∂F/∂δ, and ``done``, 1 where the lane converged, (position, lane).
 
     ``force`` and ``slope`` of the segments (position, segment, lane) are filled unless they have no positions.
@@ -94,63 +94,63 @@ def add_combination(start, stop, coefficient, column, rows, out, r):
 
 
 @part(FUSED)
-def begin(start, guess, draws, weights, missed, q):
+def begin(start, guess, draws, weights, guess_errors, q):
     """First guess of the unknowns q (n, lanes): start + guess · draws, plus the weighted errors of earlier guesses.
 
-    ``missed`` (2, n, lanes) holds these errors at the previous position and at the one before it. Afterwards row 1
-    belongs to the previous position. Row 0 holds minus the linear guess, to which ``note_missed`` adds the solution.
+    ``guess_errors`` (2, n, lanes) holds these errors at the previous position and at the one before it. Afterwards row
+    1 belongs to the previous position. Row 0 holds minus the linear guess; ``note_guess_errors`` adds the solution.
     """
     for r in range(q.shape[0]):
         for j in range(LANES):
             q[r, j] = start[r]
         add_combination(0, draws.shape[0], guess, r, draws, q, r)
         for j in range(LANES):
-            more = weights[0] * missed[0, r, j] + weights[1] * missed[1, r, j]
-            missed[1, r, j] = missed[0, r, j]
-            missed[0, r, j] = -q[r, j]
-            q[r, j] += more
+            correction = weights[0] * guess_errors[0, r, j] + weights[1] * guess_errors[1, r, j]
+            guess_errors[1, r, j] = guess_errors[0, r, j]
+            guess_errors[0, r, j] = -q[r, j]
+            q[r, j] += correction
 
 
 @part(FUSED)
-def note_missed(unknowns, done, missed):
-    """Add the solution (n, lanes) to ``missed``, which holds minus its first guess; 0 for unsolved lanes."""
+def note_guess_errors(unknowns, done, guess_errors):
+    """Add the solution (n, lanes) to ``guess_errors``, which holds minus its first guess; 0 for unsolved lanes."""
     for i in range(unknowns.shape[0]):
         for j in range(LANES):
-            missed[i, j] = missed[i, j] + unknowns[i, j] if done[j] == 1.0 else 0.0
+            guess_errors[i, j] = guess_errors[i, j] + unknowns[i, j] if done[j] == 1.0 else 0.0
 
 
 @part(FUSED)
-def keep_settled(unknowns, delta, stiffness, done, kept):
-    """Copy unknowns (n, lanes), δ, ∂F/∂δ and ``done`` of all lanes into ``kept`` (n + 3, lanes)."""
+def save_lanes(unknowns, delta, stiffness, done, saved):
+    """Copy unknowns (n, lanes), δ, ∂F/∂δ and ``done`` of all lanes into ``saved`` (n + 3, lanes)."""
     n = unknowns.shape[0]
     for i in range(n):
         for j in range(LANES):
-            kept[i, j] = unknowns[i, j]
+            saved[i, j] = unknowns[i, j]
     for j in range(LANES):
-        kept[n, j], kept[n + 1, j], kept[n + 2, j] = delta[j], stiffness[j], done[j]
+        saved[n, j], saved[n + 1, j], saved[n + 2, j] = delta[j], stiffness[j], done[j]
 
 
 @part(FUSED)
-def restore_settled(unknowns, delta, stiffness, done, kept):
-    """Restore converged lanes from ``kept``, so that their results do not depend on other lanes."""
+def restore_converged(unknowns, delta, stiffness, done, saved):
+    """Restore converged lanes from ``saved``, so that their results do not depend on other lanes."""
     n = unknowns.shape[0]
     for j in range(LANES):
-        if kept[n + 2, j] == 1.0:
-            delta[j], stiffness[j], done[j] = kept[n, j], kept[n + 1, j], 1.0
+        if saved[n + 2, j] == 1.0:
+            delta[j], stiffness[j], done[j] = saved[n, j], saved[n + 1, j], 1.0
             for i in range(n):
-                unknowns[i, j] = kept[i, j]
+                unknowns[i, j] = saved[i, j]
 
 
 @part(FUSED)
-def keep_forces(t, n, lanes, answers):
-    """Copy forces and slopes of the segments at position t into ``answers``."""
+def keep_forces(t, n, lanes, results):
+    """Copy forces and slopes of the segments at position t into ``results``."""
     for i in range(n):
         for j in range(LANES):
-            answers.force[t, i, j], answers.slope[t, i, j] = lanes.p[i, j], lanes.w[i, j]
+            results.force[t, i, j], results.slope[t, i, j] = lanes.p[i, j], lanes.w[i, j]
 
 
 @part(FUSED)
-def open_gaps(t, gaps, draws, lanes):
+def fill_gaps(t, gaps, draws, lanes):
     """Fill ``sigma`` and the gaps of the samples at position t, counted from the smallest gap of the sample.
 
     The gap of a cell is that of the end which touches first.

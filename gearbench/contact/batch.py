@@ -36,7 +36,7 @@ from gearbench.geometry.action import ContactLines
 
 if TYPE_CHECKING:
     from gearbench.contact._kernels import Arrays
-    from gearbench.contact._lane_kernels import Answers, Gaps
+    from gearbench.contact._lane_kernels import Gaps, LaneResults
 
 S = TypeVar("S")
 T = TypeVar("T")
@@ -99,7 +99,7 @@ class Batch:
         a, h, κ = a/h + ln h, the compression from which the tangent continues the law, and 1/h, (position, 5, n).
     start, guess
         (q, δ) at the mean errors, (position, block·rank + 1), and their derivatives, (position, error, block·rank + 1).
-    missed
+    cell_correction
         Correction of the discretisation error of cells (2, position): addend of δ_n [mm], and factor of ∂F/∂δ_n.
     precision
         Tolerances.
@@ -118,7 +118,7 @@ class Batch:
     tilts: NDArray
     factor: NDArray
     laws: NDArray
-    missed: NDArray
+    cell_correction: NDArray
     precision: Precision
     product: NDArray | None = None
     start: NDArray | None = None
@@ -133,15 +133,15 @@ class Batch:
     @cached_property
     def ranks(self) -> NDArray:
         """Number of nonzero columns of each block (position, block); short contact lines have few."""
-        used = np.zeros((len(self.count), self.firsts.shape[1] - 1), dtype=np.int64)
+        count = np.zeros((len(self.count), self.firsts.shape[1] - 1), dtype=np.int64)
         for t, blocks in enumerate(self.blocks):
             for k in range(blocks):
-                own = self.factor[t, self.firsts[t, k] : self.firsts[t, k + 1]]
-                used[t, k] = np.flatnonzero(own.any(axis=0)).max(initial=-1) + 1
-        return used
+                columns = self.factor[t, self.firsts[t, k] : self.firsts[t, k + 1]]
+                count[t, k] = np.flatnonzero(columns.any(axis=0)).max(initial=-1) + 1
+        return count
 
     @cached_property
-    def ahead(self) -> NDArray:
+    def extrapolation(self) -> NDArray:
         """Weights (position, 2) of the errors of the first guess at the previous position and at the one before it.
 
         They extrapolate the error on a straight line. They are 0 unless these positions have the same segments.
@@ -151,8 +151,8 @@ class Batch:
         weights[1:, 0] = same
         if self.problem.cells is not None:
             step = np.diff(self.problem.cells.lines.mesh_phase)
-            further = np.minimum(step[1:] / step[:-1], EXTRAPOLATED) * (same[1:] & same[:-1])
-            weights[2:] += further[:, None] * np.array([1.0, -1.0])
+            second = np.minimum(step[1:] / step[:-1], EXTRAPOLATED) * (same[1:] & same[:-1])
+            weights[2:] += second[:, None] * np.array([1.0, -1.0])
         return weights
 
     @cached_property
@@ -160,7 +160,7 @@ class Batch:
         """Arrays that both compiled solvers need."""
         from gearbench.contact._lane_kernels import Gaps
 
-        return Gaps(self.count, self.ahead, self.gap, self.tilt, self.modes, self.tilts, self.laws)
+        return Gaps(self.count, self.extrapolation, self.gap, self.tilt, self.modes, self.tilts, self.laws)
 
     def arrays(self, draw: NDArray, t: slice = slice(None)) -> Arrays:
         """Arrays for the solver of single problems, at the positions ``t``, of the sample ``draw`` (errors − means)."""
@@ -245,7 +245,7 @@ def prepare(problem: ContactProblem, gaps: GapModes, precision: Precision = ROUN
     ConvergenceError
         If the problem at the mean errors is not solved.
     """
-    problem, tilt, exact = _with_means(problem, at_mean=at_mean)
+    problem, tilt, exact = _at_mean_errors(problem, at_mean=at_mean)
     problem = reduce_rank(problem, precision.truncation)
     present, count, blocks, firsts = _order(problem)
     _require_memory(problem, int(count.max()), gaps.modes.shape[2] + gaps.tilts.shape[2])
@@ -267,7 +267,7 @@ def prepare(problem: ContactProblem, gaps: GapModes, precision: Precision = ROUN
         tilts=tilts,
         factor=np.where(pick(problem.active)[..., None], pick(problem.factor), 0.0),
         laws=kernel_coefficients(pick(problem.a), pick(problem.h)),
-        missed=np.stack([np.zeros(len(count)), np.ones(len(count))]),
+        cell_correction=np.stack([np.zeros(len(count)), np.ones(len(count))]),
         precision=precision,
     )
     q = np.take_along_axis(guess.q, present[..., None], 1)[:, : blocks.max()]
@@ -275,10 +275,10 @@ def prepare(problem: ContactProblem, gaps: GapModes, precision: Precision = ROUN
     if exact is None:
         return batch
     stiffness *= problem.force / problem.length_scale
-    return replace(batch, missed=np.stack([exact[0] - approach, exact[1] / stiffness]))
+    return replace(batch, cell_correction=np.stack([exact[0] - approach, exact[1] / stiffness]))
 
 
-def _with_means(
+def _at_mean_errors(
     problem: ContactProblem, *, at_mean: bool
 ) -> tuple[ContactProblem, NDArray, tuple[NDArray, NDArray] | None]:
     """Problem with the mean gap of each cell, tilt of each cell, and approach and stiffness on the contact patches.
@@ -305,7 +305,7 @@ def _linearised(batch: Batch, start: NDArray) -> tuple[Batch, NDArray]:
     Also return ∂F/∂δ of this solution, (position,), with the slopes that give the stiffness of samples.
     """
     arrays = batch.arrays(np.zeros(batch.modes.shape[1]))
-    C = _moving(arrays, int(batch.blocks.max()))
+    C = _motion_matrix(arrays, int(batch.blocks.max()))
     z = (C @ start[..., None])[..., 0]
     P, W = _law(arrays, z)
     if batch.problem.blocks == 1 and batch.rank >= COUPLED_RANK:
@@ -319,7 +319,7 @@ def _linearised(batch: Batch, start: NDArray) -> tuple[Batch, NDArray]:
     return replace(batch, product=_products(batch.factor), start=start, guess=guess), 1 / found[:, -1, -1]
 
 
-def _moving(arrays: Arrays, blocks: int) -> NDArray:
+def _motion_matrix(arrays: Arrays, blocks: int) -> NDArray:
     """C (position, segment, block·rank + 1), which gives the motions of segments z = C (q, δ)."""
     own = arrays.block[..., None] == np.arange(blocks)
     wide = (own[..., None] * arrays.factor[:, :, None]).reshape(*arrays.gap.shape, -1)
@@ -401,7 +401,7 @@ def solve_one_chunk(
     segments
         Whether to return the forces of the segments too.
     """
-    from gearbench.contact._lane_kernels import Answers
+    from gearbench.contact._lane_kernels import LaneResults
 
     shape = (len(batch.count), len(draws))
     load = np.ones(shape) if load is None else np.ascontiguousarray(load)
@@ -409,42 +409,44 @@ def solve_one_chunk(
     force, slope = np.zeros((2, shape[0] if segments else 0, batch.gap.shape[1], shape[1]))
     lanes = np.ascontiguousarray(draws.T)
     with np.errstate(all="ignore"):
-        _run(batch, lanes, load, Answers(delta, stiffness, done, force, slope))
-    good = (done == 1.0) & np.isfinite(delta) & np.isfinite(stiffness)
-    missed = np.argwhere(~good)
-    for t, j in missed:
-        delta[t, j], stiffness[t, j], *of_segments = _rescue(batch, int(t), lanes[:, j], float(load[t, j]))
+        _run(batch, lanes, load, LaneResults(delta, stiffness, done, force, slope))
+    converged = (done == 1.0) & np.isfinite(delta) & np.isfinite(stiffness)
+    unsolved = np.argwhere(~converged)
+    for t, j in unsolved:
+        delta[t, j], stiffness[t, j], *segment_values = _solve_with_line_search(
+            batch, int(t), lanes[:, j], float(load[t, j])
+        )
         if segments:
-            force[t, :, j], slope[t, :, j] = of_segments
+            force[t, :, j], slope[t, :, j] = segment_values
     p = batch.problem
     return BatchSolution(
-        approach=p.length_scale * delta + batch.missed[0][:, None],
-        stiffness=p.force / p.length_scale * stiffness * batch.missed[1][:, None],
-        rescued=len(missed),
+        approach=p.length_scale * delta + batch.cell_correction[0][:, None],
+        stiffness=p.force / p.length_scale * stiffness * batch.cell_correction[1][:, None],
+        rescued=len(unsolved),
         force=force,
         slope=slope,
     )
 
 
-def _run(batch: Batch, lanes: NDArray, load: NDArray, answers: Answers) -> None:
-    """Fill ``answers`` with the compiled solver that suits the batch."""
+def _run(batch: Batch, lanes: NDArray, load: NDArray, results: LaneResults) -> None:
+    """Fill ``results`` with the compiled solver that suits the batch."""
     from gearbench.contact._batch_kernels import Blocks, solve_chunk
     from gearbench.contact._coupled_kernels import solve_coupled_chunk
     from gearbench.contact._lane_kernels import Lanes
 
-    b, work = batch, Lanes.of(batch.gap.shape[1], load)
+    b, lane_state = batch, Lanes.of(batch.gap.shape[1], load)
     if b.reference is not None:
         accuracy = b.precision.coupled, b.precision.stiffness
-        solve_coupled_chunk(b.gaps, b.reference, lanes, work, accuracy, NEWTON_LIMIT, answers)
+        solve_coupled_chunk(b.gaps, b.reference, lanes, lane_state, accuracy, NEWTON_LIMIT, results)
         return
     assert b.product is not None
     assert b.start is not None
     assert b.guess is not None
     blocks = Blocks(b.firsts, b.blocks, b.ranks, b.factor, b.product, b.start, b.guess)
-    solve_chunk(b.gaps, blocks, lanes, work, b.precision.newton, NEWTON_LIMIT, answers)
+    solve_chunk(b.gaps, blocks, lanes, lane_state, b.precision.newton, NEWTON_LIMIT, results)
 
 
-def _rescue(batch: Batch, t: int, draw: NDArray, load: float) -> tuple[float, float, NDArray, NDArray]:
+def _solve_with_line_search(batch: Batch, t: int, draw: NDArray, load: float) -> tuple[float, float, NDArray, NDArray]:
     """δ, ∂F/∂δ, forces and slopes of one position of one sample, by the solver with line search.
 
     The solver works in units of the load of the sample (see ``problem.under_shares``).
@@ -457,17 +459,17 @@ def _rescue(batch: Batch, t: int, draw: NDArray, load: float) -> tuple[float, fl
     from gearbench.contact._kernels import Work, solve_positions
 
     arrays = batch.arrays(draw, slice(t, t + 1))
-    own = {"gap": arrays.gap / load, "sigma": arrays.sigma / load, "a": arrays.a - arrays.h * np.log(load)}
-    arrays = arrays._replace(**own)
+    scaled = {"gap": arrays.gap / load, "sigma": arrays.sigma / load, "a": arrays.a - arrays.h * np.log(load)}
+    arrays = arrays._replace(**scaled)
     blocks, rank, n = int(batch.blocks.max()), batch.rank, arrays.gap.shape[1]
     least = arrays.gap[arrays.active].min()
-    opened, q, force = arrays._replace(gap=arrays.gap - least), np.zeros((1, blocks, rank)), np.zeros((1, n))
+    shifted, q, force = arrays._replace(gap=arrays.gap - least), np.zeros((1, blocks, rank)), np.zeros((1, n))
     delta, steps = np.full(1, -np.inf), np.zeros(1, dtype=np.int64)
-    solve_positions(opened, Work.of(blocks, rank, n), q, delta, 0.0, MAX_STEPS, force, np.empty(1), steps)
+    solve_positions(shifted, Work.of(blocks, rank, n), q, delta, 0.0, MAX_STEPS, force, np.empty(1), steps)
     if steps[0] >= MAX_STEPS:
         raise ConvergenceError(f"contact not solved: position {t}, {steps[0]} Newton steps")
-    C = _moving(opened, blocks)
-    W = _law(opened, (C @ np.append(q, delta)[:, None])[..., 0])[1]
+    C = _motion_matrix(shifted, blocks)
+    W = _law(shifted, (C @ np.append(q, delta)[:, None])[..., 0])[1]
     stiffness = 1 / float(np.linalg.inv(normal_matrix(C, W)[0])[-1, -1])
     return float(load * (delta[0] + least)), stiffness, load * force[0], W[0]
 

@@ -40,11 +40,11 @@ def correct_rounding(problem: ContactProblem, position: int, force: NDArray) -> 
     for _ in range(CORRECTION_STEPS):
         at = np.maximum(P, LEAST_FORCE)
         g, rise = compression(at, a, h, sigma), slope(at, a, h, sigma)
-        P, delta, stiffness, more = active_set(H + np.diag(rise), e + g - rise * at)
-        steps += more
-    whole = np.zeros_like(force)
-    whole[active] = P
-    return whole, delta, stiffness, steps
+        P, delta, stiffness, count = active_set(H + np.diag(rise), e + g - rise * at)
+        steps += count
+    all_forces = np.zeros_like(force)
+    all_forces[active] = P
+    return all_forces, delta, stiffness, steps
 
 
 def active_set(H: NDArray, e: NDArray) -> tuple[NDArray, float, float, int]:
@@ -60,10 +60,10 @@ def active_set(H: NDArray, e: NDArray) -> tuple[NDArray, float, float, int]:
     loaded = np.ones(e.size, dtype=bool)
     for step in range(FULL_STEPS):
         P, delta, stiffness = _equal_approach(H, e, loaded)
-        wanted = np.where(loaded, P > 0, _gap(H, e, P, delta) < 0)
-        if np.array_equal(wanted, loaded):
+        next_loaded = np.where(loaded, P > 0, _gap(H, e, P, delta) < 0)
+        if np.array_equal(next_loaded, loaded):
             return P, delta, stiffness, step + 1
-        loaded = wanted
+        loaded = next_loaded
     return one_at_a_time(H, e)
 
 

@@ -139,15 +139,17 @@ def load_transfers(
     estimates = Estimates(np.full(len(at), np.nan), np.zeros(len(at)))
     if not (scene.pair.meshing.overlap_ratio or coarse.lines.cells or exact):
         smooth = [1 <= i < len(x) - 2 and not _kinks(scene, float(x[i - 1]), float(x[i + 2])) for i in at.tolist()]
-        some = np.flatnonzero(np.array(smooth, dtype=bool) & ~brackets.crowded)
-        if some.size:
-            estimates.x[some], estimates.ramp[some] = _from_coarse(scene, coarse, x, loaded, brackets.some(some))
-    left = np.flatnonzero(np.isnan(estimates.x))
-    if left.size:
+        simple = np.flatnonzero(np.array(smooth, dtype=bool) & ~brackets.crowded)
+        if simple.size:
+            estimates.x[simple], estimates.ramp[simple] = _from_coarse(scene, coarse, x, loaded, brackets.some(simple))
+    unlocated = np.flatnonzero(np.isnan(estimates.x))
+    if unlocated.size:
         beyond = np.concatenate([[x[0] - 1 / count], x, [x[-1] + 1 / count]])
-        given = beyond[at[left] + 1], beyond[at[left] + 2]
-        share = coarse.shares[load[left]]
-        estimates.x[left], estimates.ramp[left] = _between(scene, share, given, crowded[left], exact=exact)
+        given = beyond[at[unlocated] + 1], beyond[at[unlocated] + 2]
+        share = coarse.shares[load[unlocated]]
+        estimates.x[unlocated], estimates.ramp[unlocated] = _between(
+            scene, share, given, crowded[unlocated], exact=exact
+        )
     # next to long panels none of the Gauss phases falls on the ramp, so it needs no panel
     ramp = np.where(crowded | (estimates.ramp * RAMP_RATIO > LONG_RAMP), estimates.ramp, 0.0)
     each = zip(load.tolist(), estimates.x.tolist(), side.tolist(), ramp.tolist(), strict=True)
@@ -164,10 +166,10 @@ def _kinks(scene: Scene, low: float, high: float) -> list[float]:
 
 
 def _between(
-    scene: Scene, share: NDArray, given: tuple[NDArray, NDArray], crowded: NDArray, *, exact: bool
+    scene: Scene, share: NDArray, brackets: tuple[NDArray, NDArray], crowded: NDArray, *, exact: bool
 ) -> Estimates:
-    """Load transfers in brackets of x ``given`` (bracket,), from solutions in between under a ``share`` of the load."""
-    meshing, (low, high) = scene.pair.meshing, given
+    """Load transfers in ``brackets`` of x (bracket,), from solutions in between under a ``share`` of the load."""
+    meshing, (low, high) = scene.pair.meshing, brackets
     if flank_separation(scene) is None:  # load transfers lie within the path of contact
         low, high = np.maximum(low, -meshing.overlap_ratio), np.minimum(high, meshing.transverse_contact_ratio)
     # a bracket with kinks is searched piece by piece; ``index`` is the bracket of a piece
@@ -177,8 +179,8 @@ def _between(
     points = begin[:, None] + (end - begin)[:, None] * np.array(TRIAL_POINTS)
     interference, _ = _interference_at(scene, points, share[index])
     # search beyond the coarse phases too, but not beyond an end of the line or a jump of the approach
-    begin = np.where(begin == given[0][index], begin - SEARCH_MARGIN, begin)
-    end = np.where(end == given[1][index], end + SEARCH_MARGIN, end)
+    begin = np.where(begin == brackets[0][index], begin - SEARCH_MARGIN, begin)
+    end = np.where(end == brackets[1][index], end + SEARCH_MARGIN, end)
     estimates, accurate = Estimates(np.full(len(low), np.nan), np.zeros(len(low))), np.ones(len(low), dtype=bool)
     within = np.zeros((2, len(low)))
     crossing = (interference[:, 1:] > 0) != (interference[:, :-1] > 0)
@@ -191,14 +193,14 @@ def _between(
         if transfer is None:
             continue
         # does the polynomial without the farthest point agree?
-        near = np.sort(np.abs(x - transfer).argsort()[:-1])
-        again, j = _zero(x[near], values[near], a, b), index[i]
+        nearest = np.sort(np.abs(x - transfer).argsort()[:-1])
+        again, j = _zero(x[nearest], values[nearest], a, b), index[i]
         estimates.x[j], within[:, j] = transfer, (a, b)
         accurate[j] = crossing[i].any() and again is not None and abs(again - transfer) < AGREEMENT
-    left = np.flatnonzero(~accurate | crowded & np.isfinite(estimates.x) | exact & np.isfinite(estimates.x))
-    if left.size:
-        refined = _refined(scene, share[left], estimates.x[left], within[:, left], exact=exact)
-        estimates.x[left], estimates.ramp[left] = refined
+    inaccurate = np.flatnonzero(~accurate | crowded & np.isfinite(estimates.x) | exact & np.isfinite(estimates.x))
+    if inaccurate.size:
+        refined = _refined(scene, share[inaccurate], estimates.x[inaccurate], within[:, inaccurate], exact=exact)
+        estimates.x[inaccurate], estimates.ramp[inaccurate] = refined
     return estimates
 
 

@@ -65,14 +65,14 @@ def _columns(scene: Scene) -> tuple[int, bool]:
     acting = [effect for effect in scene.acting_effects if isinstance(effect, ComplianceEffect)]
     by_name = {effect.name: effect for effect in scene.acting_effects}
     columns, coupled, law, ready = 0, False, False, acting
-    by_finite_elements = None
+    fe_tooth = None
     if "tooth_bending" in by_name:
         from gearbench.effects.tooth_bending import tooth_bending
 
-        by_finite_elements = tooth_bending(scene.effects_by_name, "finite_elements")
-    if by_finite_elements is not None and by_finite_elements.missing_levels(scene.pair, scene.effects_by_name):
+        fe_tooth = tooth_bending(scene.effects_by_name, "finite_elements")
+    if fe_tooth is not None and fe_tooth.missing_levels(scene.pair, scene.effects_by_name):
         columns, coupled = MOST_COLUMNS // 10, "gear_body" in by_name
-        ready = [effect for effect in acting if effect is not by_finite_elements]
+        ready = [effect for effect in acting if effect is not fe_tooth]
     flanks = {effect: part for effect in ready if (part := effect.flank_compliances(lines, by_name)) is not None}
     if len(join_tooth_and_body(list(flanks.values()))) < len(
         flanks

@@ -156,11 +156,11 @@ def newton(
     force, steps, stiffness = np.zeros_like(p.gap), np.zeros(count, dtype=np.int64), np.empty(count)
     guess = guess or Guess.empty(p)
     delta = guess.delta.copy()
-    rest = guess.q, delta, tolerance, limit, force, stiffness, steps
+    arguments = guess.q, delta, tolerance, limit, force, stiffness, steps
     if solves_for_forces(p):
-        solve_coupled(arrays(p), *rest)
+        solve_coupled(arrays(p), *arguments)
     else:
-        solve_positions(arrays(p), Work.of(p.blocks, *p.factor.shape[:0:-1]), *rest)
+        solve_positions(arrays(p), Work.of(p.blocks, *p.factor.shape[:0:-1]), *arguments)
     return force, delta, stiffness, steps
 
 

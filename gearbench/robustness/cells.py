@@ -38,7 +38,7 @@ class Checked:
     on_patches: NDArray
 
     @property
-    def missed(self) -> NDArray:
+    def cell_correction(self) -> NDArray:
         """Mean addend of the approach [mm] and mean factor of the stiffness, (2, position)."""
         more, factor = self.on_patches[0] - self.on_cells[0], self.on_patches[1] / self.on_cells[1]
         return np.stack([more.mean(axis=0), factor.mean(axis=0)])
@@ -48,7 +48,7 @@ class Checked:
 
         It is √(d̄² + s²/n), if corrected cells minus patches has the mean d̄ and standard deviation s over n samples.
         """
-        more, factor = self.missed
+        more, factor = self.cell_correction
         corrected = self.on_cells[0] + more, self.on_cells[1] * factor
         answers = MeshCycle.of(scene, phases, *corrected), MeshCycle.of(scene, phases, *self.on_patches)
         found = {}

@@ -145,7 +145,7 @@ def prepare_problem(
         return found
     amounts = expansion.amounts(found.errors.draw(_points(len(found.names)), scene.pair))
     checked = check_cells(batch, problem, _modes(scene), amounts)
-    return replace(found, batch=replace(batch, missed=checked.missed), checked=checked)
+    return replace(found, batch=replace(batch, cell_correction=checked.cell_correction), checked=checked)
 
 
 @lru_cache(maxsize=16)

@@ -40,7 +40,7 @@ class TrainFlanks:
         Force F_bt for which the batches are prepared [N], and cos β_b, (mesh,).
     share
         Load levels relative to ``force``, (level,).
-    missed
+    cell_correction
         Discretisation error of the batch solver without gaps of samples: the approach that it lacks at each level,
         (mesh, position, level) [mm].
     """
@@ -49,7 +49,7 @@ class TrainFlanks:
     force: NDArray
     cos_b: NDArray
     share: NDArray
-    missed: NDArray
+    cell_correction: NDArray
 
     @classmethod
     def of(
@@ -67,9 +67,9 @@ class TrainFlanks:
                 cells, _ = _answer(batch, np.zeros((len(share), batch.modes.shape[1])), load)
                 known[id(contact)] = batch, own - cells / contact.cos_b
             found.append(known[id(contact)])
-        batches, missed = zip(*found, strict=True)
+        batches, cell_correction = zip(*found, strict=True)
         force, cos_b = (np.array([getattr(mesh, name) for mesh in solved.contacts]) for name in ("nominal", "cos_b"))
-        return cls(batches=batches, force=force, cos_b=cos_b, share=share, missed=np.array(missed))
+        return cls(batches=batches, force=force, cos_b=cos_b, share=share, cell_correction=np.array(cell_correction))
 
     def under(self, amounts: Sequence[NDArray], force: NDArray) -> tuple[NDArray, NDArray]:
         """Approach [mm] and ∂F_bt/∂δ [N/mm], (sample, position, mesh), under forces F_bt (sample, position, mesh) [N].
@@ -81,7 +81,7 @@ class TrainFlanks:
         for m, batch in enumerate(self.batches):
             load = np.maximum(force[..., m].T / self.force[m], self.share[0])
             approach, k = _answer(batch, amounts[m], load)
-            more = [np.interp(np.log(own), level, at) for own, at in zip(load, self.missed[m], strict=True)]
+            more = [np.interp(np.log(own), level, at) for own, at in zip(load, self.cell_correction[m], strict=True)]
             cos_b = self.cos_b[m]
             answers.append(((approach / cos_b + more).T, k.T * cos_b**2))
         approach, k = (np.stack(each, axis=-1) for each in zip(*answers, strict=True))

@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from gearbench.contact import batch as batching
 from gearbench.contact._batch_kernels import Blocks, schur_complements, solve_chunk
-from gearbench.contact._lane_kernels import LANES, POINT, Answers, Gaps, Lanes, apply_laws, steepen
+from gearbench.contact._lane_kernels import LANES, POINT, Gaps, LaneResults, Lanes, apply_laws, steepen
 from gearbench.contact.assemble import assemble
 from gearbench.contact.batch import ROUNDING, SCATTER, GapModes
 from gearbench.contact.coarse_solution import scene_lines
@@ -125,11 +125,11 @@ def test_what_the_first_guess_missed_at_the_positions_before_saves_steps():
     b, draws = problem.batch, np.ascontiguousarray(problem.expansion.amounts(problem.draw(LANES, 0, "sobol")).T)
     found = []
     blocks = Blocks(b.firsts, b.blocks, b.ranks, b.factor, b.product, b.start, b.guess)
-    for ahead in (np.zeros_like(b.ahead), b.ahead):
+    for extrapolation in (np.zeros_like(b.extrapolation), b.extrapolation):
         delta, stiffness, done = np.empty((3, len(b.count), LANES))
         nothing = np.empty((0, b.gap.shape[1], LANES))
-        gaps = Gaps(b.count, ahead, b.gap, b.tilt, b.modes, b.tilts, b.laws)
-        answers = Answers(delta, stiffness, done, nothing, nothing)
+        gaps = Gaps(b.count, extrapolation, b.gap, b.tilt, b.modes, b.tilts, b.laws)
+        answers = LaneResults(delta, stiffness, done, nothing, nothing)
         work = Lanes.of(b.gap.shape[1], np.ones(delta.shape))
         steps = solve_chunk(gaps, blocks, draws, work, b.precision.newton, batching.NEWTON_LIMIT, answers)
         assert done.all()
@@ -139,9 +139,13 @@ def test_what_the_first_guess_missed_at_the_positions_before_saves_steps():
     assert_allclose(found[1][1], found[0][1], rtol=1e-12, atol=1e-14)
     assert_allclose(found[1][2], found[0][2], rtol=1e-8)
     active, phase = problem.batch.problem.active, problem.phases.phase
-    line = np.where((b.ahead[:, 1] < 0)[2:], b.ahead[2:, 0] * phase[1:-1] + b.ahead[2:, 1] * phase[:-2], phase[2:])
+    line = np.where(
+        (b.extrapolation[:, 1] < 0)[2:],
+        b.extrapolation[2:, 0] * phase[1:-1] + b.extrapolation[2:, 1] * phase[:-2],
+        phase[2:],
+    )
     assert np.all(line <= phase[2:] + 1e-12)
-    assert not b.ahead[1:][(active[1:] != active[:-1]).any(axis=1)].any()
+    assert not b.extrapolation[1:][(active[1:] != active[:-1]).any(axis=1)].any()
 
 
 def test_samples_that_newton_does_not_reach_go_to_the_solver_with_line_search(monkeypatch):

@@ -75,7 +75,7 @@ def test_the_lanes_give_the_answers_of_the_readable_twin(name, times):
     draws = times * problem.draw(6, 5, "random") - problem.mean
     found = solve_batch(problem.batch, draws)
     assert found.rescued == 0
-    p, (more, share) = problem.batch.problem, problem.batch.missed
+    p, (more, share) = problem.batch.problem, problem.batch.cell_correction
     for t in range(len(problem.batch.count)):
         for j, draw in enumerate(draws):
             delta, stiffness = twin(problem.batch, t, draw)

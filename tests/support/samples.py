@@ -37,4 +37,6 @@ def single(batch: Batch, draw: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         inner = np.eye(len(W)) + root[:, None] * (psi @ psi.T) * root
         stiffness.append(root @ np.linalg.solve(inner, root))
         deltas.append(float(found.approach[0]))
-    return np.array(deltas) + batch.missed[0], np.array(stiffness) * p.force / p.length_scale * batch.missed[1]
+    return np.array(deltas) + batch.cell_correction[0], np.array(
+        stiffness
+    ) * p.force / p.length_scale * batch.cell_correction[1]
