@@ -54,9 +54,4 @@ def plane_root_stress(solution: PlaneSolution, material: Material) -> float:
     """Largest principal stress on the loaded fillet for unit line load, plane strain [MPa per N/mm]."""
     space = solution.space
     _, stress = surface_stress(space, solution.u, material, space.mesh.boundaries["right_fillet"])
-    return _largest(stress[:, 0])
-
-
-def _largest(stress: NDArray) -> float:
-    """Largest principal stress of (point, d, d)."""
-    return float(np.linalg.eigvalsh(stress).max())
+    return float(np.linalg.eigvalsh(stress[:, 0]).max())

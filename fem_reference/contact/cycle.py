@@ -91,7 +91,10 @@ def contact_cycle(
     loads = tuple(torques) if torques is not None else (scene.load.torque,)
     chosen = settings or (SpatialSettings() if scene.pair.helix_angle else Settings())
     _check(scene, loads, chosen, width_factor)
-    phase, weight = uniform_phases(phases) if isinstance(phases, int) else _equal_weights(phases)
+    if isinstance(phases, int):
+        phase, weight = uniform_phases(phases)
+    else:
+        phase, weight = np.array(phases), np.full(len(phases), 1 / len(phases))
     force = 1e3 * np.array(loads)[:, None] / scene.pair.gears[0].base_radius
     solve = partial(_phases, scene, loads, workers, report)
     deflection = partial(widened, force=force, factor=width_factor)
@@ -117,11 +120,6 @@ def halfway(dataset: xr.Dataset, pair: Pair) -> NDArray:
     """
     ahead = dataset.transmission_error.values / MICROMETRES / pair.meshing.base_pitch
     return dataset.mesh_phase.values + ahead / 2
-
-
-def _equal_weights(phases: Sequence[float]) -> tuple[NDArray, NDArray]:
-    """Phases of equal weight."""
-    return np.array(phases), np.full(len(phases), 1 / len(phases))
 
 
 def _method(settings: Settings | SpatialSettings) -> str:

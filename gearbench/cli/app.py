@@ -133,6 +133,7 @@ def main() -> None:
             text = re.sub(
                 r"Input should be a valid (\w+).*", lambda found: f"must be {_KINDS.get(found[1], found[1])}", message()
             )
+            text = text.replace("Input should", "must").replace("greater than or equal to", "at least")
             _end(f"{text.rstrip('.')}; see gearbench {' '.join([*called, '--help'])}", BAD_INPUT)
         raise
     finally:

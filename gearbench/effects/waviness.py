@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import replace
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -72,9 +71,6 @@ class Waviness(GapEffect):
         if not self.pinion and not self.wheel:
             raise InputError("pinion", "missing", "a wave is required, here or for the wheel")
 
-    def _waves(self) -> Iterator[tuple[int, Wave]]:
-        return ((index, wave) for index, waves in enumerate((self.pinion, self.wheel)) for wave in waves)
-
     def gap(self, lines: ContactLines) -> NDArray:
         """Gap of the mesh cycle 0, (position, pair, segment) [mm]."""
         turning = self.turning(lines, np.zeros(1, dtype=int))
@@ -84,7 +80,7 @@ class Waviness(GapEffect):
         """Two modes of a wave, sin(x + ψ) = sin x cos ψ + cos x sin ψ: x within a mesh cycle, ψ at its beginning."""
         modes, amounts = [], []
         sign = -1 if lines.coast else 1  # the mirror image of the coast flanks turns in the opposite direction
-        for index, wave in self._waves():
+        for index, wave in ((index, wave) for index, own in enumerate((self.pinion, self.wheel)) for wave in own):
             rate = 2 * math.pi * wave.order / abs(lines.pair.gears[index].teeth)
             x = (sign * rate * lines.mesh_phase)[:, None, None]
             face = np.ones(lines.shape)

@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from gearbench.errors import InputError
+from gearbench.errors import InputError, one_of
 from gearbench.geometry.planetary import AT_RING, MEMBERS, RING, Planetary
 from gearbench.optimisation.constraints import check_limited
 from gearbench.optimisation.dataset import DIMENSIONS
@@ -50,7 +50,7 @@ def parse_study(tables: Mapping[str, Any]) -> OptimisationStudy:
     known = keys(OptimisationStudy)
     for key in tables:
         if key not in known:
-            raise InputError(key, "unknown key", f"allowed: {', '.join(known)}")
+            raise InputError(key, "unknown key", one_of(key, known))
     for key in ("base", "variables", "objectives"):
         if key not in tables:
             raise InputError(key, "missing", "is required")

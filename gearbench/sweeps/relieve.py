@@ -98,7 +98,8 @@ def relieve(
         "maxfev": STEPS,
         "xatol": 5e-3,
         "fatol": 0.0,
-        "initial_simplex": best + 0.1 * np.vstack([np.zeros(3), _legs(best)]),
+        # from the best point towards the inside of the unit cube
+        "initial_simplex": best + 0.1 * np.vstack([np.zeros(3), np.diag(np.where(best > 0.5, -1.0, 1.0))]),
     }
     best = np.clip(minimize(largest, best, method="Nelder-Mead", options=options).x, 0.0, 1.0) * sizes
     chosen = np.round(best / search.steps) * search.steps
@@ -125,11 +126,6 @@ def relieve(
     found = xr.Dataset(variables, coords, {**attrs, "minimised": search.name, "evaluations": len(values)})
     found[search.name].attrs = {"units": "µm", **search.attrs}
     return found
-
-
-def _legs(point: NDArray) -> NDArray:
-    """Directions from ``point`` to the other corners of the first simplex, towards the inside of the unit cube."""
-    return np.diag(np.where(point > 0.5, -1.0, 1.0))
 
 
 @dataclass(kw_only=True)
