@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gearbench.results.cycle import peak_to_peak
-from gearbench.results.origin import keeping
+from gearbench.results.origin import with_grids
 from gearbench.results.outputs import DEFAULT_OUTPUTS, check_outputs, output
 from gearbench.results.solved import Solved
 from gearbench.scene import Scene, check_scene
@@ -81,7 +81,7 @@ def simulate(scene: Scene, *, outputs: Sequence[str] = DEFAULT_OUTPUTS) -> xr.Da
 
         choice = choose(scene, solve_scene, lambda solved: covered(solved.cycle))
         solved, chosen = choice.run, choice.attrs
-    return keeping(dataset(solved, outputs, start).assign_attrs(chosen), scene)
+    return with_grids(dataset(solved, outputs, start).assign_attrs(chosen), scene)
 
 
 def _warn_of_noise(solved: Solved) -> None:

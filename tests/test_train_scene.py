@@ -12,7 +12,7 @@ from numpy.testing import assert_allclose
 
 from gearbench import open_result, response, robust, save, simulate, sweep
 from gearbench.errors import InputError
-from gearbench.results.origin import by_itself, scene_of
+from gearbench.results.origin import scene_of, single_mesh
 from gearbench.scene_file import parse_scene, scene_at
 from gearbench.schema import read
 from gearbench.system.schema import System
@@ -93,7 +93,7 @@ def test_every_mesh_is_simulated_as_the_pair_that_it_is(tmp_path):
     assert whole["root_stress"].dims == ("mesh", "gear")
     save(whole, tmp_path / "train.nc")
     for name, one in scene.meshes.items():
-        own = by_itself(open_result(tmp_path / "train.nc"), name)
+        own = single_mesh(open_result(tmp_path / "train.nc"), name)
         exact = simulate(one, outputs=["transmission_error", "line_load", "root_stress", "sliding_speed"])
         for variable in exact.data_vars:
             np.testing.assert_array_equal(own[variable].values, exact[variable].values)
@@ -244,7 +244,7 @@ def test_a_train_on_its_shafts_is_the_gearbox_whose_meshes_are_files():
     for name, own in zip(scene.mesh_names, ("pair", "second"), strict=True):
         exact = simulate(files.seen_from(own), outputs=["transmission_error", "line_load"])
         for variable in ("transmission_error", "line_load"):
-            assert_allclose(by_itself(whole, name)[variable], exact[variable], rtol=1e-9, atol=1e-9)
+            assert_allclose(single_mesh(whole, name)[variable], exact[variable], rtol=1e-9, atol=1e-9)
     dynamic, before = (response(each, speed=[1000.0, 2000.0]) for each in (scene, files))
     assert dynamic["mesh"].values.tolist() == ["motor to idler", "out"]
     name = "dynamic_transmission_error_rms"

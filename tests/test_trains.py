@@ -13,7 +13,7 @@ from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.equilibrium import MeshAt, Statics, balance
 from gearbench.contact.patches import solve_patches
 from gearbench.errors import InputError
-from gearbench.results.origin import by_itself
+from gearbench.results.origin import single_mesh
 from gearbench.robustness.montecarlo import prepare_batch, prepare_phases, respond
 from gearbench.scene_file import parse_scene
 from gearbench.trains.scatter import robust_train
@@ -92,7 +92,7 @@ def test_the_dataset_holds_each_mesh_and_what_they_have_in_common():
     assert_allclose(torque.sel(member="sun").values, -60.0, rtol=1e-9)
     assert_allclose(torque.sel(member="out").values, 60.0, rtol=1e-9)
     assert_allclose(torque.sel(member=["idler 0", "idler 3"]).values, 0.0, atol=1e-7)
-    own = by_itself(whole, "idler 1 to out")
+    own = single_mesh(whole, "idler 1 to out")
     total = (own["line_load"] * own["segment_length"]).sum(("pair", "segment"))
     assert_allclose(total, whole["mesh_load"].sel(mesh="idler 1 to out"), rtol=1e-9)
     swept = sweep(scene, torque=[30.0, 60.0], outputs=["transmission_error"])

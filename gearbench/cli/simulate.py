@@ -69,7 +69,7 @@ def simulate(
     from gearbench.cli import summary
     from gearbench.geometry.blank import RACK
     from gearbench.results.netcdf import save
-    from gearbench.results.origin import by_itself
+    from gearbench.results.origin import single_mesh
     from gearbench.results.outputs import DEFAULT_OUTPUTS
     from gearbench.results.warnings import warnings
     from gearbench.simulation import simulate as run
@@ -83,7 +83,7 @@ def simulate(
     shown = (*SHOWN, ROOT_STRESS) if by_rack else SHOWN
     asked = tuple(dict.fromkeys((*DEFAULT_OUTPUTS, *(also or ()), *shown)))
     dataset = run(with_accuracy(loaded, accuracy), outputs=asked)
-    each = {name: by_itself(dataset, name) for name in loaded.meshes}
+    each = {name: single_mesh(dataset, name) for name in loaded.meshes}
     kinds = _kinds(loaded)
     said = (line for name, own in each.items() for line in warnings(kinds[loaded.meshes[name].pair], own))
     cautions = [*dict.fromkeys(said)]
@@ -109,7 +109,7 @@ def simulate(
 
 def _draw(scene: Scene, dataset: xr.Dataset, folder: Path, scale: float | None) -> list[Path]:
     """Write the figures of a result; return their paths."""
-    from gearbench.results.origin import by_itself
+    from gearbench.results.origin import single_mesh
 
     if scene.loads:
         from gearbench.sweeps.figures import draw_sweep
@@ -125,7 +125,7 @@ def _draw(scene: Scene, dataset: xr.Dataset, folder: Path, scale: float | None) 
     for name in scene.meshes:
         there = folder if scene.train is None else folder / name.replace(" ", "_")
         there.mkdir(exist_ok=True)
-        written += draw_simulation(by_itself(dataset, name), there, scale=scale)
+        written += draw_simulation(single_mesh(dataset, name), there, scale=scale)
     return written
 
 

@@ -28,7 +28,10 @@ from gearbench.contact._lane_kernels import (
 
 
 class Blocks(NamedTuple):
-    """Fields of a ``Batch`` whose blocks deflect independently, under the same names."""
+    """Compliance and first guess of a ``Batch`` whose blocks deflect independently, for compiled code.
+
+    The fields have the same names as those of the ``Batch``.
+    """
 
     firsts: NDArray
     blocks: NDArray

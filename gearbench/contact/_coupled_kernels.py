@@ -33,8 +33,9 @@ MOST_CONJUGATE = 60
 
 
 class Conjugate(NamedTuple):
-    """Scratch arrays of conjugate gradients for v + ΔG v = r, in single precision.
+    """Scratch arrays of conjugate gradients for v + ΔG v = r.
 
+    They are in single precision.
     ``change`` is Δ = W − W₀, v the solution, r the residual, d the search direction. These and the products Gr, Gd are
     arrays (segment, lane). ``product`` and all that follow it are (lane,).
     """

@@ -33,8 +33,9 @@ class Gaps(NamedTuple):
 
 
 class LaneResults(NamedTuple):
-    """Results that the solvers fill in: δ, ∂F/∂δ, and ``done``, 1 where the lane converged, (position, lane).
+    """Results of a chunk of samples, which the solvers fill in.
 
+    δ and ∂F/∂δ are (position, lane), and so is ``done``, which is 1 where the lane converged.
     ``force`` and ``slope`` of the segments (position, segment, lane) are filled unless they have no positions.
     """
 

@@ -11,7 +11,10 @@ from gearbench.compiled import entry, part
 
 
 class ForceTable(NamedTuple):
-    """Fields of ``ForceCurve`` and ``TiltAndBending``, under the same names, and the ``mean`` force of the mesh [N]."""
+    """Force of a mesh over approach and phase, for compiled code.
+
+    Fields of ``ForceCurve`` and ``TiltAndBending`` under the same names, and the ``mean`` force of the mesh [N].
+    """
 
     begin: NDArray
     table: NDArray

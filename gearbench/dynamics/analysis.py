@@ -20,7 +20,7 @@ from gearbench.dynamics.steady import SETTLED, steady
 from gearbench.dynamics.train_model import train_model
 from gearbench.errors import InputError
 from gearbench.hunting.cycles import unlike
-from gearbench.results.origin import keeping
+from gearbench.results.origin import with_grids
 from gearbench.results.provenance import provenance
 from gearbench.results.responses import described
 from gearbench.scene import Scene, check_scene
@@ -298,4 +298,4 @@ def _dataset(
     result = xr.Dataset(found, coords=described(coords), attrs=attrs)
     if model.scene.coupled:
         result["speed"].attrs["long_name"] = f"speed of {model.scene.geometry.reference}"
-    return keeping(result, model.scene)
+    return with_grids(result, model.scene)

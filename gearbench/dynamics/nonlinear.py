@@ -18,7 +18,7 @@ from gearbench.dynamics.model import Group, Model
 from gearbench.dynamics.size import bearings
 from gearbench.dynamics.stability import free_motion
 from gearbench.errors import InputError
-from gearbench.results.origin import keeping
+from gearbench.results.origin import with_grids
 from gearbench.results.provenance import provenance
 from gearbench.results.responses import described
 from gearbench.scene import Scene
@@ -263,7 +263,7 @@ def _dataset(
     variables |= {k: v for k, v in modal_variables(model, speeds, harmonics).items() if k == "natural_frequency"}
     lines = _remarks(sweep, speeds, periods, variables["mesh_force_rms"][1][..., 0])
     attrs = provenance(model.scene, wall_time=time.perf_counter() - start) | {"notes": "\n".join(lines)}
-    return keeping(xr.Dataset(described(variables), coords=described(coords), attrs=attrs), model.scene)
+    return with_grids(xr.Dataset(described(variables), coords=described(coords), attrs=attrs), model.scene)
 
 
 def _remarks(sweep: NonlinearModel, speeds: NDArray, periods: NDArray, rms: NDArray) -> list[str]:

@@ -30,7 +30,7 @@ from gearbench.hunting.cycles import (
     unlike,
 )
 from gearbench.results.cycle import MICROMETRES
-from gearbench.results.origin import keeping
+from gearbench.results.origin import with_grids
 from gearbench.results.provenance import provenance
 from gearbench.results.responses import described
 from gearbench.scene import Scene
@@ -274,7 +274,7 @@ def revolution_response(
         }
     lines = _remarks(model, found, speeds, variables)
     attrs = provenance(scene, wall_time=time.perf_counter() - start) | {"notes": "\n".join(lines)}
-    return keeping(xr.Dataset(described(variables), coords=described(coords), attrs=attrs), scene)
+    return with_grids(xr.Dataset(described(variables), coords=described(coords), attrs=attrs), scene)
 
 
 def _remarks(model: Model, revolution: Revolution, speeds: NDArray, variables: Mapping[str, Any]) -> list[str]:

@@ -19,7 +19,7 @@ from gearbench.dynamics.loaded_mesh import LoadedMesh, order_rows
 from gearbench.dynamics.model import Group, Model
 from gearbench.dynamics.sample_balance import SampleBalance
 from gearbench.errors import InputError
-from gearbench.results.origin import keeping
+from gearbench.results.origin import with_grids
 from gearbench.results.provenance import provenance
 from gearbench.results.responses import STATISTICS, described
 from gearbench.robustness.montecarlo import SAMPLES, RobustProblem, prepare_problem, require_errors
@@ -161,7 +161,7 @@ def robust_response(
     coords = {"speed": ("speed", speeds), "percentile": ("percentile", list(PERCENTILES))}
     lines = remarks(model, group, harmonics, speeds, over_speed["mesh_force_rms_max"][1])
     attrs = provenance(scene, wall_time=time.perf_counter() - start, seed=seed) | {"notes": "\n".join(lines)}
-    return keeping(xr.Dataset(described(variables), coords=described(coords), attrs=attrs), scene)
+    return with_grids(xr.Dataset(described(variables), coords=described(coords), attrs=attrs), scene)
 
 
 def remarks(model: Model, group: Group, harmonics: int, speeds: NDArray, largest: NDArray) -> list[str]:

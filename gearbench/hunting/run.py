@@ -24,7 +24,7 @@ from gearbench.hunting.cycles import (
     unlike,
 )
 from gearbench.results.cycle import MeshCycle, Phases
-from gearbench.results.origin import keeping
+from gearbench.results.origin import with_grids
 from gearbench.results.points import Columns
 from gearbench.results.provenance import provenance
 from gearbench.results.responses import described
@@ -72,7 +72,7 @@ def hunting_cycle(scene: Scene, *, orders: float = ORDERS, threads: int = 1) -> 
     phases, coords, variables = (_of_train if scene.coupled else _of_pair)(scene, orders, threads)
     coords = {name: (("position",), values) for name, values in phases.coordinates.items()} | coords
     attrs = provenance(scene, wall_time=time.perf_counter() - start)
-    return keeping(xr.Dataset(described(variables), coords=described(coords), attrs=attrs), scene)
+    return with_grids(xr.Dataset(described(variables), coords=described(coords), attrs=attrs), scene)
 
 
 def _of_pair(scene: Scene, orders: float, threads: int) -> tuple[Phases, Columns, Columns]:

@@ -28,25 +28,26 @@ if TYPE_CHECKING:
 MICROMETRES = 1e3  # per mm
 #: Number of harmonics in a Dataset.
 HARMONICS = 10
-#: LOCATED: accuracy of the phases at which curves jump [mesh cycles]. LEFT: remaining error of a curve, relative to its
-#: change when the ends of the contact patches were located for the last time. Both are measured on gears in use.
-LOCATED, LEFT = 2e-4, 0.1
+#: PHASE_ACCURACY: accuracy of the phases at which curves jump [mesh cycles]. PATCH_ERROR: remaining error of a curve,
+#: relative to its change when the ends of the contact patches were located for the last time. Both are measured on
+#: gears in use.
+PHASE_ACCURACY, PATCH_ERROR = 2e-4, 0.1
 #: Largest distance of a Gauss point from its position on the panel [mesh cycles]: rounding only.
 ON_PANEL = 1e-10
 #: Least and greatest assumed ratio of a Legendre coefficient on a panel to the one before.
-FALLS = (0.3, 0.95)
-#: Truncation errors of a harmonic, measured on gears in use. ALONG: few functions along oblique contact lines, relative
-#: to peak-to-peak, per module of face width. ACROSS: the same for spur pairs, relative to peak-to-peak. CUT: truncated
-#: compliance, for a harmonic of the stiffness, relative to the mean stiffness.
-ALONG, ACROSS, CUT = 8e-6, 2e-5, 4e-5
-#: FINE: number of points on a panel at which extremes are sought. If the last third of the coefficients on a panel
-#: exceeds the share STEEP of the range of the curve, or its polynomial misses the curve (``_missed``) by the share OFF,
-#: the polynomial is not trusted and the extremes are limited, see ``_within``.
-FINE, STEEP, OFF = 201, 2e-2, 5e-2
+COEFFICIENT_RATIOS = (0.3, 0.95)
+#: Truncation errors of a harmonic, measured on gears in use. HELICAL_ERROR: few functions along oblique contact lines,
+#: relative to peak-to-peak, per module of face width. SPUR_ERROR: the same for spur pairs, relative to peak-to-peak.
+#: TRUNCATION_ERROR: truncated compliance, for a harmonic of the stiffness, relative to the mean stiffness.
+HELICAL_ERROR, SPUR_ERROR, TRUNCATION_ERROR = 8e-6, 2e-5, 4e-5
+#: FINE_POINTS: number of points on a panel at which extremes are sought. If the last third of the coefficients on a
+#: panel exceeds the share STEEP_SHARE of the range of the curve, or its polynomial misses the curve (``_missed``) by
+#: the share OFF, the polynomial is not trusted and the extremes are limited, see ``_within``.
+FINE_POINTS, STEEP_SHARE, OFF = 201, 2e-2, 5e-2
 #: Error of the mean over a panel whose polynomial misses a kink or a jump, over the last two coefficients. With five
 #: Gauss points, a kink anywhere on the panel leaves 0.07 of the last coefficient in RMS, a jump 0.17; measured on
 #: relieved spur pairs.
-MISSED = 0.08
+MISSED_KINK = 0.08
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -184,11 +185,11 @@ def peak_to_peak_floor(phases: Phases, values: NDArray, floor: NDArray) -> NDArr
     (low, high), missed = _extremes(phases, values), _missed(phases, values)
     by_panel = values.reshape(*values.shape[:-1], -1, phases.size)
     around = np.concatenate([np.roll(by_panel, shift, axis=-2) for shift in (1, 0, -1)], axis=-1)
-    top, bottom = (each + np.minimum(missed, _turn(sign * around)) for each, sign in ((high, 1), (-low, -1)))
+    top, bottom = (each + np.minimum(missed, _reversal(sign * around)) for each, sign in ((high, 1), (-low, -1)))
     return whole + top.max(axis=-1) - high.max(axis=-1) + bottom.max(axis=-1) + low.min(axis=-1)
 
 
-def _turn(values: NDArray) -> NDArray:
+def _reversal(values: NDArray) -> NDArray:
     """Greatest height of a value above both the least value before and the least value after it (last axis)."""
     before = np.minimum.accumulate(values, axis=-1)
     after = np.minimum.accumulate(values[..., ::-1], axis=-1)[..., ::-1]
@@ -219,11 +220,11 @@ def _jumps(by_panel: NDArray) -> NDArray:
 def _extremes(phases: Phases, values: NDArray) -> tuple[NDArray, NDArray]:
     """Least and greatest values on the panels, both (…, panel)."""
     assert phases.size is not None
-    by_panel, fine = values.reshape(*values.shape[:-1], -1, phases.size), _on_panels(phases, values, FINE)
+    by_panel, fine = values.reshape(*values.shape[:-1], -1, phases.size), _on_panels(phases, values, FINE_POINTS)
     coefficient = np.abs(by_panel @ legendre_transform(phases.size).T)
     last = coefficient[..., -max(1, phases.size // 3) :].sum(axis=-1)
     whole = np.ptp(values, axis=-1)[..., None]
-    steep = ((last > STEEP * whole) | (_missed(phases, values) > OFF * whole)) & (phases.size > 4)
+    steep = ((last > STEEP_SHARE * whole) | (_missed(phases, values) > OFF * whole)) & (phases.size > 4)
     if steep.any():
         low, high = _within(by_panel, fine, steep)
         fine = np.clip(fine, np.where(steep, low, -np.inf)[..., None], np.where(steep, high, np.inf)[..., None])
@@ -261,31 +262,32 @@ def noise_floor(
     change: NDArray,
     orders: int | None = None,
     *,
-    located: float = LOCATED,
+    located: float = PHASE_ACCURACY,
     least: NDArray | float = 0.0,
 ) -> NDArray:
     """Estimate the errors of the amplitudes of the orders as in ``coefficients``, in the unit of the values.
 
     The result has the shape (…, harmonic). The estimate is the root sum of squares of five parts: a given minimum
     ``least`` (…); the truncated Legendre coefficients of the panels; kinks and jumps that the panels miss, see
-    ``_missed``; the jumps between panels times the uncertainty ``located`` of their phases [mesh cycles]; and ``LEFT``
-    times the harmonics of ``change`` (…, position), the change of the values when the ends of the contact patches were
-    last located. For uniform phases, the highest quarter of the known harmonics replaces the second to fourth part.
+    ``_missed``; the jumps between panels times the uncertainty ``located`` of their phases [mesh cycles]; and
+    ``PATCH_ERROR`` times the harmonics of ``change`` (…, position), the change of the values when the ends of the
+    contact patches were last located. For uniform phases, the highest quarter of the known harmonics replaces the
+    second to fourth part.
     """
-    patches = np.hypot(LEFT * 2 * np.abs(coefficients(phases, change, orders)), np.asarray(least)[..., None])
+    patches = np.hypot(PATCH_ERROR * 2 * np.abs(coefficients(phases, change, orders)), np.asarray(least)[..., None])
     if phases.size is None:
         spectrum = 2 * np.abs(np.fft.rfft(values, axis=-1)) / len(phases.phase)
         return np.hypot(patches, spectrum[..., -max(1, spectrum.shape[-1] // 4) :].max(axis=-1)[..., None])
     size = phases.size
     by_panel = values.reshape(*values.shape[:-1], -1, size)
-    tail = _left_out(phases, by_panel @ legendre_transform(size).T, orders)
+    tail = _truncation_error(phases, by_panel @ legendre_transform(size).T, orders)
     jumps = 2 * located / phases.length * np.sqrt((_jumps(by_panel) ** 2).sum(axis=-1))
     width = np.diff(phases.edges).ravel() / phases.length
-    missed = 2 * MISSED * np.sqrt(((width * _missed(phases, values)) ** 2).sum(axis=-1))
+    missed = 2 * MISSED_KINK * np.sqrt(((width * _missed(phases, values)) ** 2).sum(axis=-1))
     return np.hypot(np.hypot(patches, tail), np.hypot(jumps, missed)[..., None])
 
 
-def _left_out(phases: Phases, coefficient: NDArray, orders: int | None) -> NDArray:
+def _truncation_error(phases: Phases, coefficient: NDArray, orders: int | None) -> NDArray:
     """Truncation error of the amplitudes, (…, harmonic), from Legendre coefficients of the panels, (…, panel, size).
 
     The next coefficients a_p, a_{p+1}, … are assumed to fall by the ratio r of the last ones. At p Gauss points,
@@ -295,7 +297,7 @@ def _left_out(phases: Phases, coefficient: NDArray, orders: int | None) -> NDArr
     assert size is not None
     before = a[..., -3:-1].max(axis=-1, initial=0.0)
     ratio = np.sqrt(np.divide(a[..., -1], before, out=np.ones_like(before), where=before > 0))
-    r = np.clip(ratio, *FALLS)[..., None]
+    r = np.clip(ratio, *COEFFICIENT_RATIOS)[..., None]
     m = np.arange(size + 1)
     each = np.einsum("...pm,npm->...np", r ** (m + 1), _aliased(phases, orders)) * (width * a[..., -1])[..., None, :]
     return 2 * np.sqrt((each**2).sum(axis=-1))

@@ -68,7 +68,7 @@ def open_result(path: str | Path) -> xr.Dataset:
         elif digest != _digest(dataset):
             raise InputError("", "", f"is damaged or changed: its digest ({DIGEST}) contradicts its values")
         # without drop_encoding, text joined to the Dataset later would be cut to the old length when saved
-        return _of_now(dataset.drop_encoding())
+        return _in_current_form(dataset.drop_encoding())
 
 
 def _digest(dataset: xr.Dataset) -> str:
@@ -81,7 +81,7 @@ def _digest(dataset: xr.Dataset) -> str:
     return digest.hexdigest()
 
 
-def _of_now(dataset: xr.Dataset) -> xr.Dataset:
+def _in_current_form(dataset: xr.Dataset) -> xr.Dataset:
     """Convert a Dataset of an earlier version, with variables per gear, to variables over the dimension gear."""
     import xarray as xr
 

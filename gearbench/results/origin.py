@@ -18,12 +18,12 @@ if TYPE_CHECKING:
 
 
 #: Table of effects whose grids a Dataset keeps → prefix of their names.
-_KEPT = {"effects": "", "coast": "coast_"}
+_GRID_TABLES = {"effects": "", "coast": "coast_"}
 
 
-def keeping(dataset: xr.Dataset, scene: Scene) -> xr.Dataset:
+def with_grids(dataset: xr.Dataset, scene: Scene) -> xr.Dataset:
     """Add the measured grids of ``scene`` to ``dataset``, so that ``scene_of`` does not need their files."""
-    for table, prefix in _KEPT.items():
+    for table, prefix in _GRID_TABLES.items():
         for effect in getattr(scene, table):
             for name, array in effect.kept().items():
                 own = array.rename({dim: f"{prefix}{dim}" for dim in array.dims})
@@ -33,14 +33,14 @@ def keeping(dataset: xr.Dataset, scene: Scene) -> xr.Dataset:
 
 def _recall(dataset: xr.Dataset, tables: Mapping[str, Any]) -> None:
     """Hand the grids of the Dataset to the effects, for the scene of ``tables``."""
-    for table, prefix in _KEPT.items():
+    for table, prefix in _GRID_TABLES.items():
         asked = tables.get(table)
         for effect in set(asked) & set(effect_names()) if isinstance(asked, dict) else ():
             own = [name for name in map(str, dataset) if name.startswith(f"{prefix}{effect}_")]
             effect_class(effect).recall({name.removeprefix(prefix): dataset[name] for name in own})
 
 
-def by_itself(dataset: xr.Dataset, mesh: str) -> xr.Dataset:
+def single_mesh(dataset: xr.Dataset, mesh: str) -> xr.Dataset:
     """Select one mesh of a result with several, without foreign positions and gears; return others unchanged."""
     if "mesh" not in dataset.dims:
         return dataset

@@ -13,10 +13,10 @@ from gearbench.errors import InputError, one_of
 from gearbench.geometry.names import GEARS
 from gearbench.results import flank
 from gearbench.results.cycle import (
-    ACROSS,
-    ALONG,
-    CUT,
-    LOCATED,
+    HELICAL_ERROR,
+    PHASE_ACCURACY,
+    SPUR_ERROR,
+    TRUNCATION_ERROR,
     MeshCycle,
     coefficients,
     noise_floor,
@@ -110,16 +110,16 @@ def _noise_floor(solved: Solved, curve: str) -> NDArray:
         solution = solved.solution
         coarse = MeshCycle.of(solved.scene, solved.phases, solution.coarse_approach, solution.coarse_stiffness)
         values = getattr(solved.cycle, curve)
-        cut = CUT * values.mean(axis=-1) if curve == "mesh_stiffness" else 0.0
+        cut = TRUNCATION_ERROR * values.mean(axis=-1) if curve == "mesh_stiffness" else 0.0
         solved.floors[curve] = curve_floor([solved], values, values - getattr(coarse, curve), cut)
     return solved.floors[curve]
 
 
 def curve_floor(meshes: Sequence[Solved], values: NDArray, change: NDArray, cut: NDArray | float = 0.0) -> NDArray:
     """Compute ``noise_floor`` of a curve from the contact of ``meshes``; ``cut`` is a further error of the curve."""
-    located = 0.0 if all(mesh.conforming for mesh in meshes) else LOCATED
+    located = 0.0 if all(mesh.conforming for mesh in meshes) else PHASE_ACCURACY
     pair = meshes[0].scene.pair
-    along = ALONG * pair.face_width / pair.normal_module if pair.meshing.overlap_ratio else ACROSS
+    along = HELICAL_ERROR * pair.face_width / pair.normal_module if pair.meshing.overlap_ratio else SPUR_ERROR
     least = np.hypot(along * np.ptp(values, axis=-1), cut)
     return noise_floor(meshes[0].phases, values, change, located=located, least=least)
 

@@ -42,7 +42,7 @@ def of_each_load(coords: Columns, variables: Columns, loads: tuple[int, ...]) ->
         yield Point(coords, own)
 
 
-def beside(parts: Sequence[Point | None], dim: str) -> Point:
+def join_points(parts: Sequence[Point | None], dim: str) -> Point:
     """Join ``parts`` along a new first dimension; missing parts, and the missing ends of shorter ones, are NaN.
 
     Coordinates that are the same in all parts do not get the new dimension.

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.results.origin import keeping
+from gearbench.results.origin import with_grids
 from gearbench.results.points import Columns
 from gearbench.results.provenance import provenance
 from gearbench.results.responses import described
@@ -75,7 +75,7 @@ def robust_dataset(
     attrs |= {"complete": int(run.complete), "rescued": responses.rescued}
     if (line := cell_warning(variables)) is not None:
         attrs["warning"] = "\n".join(filter(None, (attrs.get("warning"), line)))
-    return keeping(xr.Dataset(described(variables, MISSING), coords=coords, attrs=attrs), problem.scene)
+    return with_grids(xr.Dataset(described(variables, MISSING), coords=coords, attrs=attrs), problem.scene)
 
 
 def robust_columns(

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gearbench.loads import WeightedLoad, load_weights
-from gearbench.results.points import Point, beside
+from gearbench.results.points import Point, join_points
 from gearbench.results.responses import OVER_LOADS, described, is_response
 from gearbench.robustness.statistics import summarise
 from gearbench.sweeps.axes import SweepAxis
@@ -36,7 +36,7 @@ def combined(points: Mapping[tuple[float, ...], Point], axes: Sequence[SweepAxis
         grouped: dict[tuple[float, ...], dict[float, Point]] = {}
         for at, point in found.items():
             grouped.setdefault(at[:i], {})[at[i]] = point
-        found = {at: beside([own.get(x) for x in axes[i].values], axes[i].name) for at, own in grouped.items()}
+        found = {at: join_points([own.get(x) for x in axes[i].values], axes[i].name) for at, own in grouped.items()}
     (whole,) = found.values()
     coords, attrs = dict(whole.coords), {}
     if "phase_weight" in coords:

@@ -16,7 +16,7 @@ from gearbench.budget import require, room
 from gearbench.contact.size import kept_memory
 from gearbench.contact.transitions import mesh_phases
 from gearbench.errors import InputError
-from gearbench.results.origin import keeping
+from gearbench.results.origin import with_grids
 from gearbench.results.outputs import DEFAULT_OUTPUTS, check_outputs
 from gearbench.results.points import Point, of_each_load
 from gearbench.results.provenance import beyond_elasticity, provenance
@@ -110,7 +110,7 @@ def sweep(
         attrs = provenance(scene, wall_time=time.perf_counter() - start) | solver.draws | solver.attrs
         paths = [each.path for each in axes] + [MESH] * scene.coupled
         attrs |= {"swept": paths, "complete": int(len(found) == total)} | _warning(scene, axes)
-        return keeping(over_loads(combined(found, axes).assign_attrs(attrs), spectrum), scene)
+        return with_grids(over_loads(combined(found, axes).assign_attrs(attrs), spectrum), scene)
 
     return whole(_solved(groups, solver, lambda done: progress(done, total), _Keeper(keep=keep, whole=whole)))
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from gearbench.results.cycle import MICROMETRES, coefficients, peak_to_peak_floor
 from gearbench.results.outputs import curve_floor
-from gearbench.results.points import Columns, Point, beside
+from gearbench.results.points import Columns, Point, join_points
 from gearbench.results.responses import is_of_train, response
 from gearbench.results.train_cycle import USUAL_OF_TRAIN
 from gearbench.solution import columns
@@ -40,7 +40,7 @@ def train_point(solved: SolvedTrain, outputs: Sequence[str]) -> Point:
     """
     own = [name for name in outputs if is_of_train(name)]
     others = [name for name in outputs if name not in own]
-    each = beside([Point(*columns(mesh, others)) for mesh in solved.meshes.values()], "mesh")
+    each = join_points([Point(*columns(mesh, others)) for mesh in solved.meshes.values()], "mesh")
     linkage, balance, phases = solved.linkage, solved.balance, solved.phases
     coords, variables = dict(each.coords), _of_loaded(each.variables, balance.force.T > 0)
     shift = linkage.train.phases(coast=linkage.coast)

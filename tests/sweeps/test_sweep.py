@@ -15,7 +15,7 @@ from gearbench.contact.patches import solve_patches
 from gearbench.contact.problem import ContactProblem
 from gearbench.errors import InputError
 from gearbench.results.outputs import DEFAULT_OUTPUTS
-from gearbench.results.points import Point, beside
+from gearbench.results.points import Point, join_points
 from gearbench.scene import Load, Resolution, Scene
 from gearbench.scene_file import parse_scene
 from gearbench.solution import dataset, solve_scene
@@ -324,12 +324,12 @@ def test_datasets_beside_each_other_are_those_that_xarray_aligns():
         return xr.Dataset(point.variables, point.coords | numbers).set_xindex("pair_index")
 
     parts = [part(3, [-1, 0, 1], 2), part(5, [0, 1, 2], 2), part(4, [0], 3)]
-    found = beside([*parts, None], "torque")
+    found = join_points([*parts, None], "torque")
     how = {"data_vars": "all", "coords": "different", "compat": "equals", "join": "outer"}
     wanted = xr.concat([labelled(each) for each in parts], "torque", **how)
     found = xr.Dataset(found.variables, found.coords)
     assert np.isnan(found["line_load"].isel(torque=3)).all()
     for name in (*parts[0].variables, "mesh_phase"):
         np.testing.assert_array_equal(found[name].isel(torque=slice(3)), wanted[name].transpose("torque", ...))
-    assert beside(parts, "torque").variables["rescued"][1].dtype.kind == "i"
-    assert beside(parts[:1] * 2, "torque").coords["mesh_phase"][0] == ("position",)
+    assert join_points(parts, "torque").variables["rescued"][1].dtype.kind == "i"
+    assert join_points(parts[:1] * 2, "torque").coords["mesh_phase"][0] == ("position",)
