@@ -1,4 +1,4 @@
-"""Figures of the picked gear: curves, spectra, contact pressure on the flank, densities, teeth in mesh."""
+"""Figures of the picked pair or train: curves, spectra, densities; pressure and teeth, or gears and load shares."""
 
 from __future__ import annotations
 
@@ -11,7 +11,10 @@ from gearbench.explore.gear_data import Tables
 from gearbench.explore.look import BEFORE, HEIGHT, INK, NOW, PALETTE, chart, fitted, fixed, script
 
 #: Tables of the baseline that are shown together with those of a changed gear.
-COMPARED = ("ste", "stiffness", "ste_orders", "stiffness_orders", "ste_density", "stiffness_density", "numbers")
+COMPARED = (
+    "ste", "stiffness", "ste_orders", "stiffness_orders", "ste_density", "stiffness_density", "sharing_density",
+    "sharing", "revolution", "numbers",
+)  # fmt: skip
 #: Figures that also show the gears kept for comparison, with the x and y columns of their curves.
 OVERLAID = {
     "ste": ("phase", "value"),
@@ -25,8 +28,35 @@ OVERLAID = {
 CYCLES = ("ste", "stiffness")
 
 
+#: Figure → its title and the labels of its axes; of a pair, and of a train.
+WORDS = {
+    "ste": ("Static transmission error", "mesh phase τ [mesh periods]", "δ [µm]"),
+    "stiffness": ("Mesh stiffness", "mesh phase τ [mesh periods]", "k [N/µm]"),
+    "ste_orders": ("Orders of δ", "mesh order [–]", "amplitude of δ [µm]"),
+    "stiffness_orders": ("Orders of k", "mesh order [–]", "amplitude of k [N/µm]"),
+    "ste_density": ("RMS δ over the errors", "RMS δ [µm]", "density [1/µm]"),
+    "stiffness_density": ("RMS k over the errors", "RMS k [%]", "density [1/%]"),
+    "harris": ("Harris map: STE less its mean", "mesh phase τ [mesh periods]", "δ − mean [µm]"),
+    "torque": ("STE over torque", "torque on the pinion [N·m]", "STE [µm]"),
+}
+WORDS_OF_TRAIN = {
+    "ste": ("Transmission error of the train", "mesh phase τ [mesh periods]", "Δ [µm]"),
+    "stiffness": ("Stiffness of the train", "mesh phase τ [mesh periods]", "k [N/µm]"),
+    "ste_orders": ("Orders of Δ", "mesh order [–]", "amplitude of Δ [µm]"),
+    "stiffness_orders": ("Orders of k", "mesh order [–]", "amplitude of k [N/µm]"),
+    "ste_density": ("RMS Δ over the errors", "RMS Δ [µm]", "density [1/µm]"),
+    "sharing_density": ("K_γ over the errors", "K_γ [–]", "density [–]"),
+    "harris": ("Harris map: Δ less its mean", "mesh phase τ [mesh periods]", "Δ − mean [µm]"),
+    "torque": ("Δ over torque", "torque on the first gear [N·m]", "Δ [µm]"),
+    "sharing": ("Load shares", "mesh phase τ [mesh periods]", "share L [–]"),
+    "revolution": ("Largest load shares", "turn of the carrier against the ring", "share L [–]"),
+}
+
+
 class GearPanel:
     """Figures of one gear and their sources; the browser fills the sources with new tables.
+
+    The tables decide which figures there are.
 
     Parameters
     ----------
@@ -38,29 +68,24 @@ class GearPanel:
 
     def __init__(self, now: Tables, *, baseline: bool) -> None:
         self.now = {name: ColumnDataSource(table, name=f"now {name}") for name, table in now.items()}
-        first: Tables = now if baseline else {name: {key: [] for key in now[name]} for name in COMPARED}
-        self.before = {name: ColumnDataSource(first[name], name=f"before {name}") for name in COMPARED}
+        self.words = WORDS_OF_TRAIN if "sharing" in now else WORDS
+        compared = [name for name in COMPARED if name in now]
+        first: Tables = now if baseline else {name: {key: [] for key in now[name]} for name in compared}
+        self.before = {name: ColumnDataSource(first[name], name=f"before {name}") for name in compared}
         empty = {"xs": [], "ys": [], "fluctuations": [], "colour": [], "label": []}
         self.kept = {name: ColumnDataSource(dict(empty), name=f"kept {name}") for name in OVERLAID if name in now}
         self.phase = Slider(start=0, end=1, value=0, step=0.01, title="mesh phase τ", width=250, name="phase")
         #: Scripts to run once the page is loaded.
         self.ready: list[Any] = []
-        self.ste = self._curve("ste", "Static transmission error", "δ [µm]", "#0072B2")
-        self.stiffness = self._curve("stiffness", "Mesh stiffness", "k [N/µm]", "#D55E00")
-        self.ste_orders = self._bars("ste", "Orders of δ", "amplitude of δ [µm]", "#0072B2")
-        self.stiffness_orders = self._bars("stiffness", "Orders of k", "amplitude of k [N/µm]", "#D55E00")
-        self.ste_density = self._density("ste", "RMS δ over the errors", "RMS δ [µm]", "1/µm", "#0072B2")
-        self.stiffness_density = self._density("stiffness", "RMS k over the errors", "RMS k [%]", "1/%", "#D55E00")
-        self.pressure = self._pressure(now)
-        self.teeth = self._teeth(now)
-
-    @property
-    def figures(self) -> dict[str, Any]:
-        """Figures by name, row after row."""
-        upper = {"ste": self.ste, "stiffness": self.stiffness}
-        upper |= {"ste_orders": self.ste_orders, "stiffness_orders": self.stiffness_orders}
-        lower = {"pressure": self.pressure, "teeth": self.teeth}
-        return upper | lower | {"ste_density": self.ste_density, "stiffness_density": self.stiffness_density}
+        #: Figures by name, row after row.
+        self.figures: dict[str, Any] = {name: self._curve(name) for name in CYCLES}
+        self.figures |= {f"{name}_orders": self._bars(f"{name}_orders") for name in CYCLES}
+        if "sharing" in now:
+            self.figures |= {name: self._shares(name) for name in ("sharing", "revolution")}
+            self.figures["gears"] = self._gears()
+        else:
+            self.figures |= {"pressure": self._pressure(now), "teeth": self._teeth(now)}
+        self.figures |= {name: self._density(name) for name in now if name.endswith("_density")}
 
     def compare(self, heads: Sequence[str], most: int, beside: Sequence[dict[str, Any]] = ()) -> dict[str, Any]:
         """Arguments of ``js/compare.js``, which fills the table of numbers and draws the curves of gears kept.
@@ -79,35 +104,83 @@ class GearPanel:
         """Draw the curves of the gears kept for comparison, in their colours."""
         plot.multi_line("xs", "ys", source=self.kept[name], color="colour", line_width=1.6, line_dash=dash)
 
-    def _curve(self, name: str, title: str, label: str, colour: str) -> Any:
-        plot = chart(title, "mesh phase τ [mesh periods]", label, height=HEIGHT, x_range=fixed(0, 2))
+    def chart(self, name: str, **options: Any) -> Any:
+        """Make the empty figure ``name`` with its title and labels."""
+        return chart(*self.words[name], height=HEIGHT, **options)
+
+    def _curve(self, name: str) -> Any:
+        plot = self.chart(name, x_range=fixed(0, 2))
         plot.line("phase", "value", source=self.before[name], color=BEFORE, line_dash="dashed", line_width=1.5)
-        plot.line("phase", "value", source=self.now[name], color=colour, line_width=2.2)
+        plot.line("phase", "value", source=self.now[name], color=_colour(name), line_width=2.2)
         self.overlay(plot, name)
-        mark = Span(location=0, dimension="height", line_color=INK, line_dash="dotted", line_alpha=0.6)
-        self.phase.js_link("value", mark, "location")
-        plot.add_layout(mark)
+        self._mark_phase(plot)
         self.ready.append(fitted(plot, across=False))
         return plot
 
-    def _bars(self, name: str, title: str, label: str, colour: str) -> Any:
-        plot = chart(title, "mesh order [–]", label, height=HEIGHT, x_range=fixed(0.3, 10.7))
-        key = f"{name}_orders"
-        plot.vbar("order", top="amplitude", width=0.85, source=self.before[key], color="#CFCFCF")
-        plot.vbar("order", top="amplitude", width=0.5, source=self.now[key], color=colour)
-        self.overlay(plot, key)
+    def _mark_phase(self, plot: Any) -> None:
+        mark = Span(location=0, dimension="height", line_color=INK, line_dash="dotted", line_alpha=0.6)
+        self.phase.js_on_change("value", script("mark", mark=mark))
+        plot.add_layout(mark)
+
+    def _bars(self, name: str) -> Any:
+        plot = self.chart(name, x_range=fixed(0.3, 10.7))
+        plot.vbar("order", top="amplitude", width=0.85, source=self.before[name], color="#CFCFCF")
+        plot.vbar("order", top="amplitude", width=0.5, source=self.now[name], color=_colour(name))
+        self.overlay(plot, name)
         plot.xaxis.ticker = list(range(1, 11))
         plot.xgrid.visible = False
         self.ready.append(fitted(plot, across=False, floor=0))
         return plot
 
-    def _density(self, name: str, title: str, label: str, unit: str, colour: str) -> Any:
-        plot = chart(title, label, f"density [{unit}]", height=HEIGHT)
-        key = f"{name}_density"
-        plot.line("value", "density", source=self.before[key], color=BEFORE, line_dash="dashed", line_width=1.5)
-        plot.varea("value", 0, "density", source=self.now[key], color=colour, alpha=0.2)
-        plot.line("value", "density", source=self.now[key], color=colour, line_width=2.2)
+    def _density(self, name: str) -> Any:
+        plot = self.chart(name)
+        plot.line("value", "density", source=self.before[name], color=BEFORE, line_dash="dashed", line_width=1.5)
+        plot.varea("value", 0, "density", source=self.now[name], color=_colour(name), alpha=0.2)
+        plot.line("value", "density", source=self.now[name], color=_colour(name), line_width=2.2)
         self.ready.append(fitted(plot, floor=0))
+        return plot
+
+    def _shares(self, name: str) -> Any:
+        over_cycle = name == "sharing"
+        plot = self.chart(name, x_range=fixed(0, 2 if over_cycle else 1))
+        # equal shares stay in view, and differences of rounding do not fill the figure
+        plot.scatter("x", "y", source=ColumnDataSource({"x": [0.0, 0.0], "y": [0.98, 1.02]}), alpha=0)
+        plot.multi_line("xs", "ys", source=self.before[name], color="#CFCFCF", line_width=1.5)
+        plot.multi_line("xs", "ys", source=self.now[name], color="colour", line_width=2)
+        if over_cycle:
+            self._mark_phase(plot)
+        self.ready.append(fitted(plot, across=False))
+        return plot
+
+    def _gears(self) -> Any:
+        """Draw the gears as they turn, with the load shares, in the colours of their curves.
+
+        The area of the circle at a mesh is the square of its load share.
+        """
+        plot = chart(
+            "Gears and load shares", "x [mm]", "y [mm]", height=2 * HEIGHT, x_range=fixed(-1, 1), y_range=fixed(1, -1)
+        )
+        drawn = ColumnDataSource({"xs": [], "ys": [], "alpha": []})
+        marks, labels = (ColumnDataSource({key: [] for key in ("x", "y", "size", "share", "colour")}) for _ in "12")
+        plot.patches(
+            "xs", "ys", source=drawn, fill_color=PALETTE[5], fill_alpha="alpha", line_color=INK, line_width=0.8
+        )
+        plot.text("x", "top", "name", source=self.now["gears"], text_align="center", text_font_size="12px")
+        plot.scatter("x", "y", size="size", source=marks, color="colour", alpha=0.75, line_color="white")
+        plot.text(
+            "x", "y", "share", source=labels, y_offset=18, text_align="center", text_font_size="13px",
+            text_font_style="bold", text_color="colour",
+        )  # fmt: skip
+        turn = script(
+            "gears", phase=self.phase, drawn=drawn, marks=marks, labels=labels, plot=plot,
+            now={name: self.now[name] for name in ("gears", "marks", "paths", "extent", "sharing")},
+        )  # fmt: skip
+        self.ready.append(turn)
+        self.phase.js_on_change("value", turn)
+        plot.js_on_change("inner_width", turn)
+        for name in ("sharing", "gears"):
+            self.now[name].js_on_change("data", turn)
+        plot.grid.visible = False
         return plot
 
     def _pressure(self, now: Tables) -> Any:
@@ -147,3 +220,16 @@ class GearPanel:
         plot.js_on_change("inner_width", turn)
         self.now["motion"].js_on_change("data", turn)
         return plot
+
+
+def _colour(name: str) -> str:
+    return "#0072B2" if name.startswith("ste") else "#D55E00"
+
+
+def small_legend(plot: Any) -> Any:
+    """Move the legend to the right of the frame, with small letters."""
+    plot.add_layout(plot.legend[0], "right")
+    plot.legend.label_text_font_size = "11px"
+    plot.legend.spacing, plot.legend.padding, plot.legend.border_line_color = 0, 2, None
+    plot.legend.glyph_width = 14
+    return plot

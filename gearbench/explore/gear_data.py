@@ -1,20 +1,45 @@
-"""Tables that a page draws, from the results of a gear (``Picture``)."""
+"""Tables that a page draws, from the results of a pair or a train (``Picture``)."""
 
 from __future__ import annotations
 
 import json
+import math
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
-from gearbench.explore.model import CycleCurve, Picture, density
+from gearbench.explore.look import PALETTE
+from gearbench.explore.model import RMS_VALUES, CycleCurve, FlankPressure, Picture, Sharing, density
 from gearbench.geometry.tooth_shapes import mesh
+from gearbench.optimisation.numbers import gear_ratio
+from gearbench.results.cycle import curves
 from gearbench.results.provenance import support
+from gearbench.results.responses import response
+from gearbench.scene import Scene
+from gearbench.trains.figures import is_internal, outline
+from gearbench.trains.scatter import STUDIED
 
 #: Name of the source → name of the column → values.
 Tables = dict[str, dict[str, Any]]
 #: Mesh orders listed in the table of numbers and drawn over torque.
 ORDERS = (1, 2, 3)
+#: Response → figure of its density over the errors.
+DENSITIES = {
+    "transmission_error_rms": "ste_density",
+    "mesh_stiffness_rms": "stiffness_density",
+    "train_transmission_error_rms": "ste_density",
+    "mesh_load_factor": "sharing_density",
+}
+#: The same responses in the table of numbers.
+OVER_ERRORS = {
+    "transmission_error_rms": "RMS STE over the errors [µm]",
+    "mesh_stiffness_rms": "RMS of k over the errors [%]",
+    "train_transmission_error_rms": "RMS Δ over the errors [µm]",
+    "mesh_load_factor": "K_γ over the errors",
+}
+#: Colours of the load shares, one for each planet.
+SHARES = PALETTE[1:4] + PALETTE[:1] + PALETTE[5:]
 
 
 def tables(picture: Picture, *, teeth: bool = True) -> Tables:
@@ -23,7 +48,6 @@ def tables(picture: Picture, *, teeth: bool = True) -> Tables:
     Without ``teeth`` the tooth shapes are left out: sliders do not change them. Scatter is left out if it is not
     computed yet.
     """
-    pair = picture.scene.pair
     ste, k = picture.transmission_error, picture.mesh_stiffness
     found: Tables = {
         "ste": _curve(ste),
@@ -31,20 +55,15 @@ def tables(picture: Picture, *, teeth: bool = True) -> Tables:
         "ste_orders": _orders(ste.amplitude),
         "stiffness_orders": _orders(k.amplitude),
     }
-    image = {
-        "image": [picture.pressure.astype("float32")],
-        "x": [0.0],
-        "y": [picture.pressure_range[0]],
-        "dw": [pair.meshing.face_width],
-        "dh": [picture.pressure_range[1] - picture.pressure_range[0]],
-        "top": [float(np.nanquantile(picture.pressure, 0.99))],
-    }
     scatter = numbers(picture) if picture.unfinished else densities(picture)
-    shapes = _teeth(picture) if teeth else {}
+    if isinstance(picture.load, Sharing):
+        own, shapes = _sharing(picture.load), _gears(picture.load) if teeth else {}
+    else:
+        own, shapes = _pressure(picture.load, picture.scene), _teeth(picture) if teeth else {}
     return {
         **_short(found),
         **scatter,
-        "pressure": image,
+        **own,
         **shapes,
         "scene": {"text": [picture.scene.to_toml()], "tables": [json.dumps(picture.scene.to_mapping())]},
     }
@@ -52,14 +71,16 @@ def tables(picture: Picture, *, teeth: bool = True) -> Tables:
 
 def densities(picture: Picture) -> Tables:
     """Tables of the densities of the scatter (empty without scatter) and of the numbers."""
-    if picture.scatter is None:
-        empty = _short({f"{name}_density": {"value": [], "density": []} for name in ("ste", "stiffness")})
-        return {**empty, **numbers(picture)}
-    scatter = {"ste": picture.scatter.transmission_error, "stiffness": picture.scatter.mesh_stiffness}
-    drawn: Tables = {
-        f"{name}_density": dict(zip(("value", "density"), density(v), strict=True)) for name, v in scatter.items()
-    }
+    drawn: Tables = {}
+    for name in _scattered(picture):
+        both = ([], []) if picture.scatter is None else density(picture.scatter[name])
+        drawn[DENSITIES[name]] = dict(zip(("value", "density"), both, strict=True))
     return {**_short(drawn), **numbers(picture)}
+
+
+def _scattered(picture: Picture) -> tuple[str, ...]:
+    """Responses whose scatter over the errors is shown."""
+    return STUDIED if isinstance(picture.load, Sharing) else RMS_VALUES
 
 
 def _short(found: Tables) -> Tables:
@@ -75,6 +96,80 @@ def _curve(cycle: CycleCurve) -> dict[str, Any]:
 def _orders(amplitude: np.ndarray) -> dict[str, Any]:
     known = np.isfinite(amplitude)
     return {"order": 1 + np.flatnonzero(known), "amplitude": amplitude[known]}
+
+
+def _pressure(pressure: FlankPressure, scene: Scene) -> Tables:
+    image = {
+        "image": [pressure.values.astype("float32")],
+        "x": [0.0],
+        "y": [pressure.range[0]],
+        "dw": [scene.pair.meshing.face_width],
+        "dh": [pressure.range[1] - pressure.range[0]],
+        "top": [float(np.nanquantile(pressure.values, 0.99))],
+    }
+    return {"pressure": image}
+
+
+def _sharing(load: Sharing) -> Tables:
+    """Load shares of the paths over two mesh periods, and the largest over a revolution of the carrier."""
+    phases, paths = load.cycle.phases, _paths(load)
+    first = [paths.index(path) for path in dict.fromkeys(paths)]
+    parts = [curves(phases, values, 12) for values in load.cycle.sharing.T[first]]
+    xs, ys = ([np.concatenate([each[i] for each in part]) for part in parts] for i in (0, 1))
+    over = load.over_turns[first] if load.over_turns.size else load.over_turns
+    found = {
+        "sharing": ([np.r_[x, x + 1] for x in xs], [np.r_[y, y] for y in ys]),
+        "revolution": ([load.turns] * len(over), list(over)),
+    }
+    return {
+        name: {"xs": [x.astype("f4") for x in xs], "ys": [y.astype("f4") for y in ys], "colour": _colours(len(ys))}
+        for name, (xs, ys) in found.items()
+    }
+
+
+def _paths(load: Sharing) -> list[str]:
+    """Path of the load through each mesh: its planet, both of whose meshes carry the same force; or the mesh itself."""
+    train, carried = load.cycle.linkage.train, load.cycle.linkage.carried
+    shafts = ([train.shaft(gear) for gear in mesh.gears] for mesh in train.meshes)
+    return [
+        next((each for each in own if each in carried), mesh.name)
+        for own, mesh in zip(shafts, train.meshes, strict=True)
+    ]
+
+
+def _colours(count: int) -> list[str]:
+    return [SHARES[i % len(SHARES)] for i in range(count)]
+
+
+def _gears(load: Sharing) -> Tables:
+    """Outlines of the gears at mesh phase 0, their axes, their rotation in a mesh period, and the pitch points."""
+    linkage = load.cycle.linkage
+    train, coast = linkage.train, linkage.coast
+    phases, first = train.phases(coast=coast), train.meshes[0]
+    period = 2 * math.pi * train.turn(first.name) * (-1 if coast else 1) / first.pair.gears[0].teeth
+    points = [outline(train, gear, phases, coast=coast) for gear in train.gears]
+    inside = [is_internal(train, gear) for gear in train.gears]
+    axes = np.array([train.places[train.shaft(gear)] for gear in train.gears])
+    tops = [each[:, 1].min() if internal else y for each, internal, (_, y) in zip(points, inside, axes, strict=True)]
+    at, paths = [train.pitch_point(mesh.name) for mesh in train.meshes], _paths(load)
+    known = list(dict.fromkeys(paths))
+    labels = np.array([train.places.get(path, at[paths.index(path)]) for path in known])
+    low, high = (np.array(each) for each in zip(*((p.min(axis=0), p.max(axis=0)) for p in points), strict=True))
+    return {
+        "gears": {
+            "xs": [each[:, 0].astype("f4") for each in points],
+            "ys": [each[:, 1].astype("f4") for each in points],
+            "x": axes[:, 0],
+            "y": axes[:, 1],
+            "rate": [period * linkage.rates[train.shaft(gear)] for gear in train.gears],
+            "name": list(train.gears),
+            "top": tops,
+            "alpha": [0.0 if internal else 0.35 for internal in inside],
+        },
+        "marks": {"x": [x for x, _ in at], "y": [y for _, y in at], "path": [known.index(path) for path in paths]},
+        "paths": {"x": labels[:, 0], "y": labels[:, 1], "colour": _colours(len(known))},
+        "extent": {"low": low.min(axis=0), "high": high.max(axis=0)},
+    }
 
 
 def _teeth(picture: Picture) -> Tables:
@@ -104,36 +199,60 @@ def _teeth(picture: Picture) -> Tables:
 
 def numbers(picture: Picture) -> Tables:
     """Table of numbers of a picture: labels and values as text."""
-    ste, k, pair = picture.transmission_error, picture.mesh_stiffness, picture.scene.pair
+    ste, k, load = picture.transmission_error, picture.mesh_stiffness, picture.load
+    error = "STE" if isinstance(load, FlankPressure) else "Δ"
     rows = [
-        ("peak-to-peak STE [µm]", f"{ste.peak_to_peak:.3f}"),
-        ("RMS STE [µm]", f"{ste.rms:.3f}"),
-        *((f"order {n} of STE [µm]", f"{ste.amplitude[n - 1]:.3f}") for n in ORDERS),
-        ("mean STE [µm]", f"{ste.mean:.2f}"),
+        (f"peak-to-peak {error} [µm]", f"{ste.peak_to_peak:.3f}"),
+        (f"RMS {error} [µm]", f"{ste.rms:.3f}"),
+        *((f"order {n} of {error} [µm]", f"{ste.amplitude[n - 1]:.3f}") for n in ORDERS),
+        (f"mean {error} [µm]", f"{ste.mean:.2f}"),
         ("mean stiffness k [N/µm]", f"{k.mean:.1f}"),
         ("RMS of k [%]", f"{k.rms:.2f}"),
-        ("greatest contact pressure [MPa]", f"{np.nanmax(picture.pressure):.0f}"),
-        ("teeth z", f"{pair.pinion.teeth}/{pair.wheel.teeth}"),
-        ("m_n [mm], β [°], b [mm]", f"{pair.normal_module:g}, {pair.helix_angle:g}, {pair.meshing.face_width:g}"),
-        (
-            "contact ratios ε_α, ε_β",
-            f"{pair.meshing.transverse_contact_ratio:.3f}, {pair.meshing.overlap_ratio:.3f}",
-        ),
-        ("working pressure angle α_wt [°]", f"{np.degrees(pair.meshing.alpha_wt):.3f}"),
-        ("backlash j_wt [mm]", f"{pair.actual_backlash:.4f}"),
-        ("torque on the pinion [N·m]", f"{picture.scene.load.torque:g}"),
+        *(_of_pair(load, picture.scene) if isinstance(load, FlankPressure) else _of_train(load, picture.scene)),
         ("teeth stand on", support(picture.scene).replace("_", " ")),
     ]
     if picture.scatter is not None or picture.unfinished:
-        rows.append(("RMS STE over the errors [µm]", _scatter(picture, "transmission_error")))
-        rows.append(("RMS of k over the errors [%]", _scatter(picture, "mesh_stiffness")))
+        rows += [(OVER_ERRORS[name], _scatter(picture, name)) for name in _scattered(picture)]
     labels, values = zip(*rows, strict=True)
     return {"numbers": {"label": list(labels), "value": list(values)}}
+
+
+def _of_pair(pressure: FlankPressure, scene: Scene) -> Iterator[tuple[str, str]]:
+    pair, meshing = scene.pair, scene.pair.meshing
+    yield "greatest contact pressure [MPa]", f"{np.nanmax(pressure.values):.0f}"
+    yield "teeth z", f"{pair.pinion.teeth}/{pair.wheel.teeth}"
+    yield "m_n [mm], β [°], b [mm]", f"{pair.normal_module:g}, {pair.helix_angle:g}, {meshing.face_width:g}"
+    yield "contact ratios ε_α, ε_β", f"{meshing.transverse_contact_ratio:.3f}, {meshing.overlap_ratio:.3f}"
+    yield "working pressure angle α_wt [°]", f"{np.degrees(meshing.alpha_wt):.3f}"
+    yield "backlash j_wt [mm]", f"{pair.actual_backlash:.4f}"
+    yield "torque on the pinion [N·m]", f"{scene.load.torque:g}"
+
+
+def _of_train(load: Sharing, scene: Scene) -> Iterator[tuple[str, str]]:
+    linkage = load.cycle.linkage
+    train, phases = linkage.train, linkage.train.phases(coast=linkage.coast)
+    yield "mesh load factor K_γ", f"{load.mesh_load_factor:.3f}"
+    if linkage.carrier is not None:
+        yield "RMS force on the sun [N]", f"{response('sun_force_rms').reduce(load.cycle):.1f}"
+        yield "RMS torque ripple of the carrier [N·m]", f"{response('carrier_torque_rms').reduce(load.cycle):.2f}"
+        yield "gear ratio", f"{gear_ratio(scene):.4g}"
+    gears = {gear: body for mesh in train.meshes for gear, body in zip(mesh.gears, mesh.pair.gears, strict=True)}
+    kinds = {gear: "planets" if gear in linkage.carried else gear for gear in gears}
+    teeth = {kind: str(gears[gear].teeth) for gear, kind in kinds.items()}
+    yield f"teeth z of {', '.join(teeth)}", "/".join(teeth.values())
+    pair = scene.pair
+    yield "m_n [mm], β [°]", f"{pair.normal_module:g}, {pair.helix_angle:g}"
+    unlike = dict.fromkeys(mesh.pair for mesh in train.meshes)
+    yield "contact ratios ε_α of the meshes", ", ".join(f"{p.meshing.transverse_contact_ratio:.3f}" for p in unlike)
+    yield "overlap ratio ε_β", f"{pair.meshing.overlap_ratio:.3f}"
+    apart = [phases[mesh.name] for mesh in train.meshes if mesh.driver == train.meshes[0].driver]
+    yield f"mesh phases of {train.meshes[0].driver}", ", ".join(f"{each:.3g}" for each in apart)
+    yield f"torque on {train.meshes[0].driver} [N·m]", f"{scene.load.torque:g}"
 
 
 def _scatter(picture: Picture, which: str) -> str:
     """Text "mean ± standard deviation" over the error samples; "…" if they are not computed yet."""
     if picture.scatter is None:
         return "…"
-    values = getattr(picture.scatter, which)
+    values = picture.scatter[which]
     return f"{values.mean():.3f} ± {values.std(ddof=1):.3f}"

@@ -1,4 +1,4 @@
-"""Results for a picked gear: curves over the mesh cycle, orders, contact pressure on the flank, scatter.
+"""Results for a picked pair or set: curves over the mesh cycle, orders, pressure or load sharing, scatter.
 
 This module does not depend on the page.
 """
@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,14 +15,19 @@ from numpy.typing import NDArray
 
 from gearbench.effects.manufacturing_errors import ManufacturingErrors
 from gearbench.results import flank
-from gearbench.results.cycle import coefficients, curves
+from gearbench.results.cycle import MeshCycle, coefficients, curves
 from gearbench.results.flank_map import over_flank
 from gearbench.results.responses import response
 from gearbench.results.solved import Solved
+from gearbench.results.train_cycle import TrainCycle
 from gearbench.robustness.montecarlo import prepare_scene, respond
+from gearbench.robustness.sampling import unit_samples
 from gearbench.scene import Resolution, Scene
 from gearbench.solution import solve_scene
-from gearbench.threads import default_threads
+from gearbench.threads import default_threads, single_threaded_blas
+from gearbench.trains.revolution import revolution_columns
+from gearbench.trains.scatter import STUDIED, sampled_train
+from gearbench.trains.solve import SolvedTrain, solve_train
 
 #: Pixels of the flank map, across and up.
 SIZE = (48, 72)
@@ -49,6 +55,8 @@ def flank_map(solved: Solved, values: NDArray, size: tuple[int, int] = SIZE) -> 
     return over_flank(u, y, length * math.cos(meshing.beta_b), own, path, face)
 
 
+#: Responses of a pair whose scatter is shown; those of a train are ``STUDIED``.
+RMS_VALUES = ("transmission_error_rms", "mesh_stiffness_rms")
 #: Number of error samples, and of mesh orders in the spectra.
 SAMPLES, ORDERS = 256, 10
 
@@ -76,29 +84,59 @@ class CycleCurve:
 
 
 @dataclass(frozen=True, kw_only=True)
-class RmsSamples:
-    """RMS values of STE [µm] and of mesh stiffness [%] for every error sample, (sample,)."""
+class FlankPressure:
+    """Hertz pressure on the flank of a pair.
 
-    transmission_error: NDArray
-    mesh_stiffness: NDArray
+    Parameters
+    ----------
+    values
+        See ``flank_map`` [MPa].
+    range
+        Range of u [mm] that the map covers.
+    """
+
+    values: NDArray
+    range: tuple[float, float]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sharing:
+    """Load sharing of a train.
+
+    Parameters
+    ----------
+    cycle
+        Forces and motions over the mesh cycle.
+    turns, over_turns
+        Turns of the carrier against the ring (turn,), and largest load share of each mesh there (mesh, turn); both
+        empty without eccentric members.
+    """
+
+    cycle: TrainCycle
+    turns: NDArray
+    over_turns: NDArray
+
+    @property
+    def mesh_load_factor(self) -> float:
+        """K_γ [–]."""
+        return float(max(self.cycle.sharing.max(), self.over_turns.max(initial=0.0)))
 
 
 @dataclass(frozen=True, kw_only=True)
 class Picture:
-    """All results shown for one gear.
+    """All results shown for one pair, or for a train whose meshes are one contact problem.
 
     Parameters
     ----------
     scene
         The scene that was solved.
     transmission_error, mesh_stiffness
-        STE [µm] and stiffness [N/µm] with every error at its mean.
-    pressure
-        Hertz pressure on the flank, see ``flank_map`` [MPa].
-    pressure_range
-        Range of u [mm] that the map covers.
+        STE [µm] and stiffness [N/µm] of the pair or the whole train with every error at its mean.
+    load
+        Pressure on the flank of a pair, or load sharing of a train.
     scatter
-        RMS values of the error samples; None if the scene has no random errors, or if they are not computed yet.
+        Response → its values for the error samples, (sample,): RMS values, K_γ of a train. None if the scene has no
+        random errors, or if they are not computed yet.
     seconds
         Wall time.
     """
@@ -106,15 +144,14 @@ class Picture:
     scene: Scene
     transmission_error: CycleCurve
     mesh_stiffness: CycleCurve
-    pressure: NDArray
-    pressure_range: tuple[float, float]
-    scatter: RmsSamples | None
+    load: FlankPressure | Sharing
+    scatter: Mapping[str, NDArray] | None
     seconds: float
 
     @property
     def unfinished(self) -> bool:
         """Whether the scatter still has to be computed."""
-        return self.scatter is None and isinstance(self.scene.effect("manufacturing_errors"), ManufacturingErrors)
+        return self.scatter is None and _scatters(self.scene)
 
 
 def picture(scene: Scene, samples: int = SAMPLES) -> Picture:
@@ -122,7 +159,7 @@ def picture(scene: Scene, samples: int = SAMPLES) -> Picture:
     return scattered(*outline(scene), samples)
 
 
-def outline(scene: Scene) -> tuple[Picture, Solved]:
+def outline(scene: Scene) -> tuple[Picture, Solved | SolvedTrain]:
     """Compute all results but the scatter; also return the solution, from which the scatter is computed.
 
     The default resolution replaces a requested accuracy, and the greatest load replaces several loads.
@@ -130,55 +167,78 @@ def outline(scene: Scene) -> tuple[Picture, Solved]:
     Raises
     ------
     InputError
-        If the scene has several meshes, as planetary sets do.
+        If the scene has several meshes that are not one contact problem.
     GearbenchError
         If the contact problem cannot be solved.
     """
-    start, scene = time.perf_counter(), scene.one_mesh
+    start, scene = time.perf_counter(), scene if scene.coupled else scene.one_mesh
     if scene.resolution.accuracy is not None:
         scene = replace(scene, resolution=Resolution())
     scene = scene.under(scene.load) if scene.loads else scene
-    solved = solve_scene(scene)
+    solved, cycle, load = _train(scene) if scene.coupled else _pair(scene)
     found = Picture(
         scene=scene,
-        transmission_error=_cycle(solved, "transmission_error"),
-        mesh_stiffness=_cycle(solved, "mesh_stiffness"),
-        pressure=flank_map(solved, flank.pressure(solved)),
-        pressure_range=flank_range(solved),
+        transmission_error=_curve(cycle, "transmission_error"),
+        mesh_stiffness=_curve(cycle, "mesh_stiffness"),
+        load=load,
         scatter=None,
         seconds=time.perf_counter() - start,
     )
     return found, solved
 
 
-def scattered(picture: Picture, solved: Solved, samples: int = SAMPLES) -> Picture:
+def _pair(scene: Scene) -> tuple[Solved, MeshCycle, FlankPressure]:
+    solved = solve_scene(scene)
+    pressure = FlankPressure(values=flank_map(solved, flank.pressure(solved)), range=flank_range(solved))
+    return solved, solved.cycle, pressure
+
+
+def _train(scene: Scene) -> tuple[SolvedTrain, MeshCycle, Sharing]:
+    solved = solve_train(scene)
+    error = solved.cycle.transmission_error
+    cycle = MeshCycle(phases=solved.phases, transmission_error=error, mesh_stiffness=solved.stiffness)
+    coords, over = revolution_columns(solved)
+    turns, over_turns = (values for _, values in (*coords.values(), *over.values())) if over else np.empty((2, 0))
+    return solved, cycle, Sharing(cycle=solved.cycle, turns=turns, over_turns=over_turns)
+
+
+def scattered(picture: Picture, solved: Solved | SolvedTrain, samples: int = SAMPLES) -> Picture:
     """Add the scatter to ``picture`` if the scene has random errors."""
     start = time.perf_counter()
     scatter = _scatter(solved, samples) if picture.unfinished else None
     return replace(picture, scatter=scatter, seconds=picture.seconds + time.perf_counter() - start)
 
 
-def _cycle(solved: Solved, name: str) -> CycleCurve:
-    phases, values = solved.cycle.phases, getattr(solved.cycle, name)
+def _curve(cycle: MeshCycle, name: str) -> CycleCurve:
+    phases, values = cycle.phases, getattr(cycle, name)
     parts = curves(phases, values, 12)
     return CycleCurve(
         phase=np.concatenate([x for x, _ in parts]),
         values=np.concatenate([y for _, y in parts]),
         amplitude=2 * np.abs(coefficients(phases, values, ORDERS)),
-        **{part: float(response(f"{name}_{part}").reduce(solved.cycle)) for part in ("mean", "rms", "peak_to_peak")},
+        **{part: float(response(f"{name}_{part}").reduce(cycle)) for part in ("mean", "rms", "peak_to_peak")},
     )
 
 
-def _scatter(solved: Solved, samples: int) -> RmsSamples | None:
-    scene = solved.scene
-    if not isinstance(scene.effect("manufacturing_errors"), ManufacturingErrors):
-        return None
+def _scatters(scene: Scene) -> bool:
+    """Whether a scene has random errors."""
+    short = None if scene.train is None else scene.train.planetary
+    of_members = short is not None and short.keys.scatter is not None
+    return of_members or isinstance(scene.effect("manufacturing_errors"), ManufacturingErrors)
+
+
+@single_threaded_blas()
+def _scatter(solved: Solved | SolvedTrain, samples: int) -> Mapping[str, NDArray]:
+    if isinstance(solved, SolvedTrain):
+        train = sampled_train(solved.scene, solved)
+        errors = train.draw(unit_samples("sobol", samples, len(train.error_names), 0))
+        return train.respond(errors, STUDIED, default_threads())
     # prepared from the solved scene, so lines, gaps and compliance are the same
-    problem = prepare_scene(scene)
+    problem = prepare_scene(solved.scene)
     answer, complete = respond(problem, problem.draw(samples, 0, "sobol"), default_threads())
     if not complete:
         raise KeyboardInterrupt
-    return RmsSamples(transmission_error=answer["transmission_error_rms"], mesh_stiffness=answer["mesh_stiffness_rms"])
+    return {name: answer[name] for name in RMS_VALUES}
 
 
 def density(values: NDArray, points: int = 120) -> tuple[NDArray, NDArray]:

@@ -244,6 +244,12 @@ class Train:
         way = self.places[self.shaft(mesh.driven)] - self.places[self.shaft(mesh.driver)]
         return math.copysign(1.0, mesh.pair.centre_distance) * way / np.linalg.norm(way)
 
+    def pitch_point(self, name: str) -> NDArray:
+        """Pitch point (2,) of a mesh [mm]."""
+        mesh = self[name]
+        radius = mesh.pair.gears[0].base_radius / math.cos(mesh.pair.meshing.alpha_wt)
+        return self.places[self.shaft(mesh.driver)] + radius * self.across(name)
+
     # -- phases and flanks --------------------------------------------------------------------------------------------
     @cached_property
     def coast(self) -> dict[str, bool]:

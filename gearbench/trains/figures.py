@@ -46,8 +46,8 @@ def load_shares(dataset: xr.Dataset, axes: Axes) -> Axes:
     phases = train.phases(coast=coast)
     for gear in train.gears:
         points = outline(train, gear, phases, coast=coast)
-        axes.fill(*points.T, facecolor="none" if _internal(train, gear) else "0.93", edgecolor=GREY, lw=0.7)
-        inside = _internal(train, gear)
+        axes.fill(*points.T, facecolor="none" if is_internal(train, gear) else "0.93", edgecolor=GREY, lw=0.7)
+        inside = is_internal(train, gear)
         x, y = train.places[train.shaft(gear)] + np.array([0.0, points[:, 1].max() if inside else 0.0])
         if gear not in train.timed:  # the second gear of a stepped planet
             axes.annotate(gear, (x, y), ha="center", va="top" if inside else "center", fontsize=8)
@@ -55,10 +55,7 @@ def load_shares(dataset: xr.Dataset, axes: Axes) -> Axes:
     most = dataset[over].max("revolution") if over in dataset else dataset["load_sharing"].max("position")
     for mesh in train.meshes:
         share = float(most.sel(mesh=mesh.name))
-        gear = mesh.pair.gears[0]
-        x, y = train.places[train.shaft(mesh.driver)] + train.across(mesh.name) * gear.base_radius / math.cos(
-            mesh.pair.meshing.alpha_wt
-        )
+        x, y = train.pitch_point(mesh.name)
         axes.scatter(x, y, s=90 * share**2, color=ORANGE, alpha=0.7, zorder=3)
         axes.annotate(f"{share:.2f}", (x, y), xytext=(6, 6), textcoords="offset points", fontsize=8, color=ORANGE)
     axes.set_aspect("equal")
@@ -67,7 +64,8 @@ def load_shares(dataset: xr.Dataset, axes: Axes) -> Axes:
     return axes
 
 
-def _internal(train: Train, gear: str) -> bool:
+def is_internal(train: Train, gear: str) -> bool:
+    """Whether a gear of a train is internal."""
     mesh = next(mesh for mesh in train.meshes if gear in mesh.gears)
     return mesh.pair.gears[mesh.gears.index(gear)].teeth < 0
 

@@ -12,10 +12,11 @@ from gearbench.explore.bench.session import example
 from gearbench.explore.catalogue import catalogue, fronts
 from gearbench.explore.stored import open_results
 from gearbench.results.netcdf import save
-from gearbench.scene_file import read_scene
+from gearbench.scene_file import parse_scene, read_scene
 from gearbench.simulation import simulate
 from tests.browser.chromium import chromium, faults, missing, shot, wait
 from tests.support.explore_designs import front
+from tests.support.paths import EXAMPLES
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(bool(missing()), reason=missing() or "–")]
 
@@ -41,6 +42,15 @@ return controls.filter((e) => e.tabIndex < 0).map((e) => e.id || e.dataset.path 
 def scene_file(tmp_path):
     path = tmp_path / "scene.toml"
     path.write_text(example().to_toml(), encoding="utf-8")
+    return path
+
+
+@pytest.fixture
+def set_file(tmp_path):
+    tables = read_scene(EXAMPLES / "planetary.toml").to_mapping()
+    scene = parse_scene({**tables, "effects": {"hertz": {}}, "resolution": {"positions": 8}})
+    path = tmp_path / "set.toml"
+    path.write_text(scene.to_toml(), encoding="utf-8")
     return path
 
 
@@ -83,7 +93,7 @@ def in_scene(driver, *keys):
     return table
 
 
-@pytest.mark.parametrize("page", ["scene_file", "studies_file"])
+@pytest.mark.parametrize("page", ["scene_file", "set_file", "studies_file"])
 def test_pages_fit_every_window_and_serve_everyone(request, explored, tmp_path, page):
     url = explored(request.getfixturevalue(page))
     axe = files("axe_core_python").joinpath("axe.min.js").read_text("utf-8")
@@ -168,6 +178,63 @@ def test_the_last_of_many_moves_is_what_stays(explored, scene_file, tmp_path):
         least = MODEL + "return model('now torque').data.torque[0] ?? 0"
         wait(lambda: abs(driver.execute_script(least) - 0.2 * 195) < 0.1, "no Harris map of the last answer")
         assert in_scene(driver, "load", "torque") == 195
+        assert faults(driver) == []
+
+
+SLIDE = """
+const slider = document.querySelector(`[data-slides="${arguments[0]}"]`);
+slider.value = arguments[1];
+slider.dispatchEvent(new Event("input", { bubbles: true }));
+slider.dispatchEvent(new Event("change", { bubbles: true }));
+"""
+#: The first point of the first planet in the drawing, and the load shares there.
+DRAWN_SET = (
+    MODEL
+    + """
+const [gears, names, , labels] = model("gears").renderers.map((each) => each.data_source.data);
+return [gears.xs[names.name.indexOf("planet 1")][0], [...labels.share]];
+"""
+)
+
+
+def test_a_set_shares_its_load_as_simulate_says_and_turns(explored, set_file, tmp_path):
+    with chromium(tmp_path) as driver:
+        show(driver, explored(set_file))
+        wait(lambda: driver.execute_script(SWEPT), "no Harris map")
+        driver.execute_script(SLIDE, "planetary.pin_radial.1", 16)
+        wait(lambda: in_scene(driver, "planetary", "pin_radial") == [0, 16, 0, 0], "not computed")
+        expected = simulate(parse_scene(tomllib.loads(driver.execute_script(SCENE))))
+        factor = f"{float(expected['mesh_load_factor']):.3f}"
+        wait(lambda: driver.execute_script(NUMBER, "mesh load factor")[2] == factor, "not that of simulate")
+        share = expected["load_sharing"].values[:4, 0]  # at phase 0
+        wait(lambda: driver.execute_script(DRAWN_SET)[1] == [f"{each:.2f}" for each in share], "not drawn")
+
+        # the drawing turns, and the server is not told
+        driver.execute_script(COUNTED)
+        before = driver.execute_script(DRAWN_SET)[0]
+        driver.find_element("id", "turn").click()
+        wait(lambda: abs(driver.execute_script(DRAWN_SET)[0] - before) > 0.05, "does not turn")
+        driver.find_element("id", "turn").click()
+        assert driver.execute_script("return counted.messages") == 0
+        shot(driver, "12_set_turned")
+
+        # a fault is a line; an undone change is gone, also one of a list
+        enter(driver, "planetary.planets", 3)
+        wait(lambda: "one for each of the 3 planets" in driver.find_element("id", "message").text, "no message")
+        for _ in range(2):
+            driver.find_element("id", "undo").click()
+        wait(lambda: not in_scene(driver, "planetary", "pin_radial"), "not undone")
+        wait(lambda: driver.find_element("id", "message").text == "", "the message stayed")
+
+        # fewer planets, without their errors
+        enter(driver, "planetary.pin_tangential", "")
+        enter(driver, "planetary.planets", 3)
+        wait(lambda: driver.execute_script(DRAWN_SET)[1] == ["1.00"] * 3, "not three equal shares")
+        enter(driver, "planetary.floating", "sun, carrier")
+        wait(lambda: in_scene(driver, "planetary", "floating") == ["sun", "carrier"], "not computed")
+        driver.execute_script("document.querySelector('[data-table=\"planetary.run_out\"]').click()")
+        hidden = "return document.querySelector('[data-figure=\"revolution\"]').hidden"
+        wait(lambda: not driver.execute_script(hidden), "no revolution")
         assert faults(driver) == []
 
 

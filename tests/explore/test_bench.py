@@ -15,7 +15,7 @@ from gearbench.effects.crowning import Crowning
 from gearbench.effects.registry import EFFECTS
 from gearbench.errors import InputError
 from gearbench.explore.bench.answers import COARSE, QUICK_ORDER, TORQUES, Answers, changed
-from gearbench.explore.bench.form import form
+from gearbench.explore.bench.form import flat, form
 from gearbench.explore.bench.session import example
 from gearbench.scene import Load, Resolution
 from gearbench.scene_file import parse_scene, read_scene
@@ -29,7 +29,7 @@ def scene():
 
 @pytest.fixture(scope="module")
 def controls(scene):
-    return {control.path: control for group in form(scene) for control in group.controls}
+    return {control.path: control for group in flat(form(scene)) for control in group.controls}
 
 
 def asked(scene, **changes):
@@ -48,7 +48,7 @@ def asked(scene, **changes):
 
 
 def test_every_table_of_a_scene_has_its_controls(scene, controls):
-    groups = {group.path: group for group in form(scene)}
+    groups = {group.path: group for group in flat(form(scene))}
     files = {"effects.topography"}
     assert {f"effects.{name}" for name in EFFECTS} - files <= set(groups)
     for name, table in scene.to_mapping()["effects"].items():
@@ -84,9 +84,9 @@ def test_sliders_stay_within_the_limits_and_hold_the_value_in_round_steps(contro
 
 
 def test_tables_within_an_effect_are_named_after_it_and_shown_with_it(scene):
-    inner = [group for group in form(scene) if group.inner]
-    assert {"Profile curve: pinion", "Helix curve: pinion"} <= {group.title for group in inner}
-    assert not any(group.present for group in inner if group.path.split(".")[1] not in scene.to_mapping()["effects"])
+    inner = {each.title: group.path for group in form(scene) for each in group.below}
+    assert inner["Profile curve: pinion"] == "effects.profile_curve"
+    assert inner["Helix curve: pinion"] == "effects.helix_curve"
 
 
 # -- scenes -----------------------------------------------------------------------------------------------------------

@@ -94,8 +94,8 @@ def test_a_picture_agrees_with_simulate_and_robust(robust_scene):
         for quantity in ("mean", "rms", "peak_to_peak"):
             assert_allclose(getattr(cycle, quantity), dataset[f"{name}_{quantity}"], rtol=1e-12)
     samples = robust(robust_scene, samples=256)
-    assert_allclose(shown.scatter.mesh_stiffness, samples["mesh_stiffness_rms"], rtol=1e-12)
-    assert_allclose(shown.scatter.transmission_error, samples["transmission_error_rms"], rtol=1e-12)
+    assert_allclose(shown.scatter["mesh_stiffness_rms"], samples["mesh_stiffness_rms"], rtol=1e-12)
+    assert_allclose(shown.scatter["transmission_error_rms"], samples["transmission_error_rms"], rtol=1e-12)
 
 
 @pytest.mark.parametrize("helix", [0.0, 20.0])

@@ -6,7 +6,6 @@ from numpy.testing import assert_allclose
 
 from gearbench import robust, simulate
 from gearbench.errors import InputError
-from gearbench.explore.model import outline
 from gearbench.explore.stored import open_results
 from gearbench.optimisation.constraints import constrained, number
 from gearbench.optimisation.numbers import OF_SET, gear_ratio, largest_root_stress, mass
@@ -154,8 +153,6 @@ def test_a_search_is_stored_selected_from_and_exported(tmp_path):
         reference_study(study, 0.01)
     with pytest.raises(InputError, match="holds planetary sets: the page shows fronts of pairs"):
         open_results([tmp_path])
-    with pytest.raises(InputError, match="6 meshes: are for simulate"):
-        outline(scene())
 
 
 @pytest.mark.parametrize(

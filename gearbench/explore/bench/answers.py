@@ -12,24 +12,29 @@ from typing import Any
 import numpy as np
 
 from gearbench.effects.base import ComplianceEffect
+from gearbench.effects.registry import effect_class, effect_names
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.errors import GearbenchError, InputError
 from gearbench.explore.bench.form import takes_files
 from gearbench.explore.gear_data import ORDERS, Tables, densities, tables
-from gearbench.explore.model import Picture, outline, scattered
+from gearbench.explore.model import outline, scattered
 from gearbench.explore.page import answer_data
+from gearbench.keys import value_at
+from gearbench.results import flank
 from gearbench.results.solved import Solved
 from gearbench.results.warnings import warnings as scene_warnings
 from gearbench.scene import Resolution, Scene
-from gearbench.scene_file import TABLES, table_class
+from gearbench.scene_file import TABLES, parse_scene, scene_at, table_class
 from gearbench.schema import as_table, make, read
 from gearbench.sweeps.run import sweep
+from gearbench.trains.solve import SolvedTrain
 
 #: Resolution of the first, quick answer while a slider moves.
 COARSE = Resolution(positions=16, segments=8)
 #: Order of solid teeth in the quick answer if their compliance is not known yet. The mean STE differs by at most 3 %
 #: from that with the default order, in a fifth of the time.
 QUICK_ORDER = (4, 5, 6)
+NAMES_FILES = "names files: write it into the scene file"
 #: Torques of the Harris map relative to the torque of the scene.
 TORQUES = tuple(np.round(np.linspace(0.2, 1.6, 8), 3))
 #: Resolution of the Harris map.
@@ -44,17 +49,31 @@ def changed(base: Scene, given: Mapping[str, Any]) -> Scene:
     InputError
         If the tables are not valid; the error names key, value and the allowed values.
     """
+    if base.train is not None:
+        known = base.to_mapping()
+        _refuse_files(known, given, "")
+        return parse_scene({**given, **{key: known[key] for key in ("coast", "system") if key in known}})
     found = {name: _read(name, json.dumps(given[name])) for name in TABLES if name in given}
     effects = []
     for name, table in as_table("effects", given.get("effects", {})).items():
         kind = table_class(f"effects.{name}")
         own = base.effect(name)
         if takes_files(kind) and own is None:
-            raise InputError(f"effects.{name}", "given", "names files: write it into the scene file")
+            raise InputError(f"effects.{name}", "given", NAMES_FILES)
         effects.append(own if takes_files(kind) else read(kind, table, f"effects.{name}"))
     name = str(given.get("name", base.name))
     fixed = {key: getattr(base, key) for key in ("coast", "system", "further")}
     return make(Scene, name=name, **found, effects=tuple(effects), **fixed)
+
+
+def _refuse_files(known: Mapping[str, Any], given: Mapping[str, Any], path: str) -> None:
+    """Refuse tables of effects that name files, unless they are those of the tables ``known``."""
+    for name, table in given.items():
+        own = f"{path}.{name}".strip(".")
+        if name in effect_names() and takes_files(effect_class(name)) and table != value_at(known, own):
+            raise InputError(own, "given", NAMES_FILES)
+        if isinstance(table, Mapping):
+            _refuse_files(known, table, own)
 
 
 @lru_cache(maxsize=16)
@@ -105,7 +124,7 @@ class Answers:
         now, solved = outline(scene)
         self._known = _stiff(scene)
         yield answer_data(tables(now))
-        yield answer_data({"warnings": {"text": warnings(now, solved)}})
+        yield answer_data({"warnings": {"text": warnings(solved)}})
         if now.unfinished:
             now = scattered(now, solved)
             yield answer_data(densities(now))
@@ -119,26 +138,30 @@ class Answers:
             return quick
         if bending.order is not None and math.prod(bending.order) < math.prod(QUICK_ORDER):
             return quick
-        few = replace(bending, order=QUICK_ORDER)
-        return replace(quick, effects=tuple(few if each is bending else each for each in scene.effects))
+        return scene_at(quick, {"effects.tooth_bending.order": QUICK_ORDER})
 
 
 def _stiff(scene: Scene) -> tuple[Any, ...]:
     """Inputs that determine the compliance of teeth and bodies, for comparison."""
-    return scene.pair, scene.load.coast, *(each for each in scene.effects if isinstance(each, ComplianceEffect))
+    pairs = (scene.pair, *(each.pair for each in scene.further))
+    return pairs, scene.load.coast, *(each for each in scene.effects if isinstance(each, ComplianceEffect))
 
 
-def warnings(now: Picture, solved: Solved) -> list[str]:
+def warnings(solved: Solved | SolvedTrain) -> list[str]:
     """Warnings to show with the curves, one line per warning."""
     import xarray as xr
 
-    found = list(scene_warnings(now.scene, xr.Dataset({"flank_pressure_max": np.nanmax(now.pressure)})))
-    parted = int((~(solved.solution.force > 0).any(axis=(-2, -1))).sum())
-    if parted:
-        found.append(f"Contact is lost at {parted} mesh phases.")
-    return found
+    meshes, found = solved.meshes if isinstance(solved, SolvedTrain) else {"": solved}, {}
+    for name, mesh in meshes.items():
+        greatest = xr.Dataset({"flank_pressure_max": np.nanmax(flank.pressure(mesh))})
+        found |= dict.fromkeys(scene_warnings(mesh.scene, greatest))
+        if parted := int((~(mesh.solution.force > 0).any(axis=(-2, -1))).sum()):
+            found[f"Contact is lost at {parted} mesh phases{f' of {name}' if name else ''}."] = None
+    return list(found)
 
 
+#: Outputs of a pair over torque; those of a train are in every Dataset.
+_SWEPT = ("transmission_error", "transmission_error_amplitude", "transmission_error_peak_to_peak")
 #: Empty tables over torque, for a scene that is not swept yet.
 NOT_SWEPT: Tables = {
     "harris": {"xs": [], "ys": [], "torque": []},
@@ -151,14 +174,14 @@ def over_torque(scene: Scene, go_on: Callable[[int, int], None] = lambda _done, 
 
     After every torque, ``go_on`` is called with the number of torques done and of all torques.
     """
-    names = ("transmission_error", "transmission_error_amplitude", "transmission_error_peak_to_peak")
+    curve, outputs = ("train_transmission_error", ()) if scene.coupled else ("transmission_error", _SWEPT)
     asked = [float(f"{ratio * scene.load.torque:.4g}") for ratio in TORQUES]
-    found = sweep(replace(scene, resolution=_MAP), {"torque": asked}, outputs=names, progress=go_on)
+    found = sweep(replace(scene, resolution=_MAP), {"torque": asked}, outputs=outputs, progress=go_on)
     torque = found["torque"].values.tolist()  # ascending, also below 0
-    phase, values = found["mesh_phase"].values, found["transmission_error"].transpose("torque", ...).values
+    phase, values = found["mesh_phase"].values, found[curve].transpose("torque", ...).values
     phase = phase if phase.ndim == 2 else np.broadcast_to(phase, values.shape)
     lines = [_two_periods(x, y - y.mean()) for x, y in zip(phase, values, strict=True)]
-    amplitude = found["transmission_error_amplitude"].transpose("harmonic", "torque").values
+    amplitude = found[f"{curve}_amplitude"].transpose("harmonic", "torque").values
     over = {f"order {n}": amplitude[n - 1] for n in ORDERS}
     return {
         "harris": {
@@ -168,7 +191,7 @@ def over_torque(scene: Scene, go_on: Callable[[int, int], None] = lambda _done, 
         },
         "torque": {
             "torque": torque,
-            "peak_to_peak": found["transmission_error_peak_to_peak"].values.astype("float32"),
+            "peak_to_peak": found[f"{curve}_peak_to_peak"].values.astype("float32"),
             **{name: values.astype("float32") for name, values in over.items()},
         },
     }

@@ -3,19 +3,35 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
-from dataclasses import MISSING, dataclass
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
+from dataclasses import MISSING, dataclass, field, replace
 from types import NoneType
 from typing import Any, Literal, get_args, get_origin
 
+from gearbench.effects.base import Effect
 from gearbench.effects.registry import effect_class, effect_names
 from gearbench.errors import GearbenchError
+from gearbench.geometry.names import GEARS
+from gearbench.geometry.pair import Pair
+from gearbench.geometry.planetary import DEVIATIONS, MEMBERS, SHARED, Planetary, PlanetaryRunOut, PlanetaryScatter
+from gearbench.geometry.train_tables import TrainGear, TrainMesh
+from gearbench.keys import value_at
 from gearbench.results.quantities import KEYS
 from gearbench.scene import Scene
 from gearbench.scene_file import TABLES
 from gearbench.schema import Key, keys, parts, unannotated
 
-Kind = Literal["number", "integer", "choice", "switch", "list"]
+Kind = Literal["number", "integer", "choice", "switch", "list", "words"]
+
+#: Tables of a set that may be left out, and what they hold once they are added.
+_ADDED = {
+    "planetary.run_out": (PlanetaryRunOut, {"sun": 20.0}),
+    "planetary.scatter": (PlanetaryScatter, {"pin_tangential": 10.0}),
+}
+_COAST = "Effects of the other flanks, which touch in the further meshes of the gear."
+#: Keys of gears whose sliders stay near the value.
+_NARROW = {*keys(Pair), *keys(TrainGear)} - {"profile_shift", "helix_angle"}
 
 #: Half range of a slider whose value is zero, by unit.
 _SPANS = {"µm": 20.0, "mm": 2.0, "°": 10.0, "N·m": 100.0}
@@ -34,7 +50,7 @@ class Control:
     label, unit, meaning
         Texts to show; the unit is "" if there is none.
     kind
-        Number, whole number, one of ``choices``, switch, or list of numbers.
+        Number, whole number, one of ``choices``, switch, list of numbers, or list of some of ``choices``.
     value
         Value in the scene, or the default; None if the key is absent and its value is derived.
     optional
@@ -44,7 +60,9 @@ class Control:
     least, most
         Limits of the value; None if there are none.
     choices
-        Allowed values of a choice.
+        Allowed values of a choice, or words of a list.
+    items
+        Number of sliders of a list, one for each of its numbers.
     """
 
     path: str
@@ -60,6 +78,7 @@ class Control:
     least: float | None = None
     most: float | None = None
     choices: tuple[Any, ...] = ()
+    items: int = 0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,61 +95,124 @@ class Group:
         Whether the scene has the table.
     optional
         Whether the table may be left out, as effects may.
-    inner
-        Whether the table is inside an effect's table and shown only with it.
+    example
+        Table to begin with once it is added.
+    below
+        Groups within this one: tables inside the table, effects of the flanks of a gear.
     """
 
     path: str
     title: str
     text: str
     controls: tuple[Control, ...]
-    present: bool
-    optional: bool
-    inner: bool = False
+    present: bool = True
+    optional: bool = False
+    example: Mapping[str, Any] = field(default_factory=dict)
+    below: tuple[Group, ...] = ()
 
 
 def form(scene: Scene) -> tuple[Group, ...]:
-    """Groups of controls: pair, both gears, load, resolution, then every effect that the page can add or show."""
-    tables = scene.to_mapping()
-    groups = []
-    for name, kind in TABLES.items():
-        groups += _groups(kind, name, tables.get(name, {}), present=True, optional=False)
-    for name in effect_names():
-        given = tables["effects"].get(name)
-        try:
-            kind = effect_class(name)
-        except GearbenchError:  # skip a broken effect of another package; the scene works without it
-            continue
+    """Groups of controls: gears, load, resolution, then every effect that the page can add or show."""
+    tables, groups = scene.to_mapping(), []
+    for path, kind in _tables(tables):
+        own = _group(kind, path, value_at(tables, path) or {})
+        groups += [replace(each, below=()) for each in flat((own,))] if path == "pair" else [own]
+    for path, (kind, example) in _ADDED.items():
+        if path.partition(".")[0] in tables:
+            groups.append(_optional(kind, path, value_at(tables, path), example))
+    for name, kind in _effects():
+        given = value_at(tables, f"effects.{name}")
         if given is not None or not takes_files(kind):
-            shown = kind.example if given is None else given
-            groups += _groups(kind, f"effects.{name}", shown, present=given is not None, optional=True)
+            groups.append(_optional(kind, f"effects.{name}", given, kind.example))
     return tuple(groups)
 
 
-def _groups(
-    kind: type, path: str, table: Mapping[str, Any], *, present: bool, optional: bool, inner: bool = False
-) -> Iterator[Group]:
-    """Yield the group of an input class, then the groups of the tables inside it."""
-    fixed = takes_files(kind)
+def flat(groups: Iterable[Group]) -> Iterator[Group]:
+    """Yield all groups, each followed by those within it."""
+    for group in groups:
+        yield group
+        yield from flat(group.below)
+
+
+def _tables(tables: Mapping[str, Any]) -> Iterator[tuple[str, type]]:
+    """Yield the dotted names of the tables of a scene, except its effects, with their input classes."""
+    if "planetary" in tables:
+        yield "planetary", Planetary
+        yield from ((f"planetary.{name}", TrainGear) for name in MEMBERS)
+    elif "gears" in tables:
+        yield from ((f"gears.{name}", TrainGear) for name in tables["gears"])
+        yield from ((f"meshes.{number}", TrainMesh) for number in range(len(tables["meshes"])))
+    yield from ((name, kind) for name, kind in TABLES.items() if name != "pair" or name in tables)
+
+
+def _effects() -> Iterator[tuple[str, type[Effect]]]:
+    for name in effect_names():
+        with suppress(GearbenchError):  # skip a broken effect of another package; the scene works without it
+            yield name, effect_class(name)
+
+
+def _group(kind: type, path: str, table: Mapping[str, Any]) -> Group:
+    """Make the group of an input class with the groups of the tables inside it."""
     # an optional inner table has controls only if the scene has it
-    below = {
+    inner = {
         name: key.table
         for name, key in keys(kind).items()
         if key.table is not None and not key.items and (NoneType not in get_args(key.hint) or name in table)
     }
-    found = [] if fixed else [_control(key, f"{path}.{name}", table.get(name)) for name, key in keys(kind).items()]
-    yield Group(
+    below = [_group(lower, f"{path}.{name}", table.get(name, {})) for name, lower in inner.items()]
+    left_out = (*SHARED, "shaft") if kind is TrainGear and path.startswith("planetary.") else ()
+    own = {name: key for name, key in keys(kind).items() if name not in left_out and not takes_files(kind)}
+    found = [_control(key, f"{path}.{name}", table.get(name)) for name, key in own.items()]
+    if kind is Planetary:
+        number = len(table.get("positions", ())) or table.get("planets", Planetary.planets)
+        found = [
+            _of_planets(each, number) if each and each.path.split(".")[1] in DEVIATIONS else each for each in found
+        ]
+    if kind is TrainGear:
+        controls, groups = _flanks(path, table)
+        other = _flanks(f"{path}.coast", table.get("coast", {}))
+        found, below = found + controls, [*below, *groups, _group_of(f"{path}.coast", _COAST, *other)]
+    text = " ".join(parts(kind)[0].split("\n\n")[0].replace("``", "").split())
+    return _group_of(path, text, found, [each for each in below if each.path not in _ADDED])
+
+
+def _group_of(path: str, text: str, controls: Iterable[Control | None], below: Iterable[Group]) -> Group:
+    head, *rest = path.split(".")
+    shown = rest[-1:] if head == "pair" else path.split(".") if head == "meshes" else rest
+    return Group(
         path=path,
-        title=": ".join(part.replace("_", " ") for part in path.split(".")[1 if inner else -1 :]).capitalize(),
-        text=" ".join(parts(kind)[0].split("\n\n")[0].split()),
-        controls=tuple(each for each in found if each is not None),
-        present=present,
-        optional=optional,
-        inner=inner,
+        title=": ".join(part.replace("_", " ") for part in shown or [head]).capitalize(),
+        text=text,
+        controls=tuple(each for each in controls if each is not None),
+        below=tuple(below),
     )
-    for name, lower in below.items():
-        within = inner or path.startswith("effects.")
-        yield from _groups(lower, f"{path}.{name}", table.get(name, {}), present=present, optional=False, inner=within)
+
+
+def _optional(kind: type, path: str, given: Mapping[str, Any] | None, example: Mapping[str, Any]) -> Group:
+    """Make the group of a table that may be left out."""
+    found = _group(kind, path, example if given is None else given)
+    return replace(found, present=given is not None, optional=True, example=example)
+
+
+def _flanks(path: str, table: Mapping[str, Any]) -> tuple[list[Control | None], list[Group]]:
+    """Controls and groups of the effects that the flanks of one gear of a train may have."""
+    controls, groups = [], []
+    for name, kind in _effects():
+        key, own = keys(kind).get(GEARS[0]), f"{path}.{name}"
+        if key is None or takes_files(kind):
+            continue
+        if key.table is None:
+            controls.append(_control(replace(key, name=name), own, table.get(name)))
+        elif not key.items:
+            example = {name: value for name, value in kind.example.items() if name in keys(key.table)}
+            groups.append(_optional(key.table, own, table.get(name), example))
+    return controls, groups
+
+
+def _of_planets(control: Control, number: int) -> Control:
+    """Add a slider for each planet to the control of a list."""
+    low, high, step = _span(-max(map(abs, control.value), default=0.0), None, None, "µm", whole=False)
+    return replace(control, items=number, low=low, high=high, step=step)
 
 
 def takes_files(kind: type) -> bool:
@@ -157,19 +239,31 @@ def _control(key: Key, path: str, given: Any) -> Control | None:
         return Control(**common, kind="switch", value=bool(value))
     if plain in (int, float):
         least, most, above = key.limits
-        narrow = path.startswith("pair.") and key.name not in ("profile_shift", "helix_angle")
+        narrow = key.name in _NARROW
         low, high, step = _span(value, least, most, unit, whole=plain is int, above=above, narrow=narrow)
         if path == "load.torque" and value is not None:  # keep the sign: a torque of 0 loads neither flank
             low, high, step = _same_sign(value, low, high, step)
         kind: Kind = "integer" if plain is int else "number"
         return Control(**common, kind=kind, value=value, least=least, most=most, low=low, high=high, step=step)
-    if get_origin(plain) is tuple and all(unannotated(item)[0] in (int, float, ...) for item in get_args(plain)):
-        return Control(**common, kind="list", value=None if value is None else list(value))
+    if get_origin(plain) is tuple:
+        items = [unannotated(item)[0] for item in get_args(plain)]
+        value = None if value is None else list(value)
+        if get_origin(items[0]) is Literal:
+            return Control(**common, kind="words", value=value, choices=get_args(items[0]))
+        if all(item in (int, float, ...) for item in items):
+            return Control(**common, kind="list", value=value)
     return None
 
 
 def _span(
-    value: float | None, least: float | None, most: float | None, unit: str, *, whole: bool, above: bool, narrow: bool
+    value: float | None,
+    least: float | None,
+    most: float | None,
+    unit: str,
+    *,
+    whole: bool,
+    above: bool = False,
+    narrow: bool = False,
 ) -> tuple[float | None, float | None, float | None]:
     """Ends and step of a slider for ``value``: round numbers within the limits; None if the value is absent.
 
@@ -180,8 +274,8 @@ def _span(
     low, high = (0.0, round_up(2 * value)) if value > 0 else (-1.0, 1.0)
     if value <= 0:
         low, high = (x * (round_up(-2 * value) if value else _SPANS.get(unit, 1.0)) for x in (low, high))
-    if narrow and value > 0:
-        low, high = 0.8 * value, 1.2 * value
+    if narrow and value:
+        low, high = sorted((0.8 * value, 1.2 * value))
     step = 1.0 if whole else round_up((high - low) / _STEPS)
     low, high = math.floor(low / step) * step, math.ceil(high / step) * step
     low = low if least is None else max(low, math.ceil(least / step) * step + (step if above else 0.0))

@@ -11,12 +11,11 @@ from bokeh.document import Document
 from bokeh.events import DocumentReady
 from bokeh.models import ColorBar, ColumnDataSource, LinearColorMapper
 
-from gearbench.effects.registry import effect_class
 from gearbench.explore.bench.answers import NOT_SWEPT
-from gearbench.explore.bench.form import Group, form
-from gearbench.explore.gear import GearPanel
+from gearbench.explore.bench.form import Group, flat, form
+from gearbench.explore.gear import GearPanel, small_legend
 from gearbench.explore.gear_data import ORDERS, Tables
-from gearbench.explore.look import HEIGHT, INK, PALETTE, chart, fitted, fixed, script, text_of
+from gearbench.explore.look import INK, PALETTE, fitted, fixed, script, text_of
 from gearbench.explore.page import answer_data
 from gearbench.scene import Scene
 
@@ -63,11 +62,7 @@ class BenchPage:
 
     def _begin(self, groups: tuple[Group, ...], live: bool) -> Any:
         """Make the script that runs controls, variants and numbers."""
-        added = {
-            group.path.partition(".")[2]: dict(effect_class(group.path.partition(".")[2]).example)
-            for group in groups
-            if group.optional and not group.present
-        }
+        added = {group.path: dict(group.example) for group in flat(groups) if group.optional}
         return script(
             "light", "compare", "download", "bench",
             question=self.question, phase=self.gear.phase, examples=json.dumps(added),
@@ -77,15 +72,15 @@ class BenchPage:
 
     def _shown(self) -> list[str]:
         """Names of the figures in display order; the densities over the errors come last."""
+        order = [
+            "gears", "sharing", "ste", "stiffness", "ste_orders", "stiffness_orders", "harris", "torque", "revolution",
+            "pressure", "teeth",
+        ]  # fmt: skip
         last = [name for name in self.figures if name.endswith("_density")]
-        order = ["ste", "stiffness", "ste_orders", "stiffness_orders", "harris", "torque", "pressure", "teeth"]
-        return [*order, *last]
+        return [*(name for name in order if name in self.figures), *last]
 
     def _harris(self) -> Any:
-        plot = chart(
-            "Harris map: STE less its mean", "mesh phase τ [mesh periods]", "δ − mean [µm]", height=HEIGHT,
-            x_range=fixed(0, 2),
-        )  # fmt: skip
+        plot = self.gear.chart("harris", x_range=fixed(0, 2))
         source = self.gear.now["harris"]
         mapper = LinearColorMapper(palette="Viridis256", low=0, high=1)
         plot.multi_line("xs", "ys", source=source, color={"field": "torque", "transform": mapper}, line_width=1.6)
@@ -98,7 +93,7 @@ class BenchPage:
         return plot
 
     def _torque(self) -> Any:
-        plot = chart("STE over torque", "torque on the pinion [N·m]", "STE [µm]", height=HEIGHT)
+        plot = self.gear.chart("torque")
         source = self.gear.now["torque"]
         plot.line("torque", "peak_to_peak", source=source, color=INK, line_width=2.2, legend_label="peak-to-peak")
         self.gear.overlay(plot, "torque", "dashed")
@@ -106,13 +101,4 @@ class BenchPage:
             plot.line("torque", f"order {n}", source=source, color=colour, line_width=1.8, legend_label=f"order {n}")
             plot.scatter("torque", f"order {n}", source=source, color=colour, size=5)
         self.gear.ready.append(fitted(plot, floor=0))
-        return _small_legend(plot)
-
-
-def _small_legend(plot: Any) -> Any:
-    """Move the legend to the right of the frame, with small letters."""
-    plot.add_layout(plot.legend[0], "right")
-    plot.legend.label_text_font_size = "11px"
-    plot.legend.spacing, plot.legend.padding, plot.legend.border_line_color = 0, 2, None
-    plot.legend.glyph_width = 14
-    return plot
+        return small_legend(plot)

@@ -9,6 +9,7 @@ from typing import Any
 
 from bokeh.document import Document
 
+from gearbench.errors import InputError
 from gearbench.explore.bench.answers import Answers, over_torque, warnings
 from gearbench.explore.bench.page import BenchPage
 from gearbench.explore.conversation import Conversation
@@ -51,23 +52,35 @@ def bench(scene: Scene, *others: Scene) -> Callable[[Document], object]:
     Raises
     ------
     InputError
-        If ``scene`` has several loads.
+        If ``scene`` has several loads, or pairs and trains are mixed.
     GearbenchError
         If its contact problem cannot be solved.
     """
-    begin, beside = picture(scene.one_load), [picture(other) for other in others]
+    _check(scene, others)
+    begin, beside = picture(scene), [picture(other) for other in others]
     return lambda document: BenchSession(scene, begin, document, beside)
 
 
 def bench_html(scene: Scene, *others: Scene) -> str:
     """HTML text of a bench without server and controls: results of ``scene`` and its variants."""
-    now, solved = outline(scene.one_load)
+    _check(scene, others)
+    now, solved = outline(scene)
     shown = {**tables(scattered(now, solved)), **over_torque(scene)}
     beside = [picture(other) for other in others]
-    page = BenchPage(scene, {**shown, "warnings": {"text": warnings(now, solved)}}, variants(beside))
+    page = BenchPage(scene, {**shown, "warnings": {"text": warnings(solved)}}, variants(beside))
     document = Document()
     page.put(document, live=False)
     return as_file(document)
+
+
+def _check(scene: Scene, others: Sequence[Scene]) -> None:
+    """Refuse several loads, and trains beside pairs."""
+    _ = scene.single_load
+    for other in others:
+        if other.coupled != scene.coupled:
+            raise InputError(
+                "", other.name or "a scene", "pairs and trains have pages of their own: open them one by one"
+            )
 
 
 def variants(beside: Sequence[Picture]) -> list[dict[str, Any]]:

@@ -20,10 +20,11 @@ if (text) document.getElementById("summary").textContent = text;
 const PAUSE = 100;
 const waiting = (answer.waiting ??= new Map());
 for (const name of Object.keys(sources)) if (tables?.[name]) waiting.set(sources[name], tables[name]);
-const first = ["scene", "numbers", "warnings", "ste", "stiffness"];
+const first = ["scene", "numbers", "warnings", "ste", "stiffness", "sharing"];
 const figures = [
-  ["pressure", "ste_orders", "stiffness_orders"], ["ste_density", "stiffness_density"],
-  ["pinion", "wheel", "path", "motion"],  // the last draws the teeth
+  ["pressure", "ste_orders", "stiffness_orders"], ["revolution"],
+  ["sharing_density", "stiffness_density", "ste_density"],  // the last shows the figures
+  ["pinion", "wheel", "path", "motion"], ["marks", "paths", "extent", "gears"],  // the last draws the gears
   ["harris"], ["torque"],
 ];
 

@@ -9,9 +9,9 @@ const undone = [];  // earlier scenes, the last one on top
 const added = JSON.parse(examples);
 
 // -- tables and controls ----------------------------------------------------------------------------------------------
-function parent(path, make) {
+function parent(path, make, top = tables) {
   const parts = path.split(".");
-  let table = tables;
+  let table = top;
   for (const part of parts.slice(0, -1)) {
     if (!(part in table)) {
       if (!make) return [undefined, parts.at(-1)];
@@ -22,8 +22,8 @@ function parent(path, make) {
   return [table, parts.at(-1)];
 }
 
-function get(path) {
-  const [table, last] = parent(path, false);
+function get(path, top) {
+  const [table, last] = parent(path, false, top);
   return table?.[last];
 }
 
@@ -40,6 +40,7 @@ function valueOf(input) {
   if (input.value.trim() === "") return undefined;
   if (kind === "choice") return JSON.parse(input.value);
   if (kind === "list") return input.value.split(",").map(Number);
+  if (kind === "words") return input.value.split(",").map((word) => word.trim()).filter(Boolean);
   return Number(input.value);
 }
 
@@ -50,9 +51,9 @@ function put(input) {
     if (value !== undefined) input.value = JSON.stringify(value);
     else input.selectedIndex = 0;
   } else if (input !== document.activeElement) input.value = value === undefined ? "" : [value].flat().join(", ");
-  const slider = form.querySelector(`[data-slides="${CSS.escape(input.dataset.path)}"]`);
-  if (slider) {
-    const at = value ?? slider.dataset.default;
+  const path = CSS.escape(input.dataset.path);
+  for (const slider of form.querySelectorAll(`[data-slides="${path}"], [data-slides^="${path}."]`)) {
+    const at = get(slider.dataset.slides) ?? slider.dataset.default;
     if (at > Number(slider.max)) slider.max = at;
     if (at < Number(slider.min)) slider.min = at;
     slider.value = at;
@@ -61,12 +62,7 @@ function put(input) {
 
 function show() {
   for (const input of form.querySelectorAll("[data-path]")) put(input);
-  for (const box of form.querySelectorAll("[data-effect]")) {
-    box.checked = box.dataset.effect in (tables.effects ?? {});
-  }
-  for (const group of form.querySelectorAll("[data-within]")) {
-    group.hidden = !(group.dataset.within in (tables.effects ?? {}));
-  }
+  for (const box of form.querySelectorAll("[data-table]")) box.checked = get(box.dataset.table) !== undefined;
   byId("undo").disabled = undone.length === 0;
 }
 
@@ -89,24 +85,39 @@ function replace(text) {
   ask();
 }
 
-// an effect that is not simulated yet begins with its example
-function include(effect) {
-  tables.effects ??= {};
-  tables.effects[effect] ??= structuredClone(added[effect] ?? JSON.parse(start).effects[effect] ?? {});
+// a table that is added begins as in the first scene, or with its example
+function include(table) {
+  if (get(table) === undefined) set(table, structuredClone(get(table, JSON.parse(start)) ?? added[table] ?? {}));
+}
+
+// the tables that may be left out and hold a key are added with it
+function includeFor(key) {
+  const boxes = [...form.querySelectorAll("[data-table]")].filter((box) => key.startsWith(`${box.dataset.table}.`));
+  boxes.forEach((box) => include(box.dataset.table));
+  if (boxes.some((box) => !box.checked)) show();
+}
+
+// a list that is not given yet begins with zeros
+function setItem(key, value) {
+  const list = key.slice(0, key.lastIndexOf("."));
+  const sliders = form.querySelectorAll(`[data-slides^="${CSS.escape(list)}."]`);
+  if (get(list) === undefined) set(list, Array.from(sliders, () => 0));
+  set(key, value);
+  put(form.querySelector(`[data-path="${CSS.escape(list)}"]`));
 }
 
 if (form) {
   form.addEventListener("input", ({ target }) => {
-    const { effect, path, slides } = target.dataset;
-    if (effect) {
+    const { table, path, slides } = target.dataset;
+    if (table) {
       if (target.checked) {
-        include(effect);
+        include(table);
         target.parentElement.querySelector("details").open = true;
-      } else delete tables.effects[effect];
+      } else set(table, undefined);
       show();
     } else {
       const key = path ?? slides;
-      if (key?.startsWith("effects.")) include(key.split(".")[1]);
+      includeFor(key);
       if (target.validity?.badInput) {
         byId("message").textContent = `${key}: not a number`;
         document.body.classList.add("stale");
@@ -114,11 +125,11 @@ if (form) {
       }
       const value = slides ? Number(target.value) : valueOf(target);
       if (Number.isNaN(value) || (Array.isArray(value) && value.some(Number.isNaN))) return;
-      set(key, value);
-      if (slides) put(form.querySelector(`[data-path="${CSS.escape(key)}"]`));
-      else put(target);
-      const box = form.querySelector(`[data-effect="${CSS.escape(key.split(".")[1] ?? "")}"]`);
-      if (box && !box.checked) show();
+      const input = form.querySelector(`[data-path="${CSS.escape(key)}"]`);
+      if (input) {
+        set(key, value);
+        put(input);
+      } else setItem(key, value);
     }
     ask();
   });
@@ -151,10 +162,12 @@ function warn() {
   byId("warnings").replaceChildren(...Array.from(now.warnings.data.text, (text) => cell("li", text)));
 }
 
-// figures of the scatter over errors are shown where there is one
-function errors() {
-  const none = !now.ste_density.data.value.length;
-  for (const figure of document.querySelectorAll('[data-figure$="_density"]')) figure.hidden = none;
+// figures of the scatter over errors, and over a revolution, are shown where there is something
+function showFigures() {
+  for (const figure of document.querySelectorAll('[data-figure$="_density"], [data-figure="revolution"]')) {
+    const { value, xs } = now[figure.dataset.figure].data;
+    figure.hidden = !(value ?? xs).length;
+  }
 }
 
 // -- files ------------------------------------------------------------------------------------------------------------
@@ -182,9 +195,25 @@ async function pictures() {
   download(new Blob([whole], { type: "image/svg+xml" }), "curves.svg");
 }
 
-byId("phase").addEventListener("input", ({ target }) => { phase.value = Number(target.value); });
+// the server need not know of the phase
+function turnTo(value) { phase.setv({ value }, { sync: false }); }
+
+byId("phase").addEventListener("input", ({ target }) => turnTo(Number(target.value)));
+const PERIOD = 6000;  // of a mesh [ms]
+byId("turn").addEventListener("change", ({ target }) => {
+  let last = performance.now();
+  function step(time) {
+    if (!target.checked) return;
+    turnTo((phase.value + Math.max(0, time - last) / PERIOD) % 1);
+    last = time;
+    byId("phase").value = phase.value;
+    requestAnimationFrame(step);
+  }
+  requestAnimationFrame(step);
+});
 now.warnings.connect(now.warnings.properties.data.change, warn);
-now.ste_density.connect(now.ste_density.properties.data.change, errors);
+now.ste_density.connect(now.ste_density.properties.data.change, showFigures);
+now.revolution?.connect(now.revolution.properties.data.change, showFigures);
 warn();
-errors();
+showFigures();
 if (form) ask();  // warnings, and curves over torque
