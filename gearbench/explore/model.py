@@ -7,12 +7,14 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gearbench.contact.batch import on_threads
 from gearbench.effects.manufacturing_errors import ManufacturingErrors
 from gearbench.results import flank
 from gearbench.results.cycle import MeshCycle, coefficients, curves
@@ -55,6 +57,8 @@ def flank_map(solved: Solved, values: NDArray, size: tuple[int, int] = SIZE) -> 
     return over_flank(u, y, length * math.cos(meshing.beta_b), own, path, face)
 
 
+#: Number of samples of a train that are computed together. Between them a newer question may end the scatter.
+TOGETHER = 16
 #: Responses of a pair whose scatter is shown; those of a train are ``STUDIED``.
 RMS_VALUES = ("transmission_error_rms", "mesh_stiffness_rms")
 #: Number of error samples, and of mesh orders in the spectra.
@@ -202,10 +206,18 @@ def _train(scene: Scene) -> tuple[SolvedTrain, MeshCycle, Sharing]:
     return solved, cycle, Sharing(cycle=solved.cycle, turns=turns, over_turns=over_turns)
 
 
-def scattered(picture: Picture, solved: Solved | SolvedTrain, samples: int = SAMPLES) -> Picture:
-    """Add the scatter to ``picture`` if the scene has random errors."""
+def scattered(
+    picture: Picture,
+    solved: Solved | SolvedTrain,
+    samples: int = SAMPLES,
+    go_on: Callable[[int, int], None] = lambda _done, _of: None,
+) -> Picture:
+    """Add the scatter to ``picture`` if the scene has random errors.
+
+    ``go_on`` is called from time to time with the number of samples done and of all samples.
+    """
     start = time.perf_counter()
-    scatter = _scatter(solved, samples) if picture.unfinished else None
+    scatter = _scatter(solved, samples, go_on) if picture.unfinished else None
     return replace(picture, scatter=scatter, seconds=picture.seconds + time.perf_counter() - start)
 
 
@@ -228,14 +240,21 @@ def _scatters(scene: Scene) -> bool:
 
 
 @single_threaded_blas()
-def _scatter(solved: Solved | SolvedTrain, samples: int) -> Mapping[str, NDArray]:
+def _scatter(solved: Solved | SolvedTrain, samples: int, go_on: Callable[[int, int], None]) -> Mapping[str, NDArray]:
     if isinstance(solved, SolvedTrain):
         train = sampled_train(solved.scene, solved)
         errors = train.draw(unit_samples("sobol", samples, len(train.error_names), 0))
-        return train.respond(errors, STUDIED, default_threads())
+        parts = (errors[i : i + TOGETHER] for i in range(0, samples, TOGETHER))
+        found: list[Mapping[str, NDArray]] = []
+        for part in on_threads(partial(train.respond, names=STUDIED), parts, default_threads()):
+            found.append(part)
+            go_on(TOGETHER * len(found), samples)
+        return {name: np.concatenate([part[name] for part in found]) for name in STUDIED}
     # prepared from the solved scene, so lines, gaps and compliance are the same
     problem = prepare_scene(solved.scene)
-    answer, complete = respond(problem, problem.draw(samples, 0, "sobol"), default_threads())
+    answer, complete = respond(
+        problem, problem.draw(samples, 0, "sobol"), default_threads(), lambda done: go_on(done, samples)
+    )
     if not complete:
         raise KeyboardInterrupt
     return {name: answer[name] for name in RMS_VALUES}

@@ -20,7 +20,7 @@ def explored():
         command = [sys.executable, "-m", "gearbench", "explore", *map(str, files), "--port", "0"]
         process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env={**os.environ, "NO_COLOR": "1"})
         processes.append(process)
-        return re.match(r"(http://127\.0\.0\.1:\d+/\w+/)", process.stdout.readline())[1]
+        return re.match(r"http://localhost:\d+/", process.stdout.readline())[0]
 
     yield start
     for process in processes:

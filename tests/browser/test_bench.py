@@ -138,7 +138,7 @@ def test_change_compare_undo_and_save(explored, scene_file, tmp_path):
         assert driver.execute_script(MODEL + "return model('kept harris').data.xs.length") > 1
 
         # an effect that is added begins with an example, and leaves without a trace
-        driver.execute_script("document.querySelector('[data-effect=\"end_relief\"]').click()")
+        driver.execute_script("document.querySelector('[data-table=\"effects.end_relief\"]').click()")
         wait(lambda: in_scene(driver, "effects", "end_relief"), "not added")
         driver.find_element("id", "undo").click()
         wait(lambda: not in_scene(driver, "effects", "end_relief"), "not undone")
@@ -230,8 +230,10 @@ def test_a_set_shares_its_load_as_simulate_says_and_turns(explored, set_file, tm
         enter(driver, "planetary.pin_tangential", "")
         enter(driver, "planetary.planets", 3)
         wait(lambda: driver.execute_script(DRAWN_SET)[1] == ["1.00"] * 3, "not three equal shares")
-        enter(driver, "planetary.floating", "sun, carrier")
-        wait(lambda: in_scene(driver, "planetary", "floating") == ["sun", "carrier"], "not computed")
+        enter(driver, "planetary.floating", "sun, ring")
+        wait(lambda: "nothing holds planet 3" in driver.find_element("id", "message").text, "no message")
+        enter(driver, "planetary.floating", "ring")
+        wait(lambda: in_scene(driver, "planetary", "floating") == ["ring"], "not computed")
         driver.execute_script("document.querySelector('[data-table=\"planetary.run_out\"]').click()")
         hidden = "return document.querySelector('[data-figure=\"revolution\"]').hidden"
         wait(lambda: not driver.execute_script(hidden), "no revolution")

@@ -126,7 +126,7 @@ class Answers:
         yield answer_data(tables(now))
         yield answer_data({"warnings": {"text": warnings(solved)}})
         if now.unfinished:
-            now = scattered(now, solved)
+            now = scattered(now, solved, go_on=go_on)
             yield answer_data(densities(now))
         yield answer_data(over_torque(scene, go_on))
 
@@ -151,13 +151,16 @@ def warnings(solved: Solved | SolvedTrain) -> list[str]:
     """Warnings to show with the curves, one line per warning."""
     import xarray as xr
 
-    meshes, found = solved.meshes if isinstance(solved, SolvedTrain) else {"": solved}, {}
+    meshes, found = solved.meshes if isinstance(solved, SolvedTrain) else {"": solved}, []
     for name, mesh in meshes.items():
-        greatest = xr.Dataset({"flank_pressure_max": np.nanmax(flank.pressure(mesh))})
-        found |= dict.fromkeys(scene_warnings(mesh.scene, greatest))
         if parted := int((~(mesh.solution.force > 0).any(axis=(-2, -1))).sum()):
-            found[f"Contact is lost at {parted} mesh phases{f' of {name}' if name else ''}."] = None
-    return list(found)
+            found.append(f"Contact is lost at {parted} mesh phases{f' of {name}' if name else ''}.")
+    # meshes of the same gears have the same warnings: those of the most loaded one
+    by_load = sorted(meshes.values(), key=lambda mesh: mesh.solution.force.max())
+    for mesh in {mesh.scene.pair: mesh for mesh in by_load}.values():
+        greatest = xr.Dataset({"flank_pressure_max": np.nanmax(flank.pressure(mesh))})
+        found += scene_warnings(mesh.scene, greatest)
+    return found
 
 
 #: Outputs of a pair over torque; those of a train are in every Dataset.
