@@ -114,7 +114,7 @@ class GearPanel:
         plot.line("phase", "value", source=self.now[name], color=_colour(name), line_width=2.2)
         self.overlay(plot, name)
         self._mark_phase(plot)
-        self.ready.append(fitted(plot, across=False))
+        self.ready.append(fitted(plot, across="sharing" in self.now))  # a cycle of a train may be long
         return plot
 
     def _mark_phase(self, plot: Any) -> None:
@@ -144,12 +144,12 @@ class GearPanel:
         over_cycle = name == "sharing"
         plot = self.chart(name, x_range=fixed(0, 2 if over_cycle else 1))
         # equal shares stay in view, and differences of rounding do not fill the figure
-        plot.scatter("x", "y", source=ColumnDataSource({"x": [0.0, 0.0], "y": [0.98, 1.02]}), alpha=0)
+        plot.scatter("x", "y", source=ColumnDataSource({"x": [0.0, 1.0], "y": [0.98, 1.02]}), alpha=0)
         plot.multi_line("xs", "ys", source=self.before[name], color="#CFCFCF", line_width=1.5)
         plot.multi_line("xs", "ys", source=self.now[name], color="colour", line_width=2)
         if over_cycle:
             self._mark_phase(plot)
-        self.ready.append(fitted(plot, across=False))
+        self.ready.append(fitted(plot, across=over_cycle))
         return plot
 
     def _gears(self) -> Any:

@@ -52,8 +52,8 @@ def tables(picture: Picture, *, teeth: bool = True) -> Tables:
     found: Tables = {
         "ste": _curve(ste),
         "stiffness": _curve(k),
-        "ste_orders": _orders(ste.amplitude),
-        "stiffness_orders": _orders(k.amplitude),
+        "ste_orders": _orders(ste),
+        "stiffness_orders": _orders(k),
     }
     scatter = numbers(picture) if picture.unfinished else densities(picture)
     if isinstance(picture.load, Sharing):
@@ -88,14 +88,19 @@ def _short(found: Tables) -> Tables:
 
 
 def _curve(cycle: CycleCurve) -> dict[str, Any]:
-    """Curve over two mesh periods, with and without its mean."""
-    values = np.tile(cycle.values, 2)
-    return {"phase": [*cycle.phase, *(cycle.phase + 1)], "value": values, "fluctuation": values - cycle.mean}
+    """Curve over two mesh periods or the whole cycle, with and without its mean."""
+    phase, values = _periods(cycle.phase, cycle.values, cycle.length)
+    return {"phase": phase, "value": values, "fluctuation": values - cycle.mean}
 
 
-def _orders(amplitude: np.ndarray) -> dict[str, Any]:
-    known = np.isfinite(amplitude)
-    return {"order": 1 + np.flatnonzero(known), "amplitude": amplitude[known]}
+def _periods(phase: np.ndarray, values: np.ndarray, length: int) -> tuple[np.ndarray, np.ndarray]:
+    """Repeat a cycle of one mesh period; a longer one is shown once."""
+    return (np.r_[phase, phase + 1], np.r_[values, values]) if length == 1 else (phase, values)
+
+
+def _orders(cycle: CycleCurve) -> dict[str, Any]:
+    known = np.isfinite(cycle.amplitude)
+    return {"order": cycle.orders[known], "amplitude": cycle.amplitude[known]}
 
 
 def _pressure(pressure: FlankPressure, scene: Scene) -> Tables:
@@ -111,14 +116,14 @@ def _pressure(pressure: FlankPressure, scene: Scene) -> Tables:
 
 
 def _sharing(load: Sharing) -> Tables:
-    """Load shares of the paths over two mesh periods, and the largest over a revolution of the carrier."""
+    """Load shares of the paths over the mesh cycle, and the largest over a revolution of the carrier."""
     phases, paths = load.cycle.phases, _paths(load)
     first = [paths.index(path) for path in dict.fromkeys(paths)]
     parts = [curves(phases, values, 12) for values in load.cycle.sharing.T[first]]
     xs, ys = ([np.concatenate([each[i] for each in part]) for part in parts] for i in (0, 1))
     over = load.over_turns[first] if load.over_turns.size else load.over_turns
     found = {
-        "sharing": ([np.r_[x, x + 1] for x in xs], [np.r_[y, y] for y in ys]),
+        "sharing": tuple(zip(*(_periods(x, y, phases.length) for x, y in zip(xs, ys, strict=True)), strict=True)),
         "revolution": ([load.turns] * len(over), list(over)),
     }
     return {
@@ -162,13 +167,13 @@ def _gears(load: Sharing) -> Tables:
             "x": axes[:, 0],
             "y": axes[:, 1],
             "rate": [period * linkage.rates[train.shaft(gear)] for gear in train.gears],
-            "name": list(train.gears),
+            "name": ["" if gear in train.timed else gear for gear in train.gears],  # one name for a stepped planet
             "top": tops,
             "alpha": [0.0 if internal else 0.35 for internal in inside],
         },
         "marks": {"x": [x for x, _ in at], "y": [y for _, y in at], "path": [known.index(path) for path in paths]},
         "paths": {"x": labels[:, 0], "y": labels[:, 1], "colour": _colours(len(known))},
-        "extent": {"low": low.min(axis=0), "high": high.max(axis=0)},
+        "extent": {"low": low.min(axis=0), "high": high.max(axis=0), "cycle": [load.cycle.phases.length] * 2},
     }
 
 
@@ -201,10 +206,11 @@ def numbers(picture: Picture) -> Tables:
     """Table of numbers of a picture: labels and values as text."""
     ste, k, load = picture.transmission_error, picture.mesh_stiffness, picture.load
     error = "STE" if isinstance(load, FlankPressure) else "Δ"
+    amplitude = dict(zip(ste.orders.tolist(), ste.amplitude, strict=True))
     rows = [
         (f"peak-to-peak {error} [µm]", f"{ste.peak_to_peak:.3f}"),
         (f"RMS {error} [µm]", f"{ste.rms:.3f}"),
-        *((f"order {n} of {error} [µm]", f"{ste.amplitude[n - 1]:.3f}") for n in ORDERS),
+        *((f"order {n} of {error} [µm]", f"{amplitude[n]:.3f}") for n in ORDERS),
         (f"mean {error} [µm]", f"{ste.mean:.2f}"),
         ("mean stiffness k [N/µm]", f"{k.mean:.1f}"),
         ("RMS of k [%]", f"{k.rms:.2f}"),
@@ -237,7 +243,8 @@ def _of_train(load: Sharing, scene: Scene) -> Iterator[tuple[str, str]]:
         yield "RMS torque ripple of the carrier [N·m]", f"{response('carrier_torque_rms').reduce(load.cycle):.2f}"
         yield "gear ratio", f"{gear_ratio(scene):.4g}"
     gears = {gear: body for mesh in train.meshes for gear, body in zip(mesh.gears, mesh.pair.gears, strict=True)}
-    kinds = {gear: "planets" if gear in linkage.carried else gear for gear in gears}
+    second = {gear: "at ring" for gear in gears if gear in train.timed}
+    kinds = {gear: second.get(gear, "planets" if gear in linkage.carried else gear) for gear in gears}
     teeth = {kind: str(gears[gear].teeth) for gear, kind in kinds.items()}
     yield f"teeth z of {', '.join(teeth)}", "/".join(teeth.values())
     pair = scene.pair

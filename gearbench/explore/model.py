@@ -72,15 +72,19 @@ class CycleCurve:
     Parameters
     ----------
     phase, values
-        Curve over one mesh period, (point,).
-    amplitude
-        Amplitudes of the mesh orders 1 … ``ORDERS``, (order,).
+        Curve over the mesh cycle, (point,).
+    length
+        Number of mesh periods in the cycle.
+    orders, amplitude
+        Mesh orders, 1 … ``ORDERS`` of a cycle of one mesh period, and their amplitudes, (order,).
     mean, rms, peak_to_peak
         Values over the cycle; ``rms`` of the stiffness is relative to its mean [%].
     """
 
     phase: NDArray
     values: NDArray
+    length: int
+    orders: NDArray
     amplitude: NDArray
     mean: float
     rms: float
@@ -224,10 +228,13 @@ def scattered(
 def _curve(cycle: MeshCycle, name: str) -> CycleCurve:
     phases, values = cycle.phases, getattr(cycle, name)
     parts = curves(phases, values, 12)
+    several = phases.length > 1
     return CycleCurve(
         phase=np.concatenate([x for x, _ in parts]),
         values=np.concatenate([y for _, y in parts]),
-        amplitude=2 * np.abs(coefficients(phases, values, ORDERS)),
+        length=phases.length,
+        orders=np.array(phases.orders) if several else np.arange(1, ORDERS + 1),
+        amplitude=2 * np.abs(coefficients(phases, values, None if several else ORDERS)),
         **{part: float(response(f"{name}_{part}").reduce(cycle)) for part in ("mean", "rms", "peak_to_peak")},
     )
 

@@ -156,6 +156,21 @@ def test_run_out_is_shown_over_a_revolution():
     assert numbers(shown)["mesh load factor K_γ"] == f"{float(dataset['mesh_load_factor']):.3f}"
 
 
+def test_stepped_planets_are_shown_over_their_whole_cycle():
+    tables = read_scene(EXAMPLES / "stepped_planets.toml").to_mapping()
+    tables = {**tables, "effects": {"hertz": {"law": "yang_sun"}}, "resolution": {"positions": 24}}
+    del tables["planetary"]["scatter"]
+    _, fine, *_ = answered(tables)
+    dataset, shown = simulate(parse_scene(tables)), fine["now"][0]
+    assert shown["extent"]["cycle"] == [3, 3]
+    assert_allclose(shown["ste"]["phase"], dataset["mesh_phase"].sel(mesh="sun to planet 1"), rtol=1e-6)
+    known = dataset["train_transmission_error_amplitude"].dropna("harmonic")
+    assert_allclose(shown["ste_orders"]["order"], known["harmonic"], rtol=1e-6)
+    assert_allclose(shown["ste_orders"]["amplitude"], known, rtol=1e-5, atol=1e-7)
+    assert numbers(fine)["order 1 of Δ [µm]"] == f"{float(known.sel(harmonic=1)):.3f}"
+    assert shown["gears"]["name"].count("") == 4  # one name for both gears of a planet
+
+
 def test_a_train_with_parallel_paths_is_shown_mesh_by_mesh():
     answers = list(answered(SPLIT, gears__left__tip_relief={"amount": 10.0, "length": 0.5}))
     assert {answer["message"][0] for answer in answers} == {""}

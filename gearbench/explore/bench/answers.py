@@ -184,8 +184,8 @@ def over_torque(scene: Scene, go_on: Callable[[int, int], None] = lambda _done, 
     phase, values = found["mesh_phase"].values, found[curve].transpose("torque", ...).values
     phase = phase if phase.ndim == 2 else np.broadcast_to(phase, values.shape)
     lines = [_two_periods(x, y - y.mean()) for x, y in zip(phase, values, strict=True)]
-    amplitude = found[f"{curve}_amplitude"].transpose("harmonic", "torque").values
-    over = {f"order {n}": amplitude[n - 1] for n in ORDERS}
+    amplitude = found[f"{curve}_amplitude"].transpose("torque", ...)
+    over = {f"order {n}": amplitude.sel(harmonic=n).values for n in ORDERS}
     return {
         "harris": {
             "xs": [x for x, _ in lines],
@@ -203,4 +203,6 @@ def over_torque(scene: Scene, go_on: Callable[[int, int], None] = lambda _done, 
 def _two_periods(phase: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     order = np.argsort(phase)
     x, y = phase[order], values[order]
+    if x[-1] >= 1:  # a cycle of several mesh periods, shown once
+        return x, y
     return np.concatenate([x, x + 1, [x[0] + 2]]), np.concatenate([y, y, y[:1]])

@@ -14,7 +14,15 @@ from gearbench.effects.registry import effect_class, effect_names
 from gearbench.errors import GearbenchError
 from gearbench.geometry.names import GEARS
 from gearbench.geometry.pair import Pair
-from gearbench.geometry.planetary import DEVIATIONS, MEMBERS, SHARED, Planetary, PlanetaryRunOut, PlanetaryScatter
+from gearbench.geometry.planetary import (
+    AT_RING,
+    DEVIATIONS,
+    MEMBERS,
+    SHARED,
+    Planetary,
+    PlanetaryRunOut,
+    PlanetaryScatter,
+)
 from gearbench.geometry.train_tables import TrainGear, TrainMesh
 from gearbench.keys import value_at
 from gearbench.results.quantities import KEYS
@@ -138,7 +146,7 @@ def _tables(tables: Mapping[str, Any]) -> Iterator[tuple[str, type]]:
     """Yield the dotted names of the tables of a scene, except its effects, with their input classes."""
     if "planetary" in tables:
         yield "planetary", Planetary
-        yield from ((f"planetary.{name}", TrainGear) for name in MEMBERS)
+        yield from ((f"planetary.{name}", TrainGear) for name in MEMBERS if name in tables["planetary"])
     elif "gears" in tables:
         yield from ((f"gears.{name}", TrainGear) for name in tables["gears"])
         yield from ((f"meshes.{number}", TrainMesh) for number in range(len(tables["meshes"])))
@@ -160,7 +168,8 @@ def _group(kind: type, path: str, table: Mapping[str, Any]) -> Group:
         if key.table is not None and not key.items and (NoneType not in get_args(key.hint) or name in table)
     }
     below = [_group(lower, f"{path}.{name}", table.get(name, {})) for name, lower in inner.items()]
-    left_out = (*SHARED, "shaft") if kind is TrainGear and path.startswith("planetary.") else ()
+    left_out = ("shaft",) if kind is TrainGear and path.startswith("planetary.") else ()
+    left_out += SHARED if left_out and not path.endswith(AT_RING) else ()
     own = {name: key for name, key in keys(kind).items() if name not in left_out and not takes_files(kind)}
     found = [_control(key, f"{path}.{name}", table.get(name)) for name, key in own.items()]
     if kind is Planetary:

@@ -204,7 +204,7 @@ byId("turn").addEventListener("change", ({ target }) => {
   let last = performance.now();
   function step(time) {
     if (!target.checked) return;
-    turnTo((phase.value + Math.max(0, time - last) / PERIOD) % 1);
+    turnTo((phase.value + Math.max(0, time - last) / PERIOD) % byId("phase").max);
     last = time;
     byId("phase").value = phase.value;
     requestAnimationFrame(step);
@@ -213,6 +213,10 @@ byId("turn").addEventListener("change", ({ target }) => {
 });
 now.warnings.connect(now.warnings.properties.data.change, warn);
 now.ste_density.connect(now.ste_density.properties.data.change, showFigures);
+// the cycle of a train may be of several mesh periods
+const setCycle = () => { byId("phase").max = now.extent?.data.cycle[0] ?? 1; };
+now.extent?.connect(now.extent.properties.data.change, setCycle);
+setCycle();
 now.revolution?.connect(now.revolution.properties.data.change, showFigures);
 warn();
 showFigures();

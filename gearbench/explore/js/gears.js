@@ -8,10 +8,11 @@ xs.forEach((across, i) => {
 });
 drawn.setv({ data: shapes }, { sync: false });
 
-// a curve over two mesh periods at the mesh phase
+// a curve at the mesh phase
 function shareAt(phases, shares) {
-  const at = tau < phases[0] ? tau + 1 : tau, k = phases.findIndex((each) => each > at);
-  const part = (at - phases[k - 1]) / (phases[k] - phases[k - 1]);
+  const k = phases.findIndex((each) => each > tau);
+  if (k < 1) return shares.at(k);  // before the first point, or after the last
+  const part = (tau - phases[k - 1]) / (phases[k] - phases[k - 1]);
   return shares[k - 1] + part * (shares[k] - shares[k - 1]);
 }
 
