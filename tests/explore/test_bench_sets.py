@@ -163,7 +163,7 @@ def test_stepped_planets_are_shown_over_their_whole_cycle():
     _, fine, *_ = answered(tables)
     dataset, shown = simulate(parse_scene(tables)), fine["now"][0]
     assert shown["extent"]["cycle"] == [3, 3]
-    assert_allclose(shown["ste"]["phase"], dataset["mesh_phase"].sel(mesh="sun to planet 1"), rtol=1e-6)
+    assert_allclose(shown["ste"]["phase"], dataset["mesh_phase"], rtol=1e-6)
     known = dataset["train_transmission_error_amplitude"].dropna("harmonic")
     assert_allclose(shown["ste_orders"]["order"], known["harmonic"], rtol=1e-6)
     assert_allclose(shown["ste_orders"]["amplitude"], known, rtol=1e-5, atol=1e-7)
