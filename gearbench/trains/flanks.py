@@ -185,5 +185,5 @@ def check_flanks(scene: Scene) -> None:
         if getattr(errors, name):
             key = "preset" if given.preset is not None else name
             value = f'"{given.preset}"' if given.preset is not None else "given"
-            allowed = f"{name} is for one mesh: a train takes errors of profiles and helices here"
+            allowed = f"{name} is for one mesh: a train takes errors of profiles, helices and pitches here"
             raise InputError(f"effects.manufacturing_errors.{key}", value, f"{allowed}, others in planetary.scatter")
