@@ -8,6 +8,11 @@ import numpy as np
 
 from gearbench.compiled import entry, part
 
+#: Known points closer to an end or the middle of a cell than this part of half the cell are left out.
+DISTINCT = 1e-3
+#: Halvings of the distance of two points in the search for a zero: to rounding.
+HALVINGS = 48
+
 
 @entry()
 def compressions(rows, factor, q, block, delta, gaps, scale, active, s):
@@ -32,48 +37,82 @@ def compressions(rows, factor, q, block, delta, gaps, scale, active, s):
 
 
 @part()
-def zero_within(begin, middle, end, a, b):
-    """Zero in [a, b] of the parabola through the values at −1, 0 and 1, the one closest to the middle of [a, b]."""
-    linear, square = (end - begin) / 2, (end + begin) / 2 - middle
-    root = math.sqrt(max(linear * linear - 4 * square * middle, 0.0))
-    big = -(linear + (-root if linear < 0 else root)) / 2
-    first, second = big / square, middle / big
-    centre = (a + b) / 2
-    off_first = abs(first - centre) if math.isfinite(first) else math.inf
-    off_second = abs(second - centre) if math.isfinite(second) else math.inf
-    at = second if off_second < off_first else first
-    if math.isnan(at):
-        return centre
-    return min(max(at, a), b)
+def known_points(s, y, half, panel, known_y, known_s, at, value, piece):
+    """Fill positions, compressions and panels of the points of a line at which s is known, and return their number.
+
+    They are the ends and middles of the cells and, in between, the points ``known_y``; a panel has its own end points.
+    """
+    count, k = 0, 0
+    for i in range(y.size):
+        near = DISTINCT * half[i]
+        begins = i == 0 or panel[i] != panel[i - 1]
+        for side in range(0 if begins else 1, 3):
+            point = y[i] + (side - 1) * half[i]
+            while k < known_y.size and known_y[k] < point + near:
+                if side > 0 and at[count - 1] + near < known_y[k] < point - near:
+                    at[count], value[count], piece[count] = known_y[k], known_s[k], panel[i]
+                    count += 1
+                k += 1
+            at[count], value[count], piece[count] = point, s[i, side], panel[i]
+            count += 1
+    return count
 
 
 @part()
-def loaded_halves(s, y, half, panel, least, begin, end):
-    """Find the patches of one line: fill their beginnings and ends, and return their number.
+def zero_between(at, value, j):
+    """Zero between the points j and j + 1 of the cubic through four points, or the parabola through three of them."""
+    first, last = max(j - 1, 0), min(j + 2, at.size - 1)
+    n = last - first + 1
+    x, c = at[first : last + 1], value[first : last + 1].copy()
+    for order in range(1, n):  # divided differences
+        for i in range(n - 1, order - 1, -1):
+            c[i] = (c[i] - c[i - 1]) / (x[i] - x[i - order])
+    low, high = at[j], at[j + 1]
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2
+        s = c[n - 1]
+        for i in range(n - 2, -1, -1):
+            s = s * (middle - x[i]) + c[i]
+        if (s > 0) == (value[j] > 0):
+            low = middle
+        else:
+            high = middle
+    return (low + high) / 2
 
-    Adjacent loaded halves of cells form one patch if they are in the same panel between kinks.
-    """
-    count, last, at_panel = 0, -math.inf, -1
-    for i in range(y.size):
-        for side in range(2):
-            a, b = -1.0 + side, 0.0 + side
-            left, right = s[i, side], s[i, side + 1]
-            if not (left > 0 or right > 0):
-                continue
-            at = 0.0
-            if not (left > 0 and right > 0):
-                at = zero_within(s[i, 0], s[i, 1], s[i, 2], a, b)
-            low = y[i] + half[i] * (a if left > 0 else at)
-            high = y[i] + half[i] * (b if right > 0 else at)
-            if not high - low > least:
-                last = -math.inf
-                continue
-            if panel[i] == at_panel and low - last <= least:
-                end[count - 1] = high
-            else:
-                begin[count], end[count] = low, high
-                count += 1
-            last, at_panel = high, panel[i]
+
+@part()
+def hump(at, value, j):
+    """Beginning and end of the part where the parabola through point j and its neighbours is positive, if any."""
+    low, middle, high = at[j - 1], at[j], at[j + 1]
+    left, right = (value[j] - value[j - 1]) / (middle - low), (value[j + 1] - value[j]) / (high - middle)
+    square = (right - left) / (high - low)
+    slope = left + square * (middle - low)  # at the middle
+    root = slope * slope - 4 * square * value[j]
+    if not (square < 0 and root > 0):
+        return middle, middle
+    vertex, reach = middle - slope / (2 * square), -math.sqrt(root) / (2 * square)
+    if not (low < vertex - reach and vertex + reach < high):
+        return middle, middle
+    return vertex - reach, vertex + reach
+
+
+@part()
+def loaded_parts(at, value, least, begin, end):
+    """Find the patches on one panel: fill their beginnings and ends, and return their number."""
+    count, last = 0, at.size - 1
+    for j in range(last + 1):
+        low = high = at[j]
+        if value[j] > 0:
+            low = at[j] if j == 0 or value[j - 1] > 0 else zero_between(at, value, j - 1)
+            high = at[j] if j == last else at[j + 1] if value[j + 1] > 0 else zero_between(at, value, j)
+        elif (j == 0 or value[j - 1] <= value[j]) and (j == last or value[j + 1] < value[j]):
+            low, high = hump(at, value, min(max(j, 1), last - 1))
+        joint = count > 0 and j > 0 and value[j] > 0 and value[j - 1] > 0
+        if joint:
+            end[count - 1] = high
+        elif high - low > least:
+            begin[count], end[count] = low, high
+            count += 1
     return count
 
 
@@ -94,22 +133,29 @@ def share_nodes(width, nodes, count):
 
 
 @entry()
-def patch_nodes(s, y, half, panel, active, least, gauss_nodes, gauss_weights, at, width):
+def patch_nodes(s, y, half, panel, active, known_y, known_s, least, gauss_nodes, gauss_weights, at, width):
     """Fill positions and widths of Gauss points on the patches of each line, (position, pair, node).
 
-    Row n of ``gauss_nodes`` and ``gauss_weights`` holds the rule of n points. Patches not longer than ``least`` are
-    ignored.
+    ``known_y`` and ``known_s`` (position, pair, point) are further points of the lines, ascending, and s there. Row n
+    of ``gauss_nodes`` and ``gauss_weights`` holds the rule of n points. Patches not longer than ``least`` are ignored.
     """
     positions, pairs, segments = y.shape
-    nodes = at.shape[2]
-    begin, end = np.empty(2 * segments), np.empty(2 * segments)
-    count = np.empty(2 * segments, dtype=np.int64)
+    nodes, most = at.shape[2], 3 * segments + known_y.shape[2]
+    point, value, begin, end = np.empty((4, most))
+    piece, count = np.empty(most, dtype=np.int64), np.empty(most, dtype=np.int64)
     for i in range(positions):
         for k in range(pairs):
             at[i, k], width[i, k] = 0.0, 0.0
             if not active[i, k]:
                 continue
-            n = loaded_halves(s[i, k], y[i, k], half[i, k], panel[i, k], least, begin, end)
+            points = known_points(
+                s[i, k], y[i, k], half[i, k], panel[i, k], known_y[i, k], known_s[i, k], point, value, piece
+            )
+            n, first = 0, 0
+            for j in range(1, points + 1):
+                if j == points or piece[j] != piece[first]:
+                    n += loaded_parts(point[first:j], value[first:j], least, begin[n:], end[n:])
+                    first = j
             if n == 0:
                 continue
             share_nodes(end[:n] - begin[:n], nodes, count)

@@ -1,8 +1,9 @@
 """Second solution of the contact, at Gauss points on the contact patches of the lines.
 
 The solution on cells gives the approach δ and the amplitudes q of the smooth deflection. The compression
-s(y) = δ − e(y) − ψ(y)·q changes sign at the ends of the patches, so these ends are accurate to second order in the
-length of the cells. Their error changes loads, deflections and stiffness only by its square. Between the ends the
+s(y) = δ − e(y) − ψ(y)·q changes sign at the ends of the patches. An error of these ends changes loads and deflections
+by its square, but the stiffness in proportion, because a point is stiff even under the smallest load. The ends are
+therefore located again from the compressions at the Gauss points of the patches and on the cells. Between the ends the
 integrands are smooth, so Gauss points converge fast.
 """
 
@@ -24,11 +25,14 @@ from gearbench.effects.base import LineLaw
 from gearbench.geometry.action import NEGLIGIBLE_WIDTH, ContactLines
 from gearbench.geometry.quadrature import gauss
 
-#: Number of times that the ends of patches are computed; each time squares the error of the results.
-ROUNDS = 2
+#: Number of times that the ends of patches are computed; each time squares the error of loads and deflections.
+ROUNDS = 3
 #: Residual at which the solution on cells takes its last step. The cells determine the ends of patches to 1e-2 only,
 #: but the result after the last round must not depend on the initial guess (to 1e-12).
 ON_CELLS = 1e-5
+
+#: Problem at the Gauss points on patches, and its contact lines.
+Patches = tuple[ContactProblem, ContactLines]
 
 
 def solve_patches(problem: ContactProblem, guess: Guess | None = None) -> ContactSolution:
@@ -45,10 +49,11 @@ def solve_patches(problem: ContactProblem, guess: Guess | None = None) -> Contac
     guess = guess or Guess.empty(problem)
     if problem.cells is None:
         return solve(problem, guess)
-    coarse = solve_roughly(problem, guess, ON_CELLS)
+    coarse, patches = solve_roughly(problem, guess, ON_CELLS), None
     for _ in range(ROUNDS - 1):
-        coarse = solve_roughly(on_patches(problem, guess)[0], guess)
-    solution = solve(on_patches(problem, guess)[0], guess)
+        patches = on_patches(problem, guess, patches)
+        coarse = solve_roughly(patches[0], guess)
+    solution = solve(on_patches(problem, guess, patches)[0], guess)
     force = _forces_on_cells(problem, guess, solution)
     return replace(solution, coarse_approach=coarse[0], coarse_stiffness=coarse[1], force=force)
 
@@ -63,19 +68,23 @@ def solve_roughly_on_patches(problem: ContactProblem, guess: Guess) -> tuple[NDA
     ConvergenceError
         If they are not finite.
     """
-    for _ in range(ROUNDS - 1):
-        solve_roughly(on_patches(problem, guess)[0], guess)
-    found = solve_roughly(on_patches(problem, guess)[0], guess)
+    patches = None
+    for _ in range(ROUNDS):
+        patches = on_patches(problem, guess, patches)
+        found = solve_roughly(patches[0], guess)
     if not np.isfinite(found).all():
         raise ConvergenceError("contact not solved on its patches")
     return found
 
 
-def _nodes(problem: ContactProblem, s: NDArray) -> tuple[NDArray, NDArray]:
+def _nodes(problem: ContactProblem, guess: Guess, before: Patches | None) -> tuple[NDArray, NDArray]:
     """``patch_nodes``; a position without a patch gets its nodes on the cell with the greatest compression."""
+    s, known = _compression(problem, guess), None
+    if before is not None:
+        known = before[1].y, np.ascontiguousarray(compression(*before, guess)[..., 0])
     cells = problem.cells
     assert cells is not None
-    y, width = patch_nodes(cells.lines, s, cells.nodes)
+    y, width = patch_nodes(cells.lines, s, cells.nodes, known)
     none = np.flatnonzero(width.sum(axis=(1, 2)) == 0)
     if none.size:
         # the patch lies within a single cell and reaches neither its ends nor its middle
@@ -113,11 +122,13 @@ def _compression(problem: ContactProblem, guess: Guess) -> NDArray:
     return s
 
 
-def patch_nodes(lines: ContactLines, s: NDArray, nodes: int) -> tuple[NDArray, NDArray]:
+def patch_nodes(
+    lines: ContactLines, s: NDArray, nodes: int, known: tuple[NDArray, NDArray] | None = None
+) -> tuple[NDArray, NDArray]:
     """Positions y and widths of ``nodes`` Gauss points on the patches of a line, (position, pair, node) [mm].
 
-    ``s`` is the compression at the beginning, middle and end of each segment. Patches end where ``s`` changes sign or
-    the gap has a kink.
+    ``s`` is the compression at the beginning, middle and end of each segment, ``known`` holds y and s at further points
+    (position, pair, point). Patches end where the cubic through the closest points changes sign or the gap has a kink.
     """
     from gearbench.contact._patch_kernels import patch_nodes as fill
 
@@ -125,7 +136,8 @@ def patch_nodes(lines: ContactLines, s: NDArray, nodes: int) -> tuple[NDArray, N
     half = lines.length * math.cos(lines.pair.meshing.beta_b) / 2
     y, width = np.empty((2, *lines.shape[:2], nodes))
     least = NEGLIGIBLE_WIDTH * lines.pair.meshing.face_width
-    fill(s, lines.y, half, lines.panel, lines.active, least, *_gauss_rules(nodes), y, width)
+    known = known or (none := np.empty((*lines.shape[:2], 0)), none)
+    fill(s, lines.y, half, lines.panel, lines.active, *known, least, *_gauss_rules(nodes), y, width)
     return y, width
 
 
@@ -138,11 +150,14 @@ def _gauss_rules(most: int) -> tuple[NDArray, NDArray]:
     return nodes, weights
 
 
-def on_patches(problem: ContactProblem, guess: Guess) -> tuple[ContactProblem, ContactLines]:
-    """Problem at Gauss points on the patches of the solution ``guess`` on cells, and its contact lines."""
+def on_patches(problem: ContactProblem, guess: Guess, before: Patches | None = None) -> Patches:
+    """Problem at Gauss points on the patches of the solution ``guess``, and its contact lines.
+
+    The compressions at the Gauss points ``before`` locate the ends of the patches more exactly than those on the cells.
+    """
     cells = problem.cells
     assert cells is not None
-    nodes = cells.lines.at(*_nodes(problem, _compression(problem, guess)))
+    nodes = cells.lines.at(*_nodes(problem, guess, before))
     by_name = {effect.name: effect for effect in cells.effects}
     parts = [effect.compliance(nodes, by_name) for effect in cells.laws]
     none = np.zeros(nodes.shape)

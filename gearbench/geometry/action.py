@@ -24,6 +24,8 @@ from gearbench.geometry.separation import Separation, Touch
 
 #: Smallest number of segments of a panel.
 MIN_SEGMENTS = 2
+#: Width [modules] that is added to that of each piece of a line when they share the points of the smooth compliance.
+PIECE_MODULES = 2.0
 #: Panels shorter than this part of the face width count as rounding.
 NEGLIGIBLE_WIDTH = 1e-13
 
@@ -139,7 +141,8 @@ class ContactLines:
         inside = [self.y[..., :1] + (u - self.u[..., :1]) / tan_b for u in deflection_kinks]
         edges = np.sort(np.clip(np.stack([low, *inside, high]), low, high), axis=0)[..., 0]
         widest = _widest(self.pair, self.span or (meshing.path_start, meshing.path_end), deflection_kinks, ())
-        y, width, piece = _on_panels(edges, widest, nodes, self.pair, cells=False)
+        sizes = widest + PIECE_MODULES * self.pair.normal_module
+        y, width, piece = _on_panels(edges, sizes, nodes, self.pair, cells=False)
         return replace(self.at(np.where(high > low, y, low), width), panel=piece)
 
     def at(self, y: NDArray, width: NDArray) -> ContactLines:
@@ -244,7 +247,7 @@ def contact_lines(
     start = meshing.path_start + (tau[:, None] + index) * meshing.base_pitch  # u at y = 0
     edges = _panel_edges(pair, start, ends, *cuts)
     widest = _widest(pair, ends, *map(tuple, cuts))
-    y, width, panel = _on_panels(edges, widest, segments, pair, cells=cells)
+    y, width, panel = _on_panels(edges, np.sqrt(widest), segments, pair, cells=cells)
     # lines of zero length, up to rounding
     absent = (edges[-1] - edges[0] <= NEGLIGIBLE_WIDTH * b)[..., None]
     return ContactLines(
@@ -290,12 +293,12 @@ def _widest(pair: Pair, ends: tuple[float, float], kinks: tuple[float, ...], fac
 
 
 def _on_panels(
-    edges: NDArray, widest: NDArray, segments: int, pair: Pair, *, cells: bool
+    edges: NDArray, sizes: NDArray, segments: int, pair: Pair, *, cells: bool
 ) -> tuple[NDArray, NDArray, NDArray]:
     """Nodes y and widths of the segments [mm], and their panels between ``edges``, all (position, pair, segment).
 
-    The number of segments depends only on the panels of a line. It is constant between two transitions of the mesh
-    cycle, so that sums over the nodes are as smooth as the integrals.
+    Segments are shared in proportion to the ``sizes`` (panel,) of the panels that a line has. Their numbers are
+    constant between two transitions of the mesh cycle, so that sums over the nodes are as smooth as the integrals.
     """
     real = np.diff(edges, axis=0) > NEGLIGIBLE_WIDTH * pair.meshing.face_width
     y, width = np.zeros((2, *edges.shape[1:], segments))
@@ -308,7 +311,7 @@ def _on_panels(
         if panel.size > segments:
             counts, ends = (segments,), np.stack([edges[0], edges[-1]])[:, alike]
         else:
-            counts = _shares(segments, tuple(widest[panel]), last=pair.wheel.teeth > pair.pinion.teeth)
+            counts = _shares(segments, tuple(sizes[panel]), last=pair.wheel.teeth > pair.pinion.teeth)
             ends = edges[np.append(panel, panel[-1] + 1)][:, alike]
         on[alike] = np.repeat(np.arange(len(counts)), counts)
         rules = [_rule(count, cells) for count in counts]
@@ -320,13 +323,13 @@ def _on_panels(
 
 
 @lru_cache(maxsize=256)
-def _shares(segments: int, widths: tuple[float, ...], *, last: bool = False) -> tuple[int, ...]:
-    """Share ``segments`` among panels like the square roots of ``widths``, at least ``MIN_SEGMENTS`` each if possible.
+def _shares(segments: int, sizes: tuple[float, ...], *, last: bool = False) -> tuple[int, ...]:
+    """Share ``segments`` among panels in proportion to ``sizes``, at least ``MIN_SEGMENTS`` each if possible.
 
     A remainder goes to the first of equal panels, or to the ``last``.
     """
-    sizes, fewest = np.sqrt(widths), min(MIN_SEGMENTS, segments // len(widths))
-    exact = segments * sizes / sizes.sum()
+    fewest = min(MIN_SEGMENTS, segments // len(sizes))
+    exact = segments * np.array(sizes) / sum(sizes)
     counts = np.maximum(fewest, np.floor(exact + 1e-9)).astype(int)
     while left := segments - int(counts.sum()):
         step = 1 if left > 0 else -1

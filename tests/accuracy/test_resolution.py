@@ -11,12 +11,15 @@ import pytest
 from numpy.testing import assert_allclose
 
 from gearbench import read_scene
+from gearbench.contact.coarse_solution import scene_lines
+from gearbench.contact.transitions import loaded_phases
 from gearbench.effects.gear_body import GearBody
+from gearbench.effects.off_line_contact import OffLineContact
 from gearbench.results.cycle import MeshCycle, coefficients, peak_to_peak
 from gearbench.results.outputs import output
-from gearbench.scene import Resolution, Scene
+from gearbench.scene import Load, Resolution, Scene
 from gearbench.simulation import simulate
-from gearbench.solution import solve_scene
+from gearbench.solution import solve_lines, solve_scene
 from studies.s05_tooth_models.pairs import draw, in_use
 from tests.support.default_curves import HIGHEST, converged, drawn_scenes, missed, misses
 from tests.support.paths import ROOT
@@ -45,6 +48,24 @@ def test_default_settings_resolve_gears_in_use(name):
         worst, span = misses(found, exact, curve)
         assert worst <= 1.0, curve
         assert span <= 0.01, curve
+
+
+@pytest.mark.parametrize(
+    ("name", "share"),
+    [("large_wheel", 0.2), *(pytest.param("nrel_5mw_stage3", s, marks=pytest.mark.slow) for s in (0.2, 1.0))],
+)
+def test_patches_and_deflections_off_the_line_are_those_of_four_times_the_cells(name, share):
+    """Ends known from parabolas in 15 cells left 11 and 4 % in k, few points on the widest piece 6 % in the STE."""
+    scene = example(name)
+    scene = replace(scene, effects=(*scene.effects, OffLineContact()), load=Load(torque=share * scene.load.torque))
+    phase, weight, size = loaded_phases(scene)
+    found, fine = (
+        solve_lines(each, scene_lines(each, phase), weight, size).cycle
+        for each in (scene, replace(scene, resolution=Resolution(segments=60)))
+    )
+    for curve in ("transmission_error", "mesh_stiffness"):
+        exact = getattr(fine, curve)
+        assert_allclose(getattr(found, curve), exact, rtol=0, atol=0.02 * np.ptp(exact))
 
 
 def test_wide_flanks_that_touch_all_along_have_the_nodes_that_their_teeth_need():

@@ -28,9 +28,10 @@ from tests.support.campaign import many
 from tests.support.paths import EXAMPLES
 
 PAIRS = ("fine_pitch", "fzg_c", "hcr_spur", "nasa_28", "osu_50", "rim_17_43", "ross_62", "thin_rim")
-#: Torques of 90 that miss off the line, and by how many times at most: STE of nasa_28 is steep behind the corners of
-#: its relief, one dip of ross_62 between two load transfers is as narrow as they are known.
-BEYOND = {"nasa_28": (1, 1.1), "ross_62": (1, 1.7)}
+#: Torques of 90 that miss off the line, and by how many times at most: steep curves behind the corners of the relief.
+BEYOND = {"nasa_28": (1, 1.05)}
+#: Segments that resolve how a line ceases to touch, from one end of the face to the other.
+FINE = 60
 CURVES = ("transmission_error", "mesh_stiffness")
 POINTS, TOLERANCE, LEAST = 5, 3e-5, 1e-6
 #: Shares of the torque of an example, of 90; ``CAMPAIGN=15 make test-all`` tries all of them.
@@ -102,9 +103,9 @@ class Halved:
         return float(np.ptp(np.concatenate([values.ravel(), fine.ravel()])))
 
 
-def misses(scene: Scene) -> dict[str, float]:
+def misses(scene: Scene, segments: int = 15) -> dict[str, float]:
     """What default settings miss over what they may, by name: noise floors that say so excuse it."""
-    solved, halved = solve_scene(scene), Halved(scene)
+    solved, halved = solve_scene(scene), Halved(replace(scene, resolution=Resolution(segments=segments)))
     found, truth, over = solved.cycle, halved.cycle, {}
     for curve in CURVES:
         mine, right = getattr(found, curve), getattr(truth, curve)
@@ -142,9 +143,9 @@ def test_load_transfers_next_to_ends_of_the_path_and_kinks_are_found(name, share
 
 
 def test_a_dip_between_two_load_transfers_that_no_sample_sees_is_in_the_noise_floor(caplog):
-    """Its bottom, 13 % of peak-to-peak, is 0.0001 of the cycle wide."""
-    over = misses(scene := relieved("ross_62", np.linspace(0.1, 2.0, 90)[74], off_line=True))
-    assert max(over.values()) < 1.7, over
+    """Its bottom, 7 % of peak-to-peak, is 0.0001 of the cycle wide; on 15 segments the last one makes it 13 %."""
+    over = misses(scene := relieved("ross_62", np.linspace(0.1, 2.0, 90)[74], off_line=True), FINE)
+    assert max(over.values()) < 1, over
     simulate(scene)
     assert any("noise floor of peak-to-peak: mesh_stiffness 9 %" in line for line in caplog.messages)
 
@@ -160,7 +161,9 @@ def test_all_torques_on_the_line(name):
 @pytest.mark.parametrize("name", PAIRS)
 def test_all_torques_off_the_line(name):
     found = {share: misses(relieved(name, share, off_line=True)) for share in SHARES}
-    beyond = {share: over for share, over in found.items() if max(over.values()) > 1}
+    doubtful = [share for share, over in found.items() if max(over.values()) > 1]
+    again = {share: misses(relieved(name, share, off_line=True), FINE) for share in doubtful}
+    beyond = {share: over for share, over in again.items() if max(over.values()) > 1}
     count, most = BEYOND.get(name, (0, 1.0))
     assert len(beyond) <= count
     assert all(max(over.values()) < most for over in beyond.values())

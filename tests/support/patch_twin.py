@@ -3,65 +3,81 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import KroghInterpolator
+from scipy.optimize import bisect
 
+from gearbench.contact._patch_kernels import DISTINCT
 from gearbench.geometry.action import NEGLIGIBLE_WIDTH, ContactLines
 from gearbench.geometry.quadrature import gauss
 
 
-def patch_nodes(lines: ContactLines, s: NDArray, nodes: int) -> tuple[NDArray, NDArray]:
+def patch_nodes(lines: ContactLines, s: NDArray, nodes: int, known: tuple[NDArray, NDArray]) -> tuple[NDArray, NDArray]:
     """Positions y and widths of ``nodes`` Gauss points on the patches of each line, (position, pair, node) [mm].
 
-    ``s`` is the compression at the beginning, middle and end of each segment. Patches end where ``s`` changes sign or
-    the gap has a kink.
+    ``s`` is the compression at the beginning, middle and end of each segment, ``known`` holds y and s at further points
+    (position, pair, point). Patches end where the cubic through the closest points changes sign or the gap has a kink.
     """
-    positions, pairs, segments = lines.shape
     assert lines.panel is not None
-    half = (lines.length * math.cos(lines.pair.meshing.beta_b) / 2)[..., None]
-    low, high = _loaded_part(s)
-    low, high = (lines.y[..., None] + half * t for t in (low, high))
-    loaded = (high - low > NEGLIGIBLE_WIDTH * lines.pair.meshing.face_width).reshape(-1, 2 * segments)
-    low, high = low.reshape(loaded.shape), high.reshape(loaded.shape)
-    panel = np.repeat(lines.panel, 2, axis=2).reshape(loaded.shape)
-    joint = loaded[:, 1:] & loaded[:, :-1] & (panel[:, 1:] == panel[:, :-1])
-    joint &= low[:, 1:] - high[:, :-1] <= NEGLIGIBLE_WIDTH * lines.pair.meshing.face_width
-    none = np.zeros((len(loaded), 1), dtype=bool)
-    first, last = loaded & ~np.hstack([none, joint]), loaded & ~np.hstack([joint, none])
-    line, begin, end = np.nonzero(first)[0], low[first], high[last]
-    count = _counts(line, end - begin, nodes)
-    y, width = np.zeros((2, len(loaded) * nodes))
-    # the nodes of a patch follow the nodes of earlier patches on the same line
-    before = np.cumsum(count) - count
-    start = line * nodes + before - before[np.searchsorted(line, line)]
-    for n in np.unique(count):
-        t, w = gauss(int(n))
-        these = count == n
-        at, reach = start[these, None] + np.arange(n), (end - begin)[these, None] / 2
-        y[at], width[at] = begin[these, None] + reach * (1 + t), reach * w
-    return y.reshape(positions, pairs, nodes), width.reshape(positions, pairs, nodes)
+    least = NEGLIGIBLE_WIDTH * lines.pair.meshing.face_width
+    half = lines.length * math.cos(lines.pair.meshing.beta_b) / 2
+    y, width = np.zeros((2, *lines.shape[:2], nodes))
+    for line in np.argwhere(lines.active).tolist():
+        i, k = line
+        patches: list[tuple[float, float]] = []
+        for panel in np.unique(lines.panel[i, k]):
+            own = lines.panel[i, k] == panel
+            at = _points(lines.y[i, k, own], half[i, k, own], s[i, k, own], *(each[i, k] for each in known))
+            patches += [(a, b) for a, b in _loaded_parts(*at) if b - a > least]
+        if not patches:
+            continue
+        begin, end = np.array(patches).T
+        count = _counts(np.zeros(len(begin), dtype=int), end - begin, nodes).tolist()
+        pairs = zip(patches, count, strict=True)
+        parts = [(a + (b - a) / 2 * (1 + gauss(n)[0]), (b - a) / 2 * gauss(n)[1]) for (a, b), n in pairs]
+        y[i, k], width[i, k] = (np.concatenate(each) for each in zip(*parts, strict=True))
+    return y, width
 
 
-def _loaded_part(s: NDArray) -> tuple[NDArray, NDArray]:
-    """Begin and end of the loaded part of each half of a cell (…, half), on the scale from −1 to 1 of the whole cell.
+def _points(y: NDArray, half: NDArray, s: NDArray, known_y: NDArray, known_s: NDArray) -> tuple[NDArray, NDArray]:
+    """Points of a panel at which s is known: ends and middles of its cells, and the known points apart from these."""
+    at, value = np.append(np.stack([y - half, y], 1), y[-1] + half[-1]), np.append(s[:, :2], s[-1, 2])
+    near = DISTINCT * half[0]
+    for a, b in zip(known_y, known_s, strict=True):
+        if at[0] < a < at[-1] and np.abs(at - a).min() > near:
+            i = np.searchsorted(at, a)
+            at, value = np.insert(at, i, a), np.insert(value, i, b)
+    return at, value
 
-    The part is empty if both are equal. s is the parabola through the values (…, 3).
-    """
-    begin, middle, end = np.moveaxis(s, -1, 0)
-    linear, square = (end - begin) / 2, (end + begin) / 2 - middle
-    root = np.sqrt(np.maximum(linear**2 - 4 * square * middle, 0.0))
-    big = -(linear + np.where(linear < 0, -root, root)) / 2
-    with np.errstate(divide="ignore", invalid="ignore"):
-        roots = np.stack([big / square, middle / big])
-    lows, highs = [], []
-    for a, b, left, right in ((-1.0, 0.0, begin, middle), (0.0, 1.0, middle, end)):
-        off = np.where(np.isfinite(roots), np.abs(roots - (a + b) / 2), np.inf)
-        at = np.clip(np.take_along_axis(roots, off.argmin(axis=0)[None], axis=0)[0], a, b)
-        at = np.where(np.isfinite(at), at, (a + b) / 2)
-        lows.append(np.where(left > 0, a, np.where(right > 0, at, b)))
-        highs.append(np.where(right > 0, b, np.where(left > 0, at, b)))
-    return np.stack(lows, axis=-1), np.stack(highs, axis=-1)
+
+def _loaded_parts(at: NDArray, value: NDArray) -> Iterator[tuple[float, float]]:
+    """Begin and end of the parts of a panel where the curve through its points is positive."""
+    last = len(at) - 1
+    crossings = np.flatnonzero((value[1:] > 0) != (value[:-1] > 0))
+    zeros = []
+    for j in crossings.tolist():
+        some = slice(max(j - 1, 0), j + 3)
+        cubic = KroghInterpolator(at[some], value[some])
+        zeros.append(float(bisect(cubic, at[j], at[j + 1], xtol=1e-13)))
+    found = [*([float(at[0])] if value[0] > 0 else []), *zeros, *([float(at[-1])] if value[-1] > 0 else [])]
+    parts = list(zip(found[::2], found[1::2], strict=True))
+    for j in range(last + 1):
+        before, after = (value[i] if 0 <= i <= last else -np.inf for i in (j - 1, j + 1))
+        if value[j] <= 0 and before <= value[j] > after:
+            parts += _hump(at, value, min(max(j, 1), last - 1))
+    yield from sorted(parts)
+
+
+def _hump(at: NDArray, value: NDArray, j: int) -> list[tuple[float, float]]:
+    """Part between the two points around point j where the parabola through the three is positive, if there is one."""
+    low, middle, high = at[j - 1 : j + 2]
+    c = np.polyfit(at[j - 1 : j + 2] - middle, value[j - 1 : j + 2], 2)
+    roots = np.sort(np.roots(c).real)
+    inside = c[0] < 0 and c[1] ** 2 > 4 * c[0] * c[2] and low < middle + roots[0] and middle + roots[1] < high
+    return [(float(middle + roots[0]), float(middle + roots[1]))] if inside else []
 
 
 def _counts(line: NDArray, width: NDArray, nodes: int) -> NDArray:
