@@ -102,7 +102,7 @@ class Resolution:
     def _one_or_the_other(cls, given: Any) -> Any:
         """Refuse ``segments`` together with ``accuracy``, even if a file gives their default value."""
         if isinstance(given, dict) and given.get("accuracy") is not None and "segments" in given:
-            raise InputError("segments", given["segments"], "conflicts with accuracy, which chooses it")
+            raise InputError("segments", given["segments"], "conflicts with accuracy, which sets it: give one of them")
         return given
 
     def __post_init__(self) -> None:
@@ -113,7 +113,7 @@ class Resolution:
                 ("segments", self.segments, 15),
             ):
                 if value != default:
-                    raise InputError(key, value, "conflicts with accuracy, which chooses it")
+                    raise InputError(key, value, "conflicts with accuracy, which sets it: give one of them")
         if self.positions is not None and self.gauss_points is not None:
             raise InputError("gauss_points", self.gauss_points, "conflicts with positions: give one of the two")
 

@@ -39,9 +39,7 @@ def beyond_elasticity(scene: Scene) -> str | None:
     strain = 3 * scene.relative_load
     if strain <= LARGEST_STRAIN:
         return None
-    return (
-        f"teeth strained by about {100 * strain:.2g} %: linear elasticity, on which all of this rests, ends far below"
-    )
+    return f"teeth strained by about {100 * strain:.2g} %: linear elasticity, which all results assume, ends far below"
 
 
 def doubts(scene: Scene) -> tuple[str, ...]:

@@ -88,7 +88,7 @@ def robust(
     chosen: dict[str, Any] = {}
     if scene.resolution.accuracy is not None:
         if samples is not None:
-            raise InputError("samples", samples, "conflicts with accuracy, which chooses it")
+            raise InputError("samples", samples, "conflicts with accuracy, which sets it: give one of them")
         choice, samples = choose_robust(scene, seed=seed, sampler=sampler, threads=threads or default_threads())
         scene, chosen = choice.scene, choice.attrs
     if scene.loads:
