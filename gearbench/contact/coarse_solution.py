@@ -19,13 +19,14 @@ from gearbench.contact.solver import Guess, solve_roughly
 from gearbench.effects.base import GapEffect
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.pair import Pair
+from gearbench.geometry.separation import farthest
 from gearbench.scene import Resolution, Scene
 
 #: A coarse solution: uniform phases, segments on a line, nodes of the smooth compliance over the usual number, and
 #: truncation of this compliance.
 COARSE_PHASES, COARSE_SEGMENTS, COARSE_NODES, COARSE_TRUNCATION = 24, 12, 0.7, 1e-3
-#: Reach of lines beyond the path of contact while the deflection is unknown [base pitches].
-_REACH = 0.3
+#: Reach of lines beyond the path of contact while the deflection is unknown, over that of the separation.
+_REACH = 2 / 3
 #: Separation of the flanks up to which lines reach, over the greatest deflection.
 MARGIN = 1.3
 
@@ -125,7 +126,7 @@ def _solve_coarsely(scene: Scene, phase: NDArray, span: tuple[float, float] | No
 
 def _widest_span(pair: Pair) -> tuple[float, float]:
     """Range of u [mm] that lines may reach while the deflection is unknown."""
-    room = _REACH * pair.meshing.base_pitch
+    room = _REACH * farthest(pair)
     return pair.meshing.path_start - room, pair.meshing.path_end + room
 
 

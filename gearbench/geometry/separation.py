@@ -25,8 +25,9 @@ NODES = 400
 SHARP, ERROR, FINER = 0.1, 5e-10, 16
 #: Tolerance at the ends of intervals [mm].
 _ROUNDING = 1e-11
-#: Separations are computed up to this length before and after the path of contact [base pitches].
-REACH = 0.45
+#: Separations are computed up to this length before and after the path of contact [base pitches], and proportionally
+#: farther if 1/z₁ + 1/z₂ is below ``CONFORMING``, at most ``FARTHEST``: such flanks part slowly beyond the path.
+REACH, CONFORMING, FARTHEST = 0.45, 0.02, 1.5
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -132,7 +133,7 @@ class Separation:
         for k, (own, mate) in enumerate(((first, second), (second, first))):
             for roll, piece in own.corners:
                 # the path of contact ends at a corner, or passes it
-                far = REACH * self.step * NODES
+                far = self.path[0] - self.low
                 v = self._nodes(roll - far, roll + far)
                 meetings = [
                     at
@@ -324,11 +325,17 @@ def hermite_slope(c: TouchingCurve, u: NDArray) -> NDArray:
     return a + t * (2 * (3 * rise - 2 * a - b) + 3 * t * (a + b - 2 * rise))
 
 
+def farthest(pair: Pair) -> float:
+    """Length [mm] before and after the path of contact up to which separations are computed."""
+    closeness = sum(1 / gear.teeth for gear in pair.gears)
+    return min(REACH * max(CONFORMING / closeness, 1.0), FARTHEST) * pair.meshing.base_pitch
+
+
 @lru_cache(maxsize=128)
 def separation(pair: Pair, modifications: tuple[Modification, ...] = ()) -> Separation:
     """Separation of the flanks of ``pair`` with the ``modifications`` of their profiles."""
     first, second = (profile(pair.gears[index], tuple(m for m in modifications if m.gear == index)) for index in (0, 1))
-    reach = REACH * pair.meshing.base_pitch
+    reach = farthest(pair)
     return Separation(
         plane=Plane(profiles=(first, second), tangent_length=pair.meshing.tangent_length),
         path=(pair.meshing.path_start, pair.meshing.path_end),

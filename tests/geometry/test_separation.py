@@ -200,3 +200,16 @@ def test_table_reaches_as_far_as_it_says() -> None:
     assert at(flanks, low) >= 0.01 - 1e-3
     assert at(flanks, high) >= 0.01 - 1e-3
     assert math.isinf(at(flanks, pair.meshing.path_end + 1.1 * REACH * pair.meshing.base_pitch))
+
+
+@pytest.mark.parametrize(
+    ("teeth", "addendum"), [((25, 40), 1.0), ((200, 200), 1.0), ((39, -99), 0.8), ((39, -53), 0.7)]
+)
+def test_table_ends_where_no_load_brings_the_flanks_together(teeth, addendum) -> None:
+    """At 10 µm per mm of module, the deflection of steel teeth under 200 N/mm per mm, however slowly they part."""
+    pinion, wheel = (Member(teeth=z, addendum=addendum) for z in teeth)
+    flanks = separation(
+        Pair(normal_module=2.0, face_width=20.0, centre_distance=float(sum(teeth)), pinion=pinion, wheel=wheel)
+    )
+    for end in (flanks.low, flanks.high):
+        assert at(flanks, end) > 0.02
