@@ -34,8 +34,8 @@ BEYOND = {"nasa_28": (1, 1.05)}
 FINE = 60
 CURVES = ("transmission_error", "mesh_stiffness")
 POINTS, TOLERANCE, LEAST = 5, 3e-5, 1e-6
-#: Shares of the torque of an example, of 90; ``CAMPAIGN=15 make test-all`` tries all of them.
-SHARES = np.linspace(0.1, 2.0, 90)[3 :: max(1, 15 // max(1, many(1)))]
+#: Shares of the torque of an example, of 90; ``CAMPAIGN=30 make test-all`` tries all of them.
+SHARES = np.linspace(0.1, 2.0, 90)[3 :: max(1, 30 // max(1, many(1)))]
 
 
 def relieved(name: str, share: float, off_line: bool) -> Scene:

@@ -145,6 +145,7 @@ def raced():
     return optimise(STUDY, threads=1)
 
 
+@pytest.mark.slow
 def test_the_front_of_a_race_has_all_samples_and_is_that_of_the_whole(raced):
     n, on_front, feasible = (raced[name].values for name in ("evaluated_samples", "on_front", "feasible"))
     assert np.all(n[on_front == 1] == 512)
