@@ -16,6 +16,7 @@ from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.equilibrium import LEAST, Balance, MeshAt, Statics, balance
 from gearbench.contact.panels import CLOSE, LONGEST, panel_ends
 from gearbench.contact.phases import gauss_phases, uniform_phases
+from gearbench.contact.problem import part_of
 from gearbench.contact.solver import Guess
 from gearbench.contact.transitions import CLOSER, GAUSS_POINTS, transitions
 from gearbench.effects.base import GapEffect
@@ -251,15 +252,17 @@ def _balanced(
     train: Train, scenes: Mapping[str, Scene], phases: Phases, statics: Statics, *, alike: bool
 ) -> tuple[dict[str, tuple[ContactLines, MeshAt]], Balance]:
     """Contact lines and contact problem of each mesh by name, and the equilibrium of all meshes."""
-    known: dict[tuple[Scene, float], tuple[ContactLines, MeshAt]] = {}
+    known: dict[Scene, list[tuple[ContactLines, MeshAt]]] = {}
     at = {}
     coast = next(iter(scenes.values())).load.coast
     shift = train.phases(coast=coast)
     for name, scene in scenes.items():
-        key = unnamed(scene), shift[name]
-        if key not in known:
-            known[key] = _mesh(key[0], phases.phase * train.periods[name] / phases.length + shift[name], alike)
-        at[name] = known[key]
+        own, phase = unnamed(scene), phases.phase * train.periods[name] / phases.length + shift[name]
+        phase = phase if unlike(own) else phase % 1.0
+        others = known.setdefault(own, [])
+        again = next((found for other in others if (found := _reordered(other, phase)) is not None), None)
+        at[name] = again or _mesh(own, phase, alike)
+        others.append(at[name])
     bodies = yielding_bodies(train, scenes, at, coast=coast)
     return at, balance([mesh for _, mesh in at.values()], statics, bodies)
 
@@ -323,9 +326,22 @@ def _repeats(meshes: list[tuple[Scene, float, int]]) -> int:
     return next(n for n in range(len(meshes), 0, -1) if after(1 / n) == after(0.0))
 
 
+def _reordered(mesh: tuple[ContactLines, MeshAt], phase: NDArray) -> tuple[ContactLines, MeshAt] | None:
+    """The mesh in the order of the phases ``phase``; None if these are not its own."""
+    lines, contact = mesh
+    own, wanted = (np.round(1e9 * each) for each in (lines.mesh_phase, phase))
+    if np.array_equal(own, wanted):
+        return mesh
+    order = np.empty(len(phase), dtype=int)
+    order[np.argsort(wanted, kind="stable")] = np.argsort(own, kind="stable")
+    if not np.array_equal(own[order], wanted):
+        return None
+    return lines.part(order), replace(contact, problem=part_of(contact.problem, order))
+
+
 def _mesh(scene: Scene, phase: NDArray, alike: bool) -> tuple[ContactLines, MeshAt]:
     """Contact lines and problem of one mesh at its phases; if teeth differ, phase 1 and above is for the next teeth."""
-    lines = scene_lines(scene, phase if unlike(scene) else phase % 1.0)
+    lines = scene_lines(scene, phase)
     cos_b = float(np.cos(scene.pair.meshing.beta_b))
     problem = assemble(teeth_alike(scene) if alike else scene, lines)
     return lines, MeshAt(problem=problem, nominal=scene.F_bt, cos_b=cos_b)
