@@ -192,5 +192,9 @@ def test_members_of_finite_elements_make_the_same_set():
         own, exact = (float(each[f"train_transmission_error_{name}"]) for each in (solid, elements))
         assert own == pytest.approx(exact, rel=0.005)
     assert_allclose(solid["mesh_stiffness_mean"], elements["mesh_stiffness_mean"], rtol=0.006)
+    stiffness = [float(each["train_stiffness"] @ each["phase_weight"]) for each in found]
+    assert stiffness[0] == pytest.approx(stiffness[1], rel=0.005)
+    rise = [np.ptp(each["train_stiffness"].values) for each in found]
+    assert rise[0] == pytest.approx(rise[1], rel=0.01)
     order = "train_transmission_error_amplitude"
     assert_allclose(solid[order][:5], elements[order][:5], atol=0.005 * float(elements[order].max()))
