@@ -28,6 +28,8 @@ from gearbench.contact.solver import ConvergenceError, Guess
 FORCE_TOLERANCE, STEPS = 1e-11, 60
 #: Force over the nominal force below which the tangent replaces the contact of a mesh.
 LEAST = 1e-9
+#: Residual of the balance with tangents over ``ForceSearch.tolerance``.
+ENOUGH = 1e-6
 #: A force oscillates if it changes back by more than this share of its previous change.
 SWING = 0.25
 #: Maximum growth of a force in a step, since tangents of flanks under small loads are far too compliant.
@@ -155,25 +157,26 @@ class Statics:
         return k / np.maximum(1 - self.shifted * k, MIN_REMAINING)
 
     def tangent(self, k: NDArray) -> NDArray:
-        """W = (1/k + C)⁻¹ (position, mesh, mesh): tangent of all meshes together, each of the stiffness k ≥ 0.
+        """W = (1/k + C)⁻¹ (…, mesh, mesh): tangent of all meshes together, each of the stiffness k ≥ 0.
 
-        It is computed as √k (1 + √k C √k)⁻¹ √k, so k (position, mesh) may be 0.
+        It is computed as √k (1 + √k C √k)⁻¹ √k, so k (…, mesh) may be 0.
         """
         root, one = np.sqrt(k)[..., None], np.eye(k.shape[-1])
         C = 0.0 if self.between is None else self.between
-        return root * np.linalg.inv(one + root * C * np.swapaxes(root, 1, 2)) * np.swapaxes(root, 1, 2)
+        return root * np.linalg.inv(one + root * C * np.swapaxes(root, -1, -2)) * np.swapaxes(root, -1, -2)
 
     def matrix(self, k: NDArray) -> NDArray:
-        """K + Bᵀ W B (position, motion, motion) for meshes of the stiffness k (position, mesh), see ``tangent``."""
+        """K + Bᵀ W B (…, motion, motion) for meshes of the stiffness k (…, mesh), see ``tangent``."""
         return self.stiffness + self.rows.T @ self.tangent(k) @ self.rows
 
     def balanced(
-        self, response: Callable[[NDArray], tuple[NDArray, NDArray]], q: NDArray, enough: float = 0.0
+        self, response: Callable[[NDArray], tuple[NDArray, NDArray]], q: NDArray, force: NDArray, enough: float
     ) -> tuple[NDArray, NDArray]:
         """Motions q (…, motion) and forces F (…, mesh) in balance.
 
         ``response`` gives F and ∂F/∂δ > 0 under approaches δ (…, mesh). The balance is the minimum of a convex
-        function. Newton's method starts from ``q`` and halves steps that go too far.
+        function. Newton's method starts from ``q``, with elastic bodies under ``force``, and halves steps that go too
+        far.
 
         Raises
         ------
@@ -182,7 +185,8 @@ class Statics:
         """
         B, K, f = self.with_bodies
         motions = q.shape[-1]
-        q = np.concatenate([q, np.zeros((*q.shape[:-1], len(f) - motions))], axis=-1)
+        if len(f) > motions:
+            q = np.concatenate([q, -_generalised_force(force, B[..., motions:])], axis=-1)
         lever = np.abs(B).reshape(-1, len(f)).max(axis=0)  # lever arms turn torques into forces
         lever[lever == 0] = 1.0
         load = np.abs(f / lever).max()
@@ -261,10 +265,8 @@ class ForceSearch:
     tolerance: float = FORCE_TOLERANCE
     gap_change: Callable[[], float] = float
 
-    def solve(
-        self, statics: Statics, force: NDArray, q: NDArray | None = None
-    ) -> tuple[NDArray, NDArray, NDArray, int]:
-        """F, q and ∂F/∂δ in balance, and the number of steps; starts from ``force`` and, if given, ``q``.
+    def solve(self, statics: Statics, force: NDArray) -> tuple[NDArray, NDArray, NDArray, int]:
+        """F, q and ∂F/∂δ in balance, and the number of steps; starts from ``force``.
 
         Raises
         ------
@@ -276,12 +278,15 @@ class ForceSearch:
         for step in range(STEPS):
             at = np.maximum(force, least)
             approach, k = self.meshes_under(at)
-            if q is None:  # start as if all meshes were loaded
-                free = approach + (0.0 if statics.between is None else (statics.between @ at[..., None])[..., 0])
-                right = statics.force - (at + _times(statics.tangent(k), statics.offset - free)) @ statics.rows
-                q = np.linalg.solve(statics.matrix(k), right[..., None])[..., 0]
+            # each step starts as if all meshes were loaded
+            free = approach + (0.0 if statics.between is None else (statics.between @ at[..., None])[..., 0])
+            B, W = statics.rows, statics.tangent(k)
+            right = statics.force - (at + _times(W, statics.offset - free)) @ B
+            q = np.linalg.solve(statics.stiffness + B.T @ W @ B, right[..., None])[..., 0]
+            loaded = at + _times(W, q @ B.T + statics.offset - free)
             approach, stiffness = approach - statics.shifted * at, statics.without_shifted(k)
-            q, new = statics.balanced(partial(_tangents, k=stiffness, free=approach - at / stiffness), q)
+            tangents = partial(_tangents, k=stiffness, free=approach - at / stiffness)
+            q, new = statics.balanced(tangents, q, loaded, ENOUGH * self.tolerance)
             change = np.where(force > least, new - force, np.maximum(new - at, 0.0))
             left = np.abs(change).max() / np.abs(new).max()
             enough = self.tolerance if step < STEPS - 1 else max(self.tolerance, ACCEPTED_RESIDUAL)

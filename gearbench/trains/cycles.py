@@ -154,11 +154,12 @@ def _some_cycles(
     solved: SolvedTrain, forces: Curves, flanks: TrainFlanks, amounts: list[NDArray], cycles: NDArray
 ) -> tuple[NDArray, NDArray]:
     """Motions q (cycle, position, motion) and forces F (cycle, position, mesh) in the mesh cycles ``cycles``."""
-    statics = solved.statics(eccentric(solved, _times(solved, cycles)))
-    q, F = statics.balanced(forces, solved.begun(len(cycles)), FORCE_TOLERANCE)
+    more = eccentric(solved, _times(solved, cycles))
+    statics = solved.statics(more)
+    _, F = statics.balanced(forces, *solved.begun(more), FORCE_TOLERANCE)
     meshes_under = partial(flanks.under, [each[cycles] for each in amounts])
     search = ForceSearch(meshes_under=meshes_under, nominal=flanks.force, least=LEAST, tolerance=TOUCHED)
-    F, q, _, _ = search.solve(statics, F, q)
+    F, q, _, _ = search.solve(statics, F)
     return q, F
 
 

@@ -27,9 +27,9 @@ def revolution_columns(solved: SolvedTrain) -> tuple[Columns, Columns]:
     train = solved.linkage.train
     *_, last = train.periods
     period = train.periods[train.meshes[0].name] / train.periods[last]  # of the ring's meshes
-    offset = eccentric(solved, abs(train[last].pair.wheel.teeth) * period * turns)
+    offset = eccentric(solved, abs(train[last].pair.wheel.teeth) * period * turns)[:, None]
     forces = curves(solved, float(short.keys.number))
-    _, F = solved.statics(offset[:, None]).balanced(forces, solved.begun(POINTS), FORCE_TOLERANCE)
+    _, F = solved.statics(offset).balanced(forces, *solved.begun(offset), FORCE_TOLERANCE)
     sharing: NDArray = (F / solved.even).max(axis=1).T
     coords: Columns = {"revolution": (("revolution",), turns)}
     return coords, {"load_sharing_over_revolution": (("mesh", "revolution"), sharing)}

@@ -232,12 +232,13 @@ class SampledTrain:
 
     def _cycle(self, errors: NDArray) -> TrainCycle:
         solved, count = self.solved, len(self.names)
-        statics = solved.statics(offsets(solved, self.names, errors)[:, None])
-        q, F = statics.balanced(self.forces, solved.begun(len(errors)), FORCE_TOLERANCE)
+        more = offsets(solved, self.names, errors)[:, None]
+        statics = solved.statics(more)
+        q, F = statics.balanced(self.forces, *solved.begun(more), FORCE_TOLERANCE)
         if self.flanks is not None:
             under = partial(self.flanks.under, errors[:, count:])
             search = ForceSearch(meshes_under=under, nominal=self.flanks.flanks.force, least=LEAST, tolerance=TOUCHED)
-            F, q, _, _ = search.solve(statics, F, q)
+            F, q, _, _ = search.solve(statics, F)
         return replace(solved.cycle, force=F, motion=q)
 
 

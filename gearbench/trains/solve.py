@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from gearbench.contact.assemble import assemble, with_field
 from gearbench.contact.coarse_solution import scene_lines
-from gearbench.contact.equilibrium import LEAST, Balance, MeshAt, Statics, balance
+from gearbench.contact.equilibrium import LEAST, SEPARATED_STIFFNESS, Balance, MeshAt, Statics, balance
 from gearbench.contact.panels import CLOSE, LONGEST, panel_ends
 from gearbench.contact.phases import gauss_phases, uniform_phases
 from gearbench.contact.problem import part_of
@@ -76,9 +76,17 @@ class SolvedTrain:
         """Coupling of the meshes for samples: the offset g minus ``spread``, plus ``more`` (…, mesh) [mm]."""
         return replace(self.own, offset=self.own.offset - self.spread + more)
 
-    def begun(self, samples: int) -> NDArray:
-        """Initial motions for Newton's method on ``samples`` samples, (sample, position, motion)."""
-        return np.broadcast_to(self.balance.motion, (samples, *self.balance.motion.shape))
+    def begun(self, more: NDArray) -> tuple[NDArray, NDArray]:
+        """Motions and forces (sample, position, …) from which Newton's method starts, by the tangents of the solution.
+
+        ``more`` (…, mesh) is the offset of the samples, as for ``statics``.
+        """
+        own, k = self.own, self.balance.stiffness
+        k = np.maximum(k, SEPARATED_STIFFNESS * k.max())
+        W, B = own.tangent(k), own.rows
+        moved = -(np.linalg.solve(own.matrix(k), B.T @ W) @ more[..., None])[..., 0]
+        force = self.balance.force + (W @ (moved @ B.T + more)[..., None])[..., 0]
+        return self.balance.motion + moved, force
 
     @cached_property
     def spread(self) -> NDArray | float:
