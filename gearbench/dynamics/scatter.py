@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 #: Percentiles of the mesh force at each speed.
 PERCENTILES = (5.0, 25.0, 50.0, 75.0, 95.0, 99.0)
 #: Speeds solved together.
-BLOCK = 50
+BLOCK = 200
 
 
 def sample_problem(model: Model) -> RobustProblem:
