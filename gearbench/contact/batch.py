@@ -133,12 +133,9 @@ class Batch:
     @cached_property
     def ranks(self) -> NDArray:
         """Number of nonzero columns of each block (position, block); short contact lines have few."""
-        count = np.zeros((len(self.count), self.firsts.shape[1] - 1), dtype=np.int64)
-        for t, blocks in enumerate(self.blocks):
-            for k in range(blocks):
-                columns = self.factor[t, self.firsts[t, k] : self.firsts[t, k + 1]]
-                count[t, k] = np.flatnonzero(columns.any(axis=0)).max(initial=-1) + 1
-        return count
+        used = ((self.factor != 0) * np.arange(1, self.rank + 1)).max(axis=2, initial=0)
+        segment, first, end = np.arange(used.shape[1]), self.firsts[:, :-1, None], self.firsts[:, 1:, None]
+        return np.where((first <= segment) & (segment < end), used[:, None], 0).max(axis=2, initial=0)
 
     @cached_property
     def extrapolation(self) -> NDArray:
