@@ -231,7 +231,7 @@ def test_a_set_shares_its_load_as_simulate_says_and_turns(explored, set_file, tm
         enter(driver, "planetary.planets", 3)
         wait(lambda: driver.execute_script(DRAWN_SET)[1] == ["1.00"] * 3, "not three equal shares")
         enter(driver, "planetary.floating", "sun, ring")
-        wait(lambda: "nothing holds planet 3" in driver.find_element("id", "message").text, "no message")
+        wait(lambda: "nothing holds" in driver.find_element("id", "message").text, "no message")
         enter(driver, "planetary.floating", "ring")
         wait(lambda: in_scene(driver, "planetary", "floating") == ["ring"], "not computed")
         driver.execute_script("document.querySelector('[data-table=\"planetary.run_out\"]').click()")
