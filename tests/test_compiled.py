@@ -8,7 +8,7 @@ import subprocess
 import sys
 import tomllib
 from dataclasses import replace
-from importlib import import_module
+from importlib import import_module, invalidate_caches
 from typing import Any
 
 import numpy as np
@@ -145,3 +145,29 @@ def test_a_process_that_compiles_gets_the_bits_of_one_that_does_not(tmp_path):
     assert [run.returncode for run in runs] == [0, 0], runs[0].stderr
     assert len(set(runs[0].stdout.split())) == 4
     assert runs[0].stdout == runs[1].stdout
+
+
+KERNEL = """
+from typing import NamedTuple
+from gearbench.compiled import entry
+@entry()
+def f(a):
+    return a.x + 1.0
+class {kind}(NamedTuple):
+    x: float
+def run():
+    return f({kind}(1.0))
+"""
+
+
+def test_code_stored_by_another_version_is_compiled_again(tmp_path, monkeypatch):
+    """Numba reads the types of stored code, which may be gone, before it compares times of files."""
+    monkeypatch.syspath_prepend(tmp_path)
+    for kind in ("Old", "New"):
+        (tmp_path / "stored_kernel.py").write_text(KERNEL.format(kind=kind))
+        monkeypatch.delitem(sys.modules, "stored_kernel", raising=False)
+        invalidate_caches()
+        module = import_module("stored_kernel")
+        assert hasattr(module, kind)
+        assert module.run() == 2.0
+    monkeypatch.delitem(sys.modules, "stored_kernel")
