@@ -39,14 +39,15 @@ def in_use(u: NDArray) -> Scene:
     The logarithms of module, numbers of teeth and face width are uniformly distributed. The rim is between 1.5 modules
     thick and a body whose bore is a tenth of the root circle.
     """
-    module, width = _between(u[0], 0.3, 25.0, 2), _between(u[8], 3.0, 25.0, 2)
-    teeth = round(_between(u[1], 11, 120, 1))
-    wheel = round(_between(u[2], teeth, 200, 1))
+    module, width = between(u[0], 0.3, 25.0, 2), between(u[8], 3.0, 25.0, 2)
+    teeth = round(between(u[1], 11, 120, 1))
+    wheel = round(between(u[2], teeth, 200, 1))
     helix = 0.0 if u[3] < 1 / 3 else round(4 + 36 * (1.5 * u[3] - 0.5), 1)
     alpha, shifts = round(14.5 + 10.5 * u[4], 1), (round(-0.1 + 0.6 * u[5], 2), round(-0.2 + 0.5 * u[6], 2))
-    pair = _pair(module, (teeth, wheel), helix, alpha, shifts, round(0.85 + 0.3 * u[7], 2), round(module * width, 2))
+    addendum, face = round(0.85 + 0.3 * u[7], 2), round(module * width, 2)
+    pair = pair_at_its_shifts(module, (teeth, wheel), helix, alpha, shifts, addendum, face)
     bores = [
-        2 * (gear.root_radius - _between(v, 1.5 * module, 0.9 * gear.root_radius, 3))
+        2 * (gear.root_radius - between(v, 1.5 * module, 0.9 * gear.root_radius, 3))
         for gear, v in zip(pair.gears, u[9:11], strict=True)
     ]
     return _scene(pair, [float(f"{bore:.4g}") for bore in bores], u[11])
@@ -54,23 +55,23 @@ def in_use(u: NDArray) -> Scene:
 
 def everyday(u: NDArray) -> Scene:
     """Gears of general engineering: m 1–12, z 15–120, β 0–30°, α 17.5–25°, b/m 4–10, bores 0.35–0.85 of the root."""
-    module = _between(u[0], 1.0, 12.0, 2)
+    module = between(u[0], 1.0, 12.0, 2)
     teeth = 15 + int(30 * u[1])
     wheel = min(120, round(teeth * (1 + 3 * u[2])))
     helix = 0.0 if u[3] < 0.4 else round(5 + 25 * (u[3] - 0.4) / 0.6, 1)
     alpha, shifts = round(17.5 + 7.5 * u[4], 1), (round(-0.1 + 0.6 * u[5], 2), round(-0.2 + 0.5 * u[6], 2))
     addendum, width = round(0.85 + 0.3 * u[7], 2), round(module * (4 + 6 * u[8]), 1)
-    pair = _pair(module, (teeth, wheel), helix, alpha, shifts, addendum, width)
+    pair = pair_at_its_shifts(module, (teeth, wheel), helix, alpha, shifts, addendum, width)
     bores = [round(2 * gear.root_radius * (0.35 + 0.5 * v), 1) for gear, v in zip(pair.gears, u[9:11], strict=True)]
     return _scene(pair, bores, u[11])
 
 
-def _between(u: float, low: float, high: float, digits: int) -> float:
+def between(u: float, low: float, high: float, digits: int) -> float:
     """Value between ``low`` and ``high`` with a uniform logarithm, rounded to ``digits``."""
     return round(float(np.exp(np.interp(u, [0, 1], np.log([low, high])))), digits)
 
 
-def _pair(
+def pair_at_its_shifts(
     module: float,
     teeth: tuple[int, int],
     helix: float,

@@ -29,8 +29,11 @@ from gearbench.errors import InputError
 from gearbench.geometry.pair import Member, Pair
 from gearbench.geometry.separation import separation
 from gearbench.scene import Load, Resolution, Scene
+from gearbench.scene_file import parse_scene
 from gearbench.simulation import simulate
+from gearbench.validation.contact import model_cycle
 from studies.s08_contact.data import scene
+from tests.geometry.test_internal import example
 
 HELICAL = Pair(
     normal_module=2.0,
@@ -250,3 +253,27 @@ def test_results_are_kept(tmp_path, monkeypatch):
     (path,) = tmp_path.glob("*.json")
     path.write_bytes(path.read_bytes()[:-5])
     assert result.kept(["a", 1], lambda: one) is one
+
+
+def ring_pair(width: float, torque: float, **more) -> Scene:
+    """Planet and ring of ``examples/ring.toml`` without relief, with other sizes (pair__…) if given."""
+    tables = example(pair__face_width=width, load__torque=torque, **more)
+    tables["effects"].pop("tip_relief")
+    return parse_scene(tables)
+
+
+FREE = {"pair__wheel__outer_diameter": 210.0, "pair__wheel__support": {"radial": 0.0, "tangential": 0.0}}
+INCLINED = {"pair__helix_angle": 15.0, "pair__centre_distance": 62.1, "pair__wheel__outer_diameter": 226.0}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("more", "torque", "phase"), [({}, 150.0, 0.34), (INCLINED, 150.0, 0.45), (FREE, 100.0, 0.1)])
+def test_internal_pairs_deflect_as_much_as_fast_teeth_off_the_line(more, torque, phase):
+    """Spur, helical, and spur with a free rim of 1.5 modules; half-way between the phases of both gears."""
+    one = ring_pair(14.0, torque, **more)
+    found = solve_spatial(
+        one.pair, (), phase, (torque,), SpatialSettings(fineness=Fineness().coarser(), accuracy=0.005)
+    )
+    ahead = found.approach[0] / one.pair.meshing.base_pitch
+    fast = model_cycle(one, np.array([phase + ahead / 2]))
+    assert 1e3 * found.approach[0] == pytest.approx(fast.transmission_error[0], rel=0.01)
