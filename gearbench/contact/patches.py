@@ -68,10 +68,11 @@ def solve_roughly_on_patches(problem: ContactProblem, guess: Guess) -> tuple[NDA
     ConvergenceError
         If they are not finite.
     """
-    patches = None
-    for _ in range(ROUNDS):
+    patches = on_patches(problem, guess)
+    for _ in range(ROUNDS - 1):
+        solve_roughly(patches[0], guess)
         patches = on_patches(problem, guess, patches)
-        found = solve_roughly(patches[0], guess)
+    found = solve_roughly(patches[0], guess)
     if not np.isfinite(found).all():
         raise ConvergenceError("contact not solved on its patches")
     return found
