@@ -11,6 +11,9 @@ must call an entry with C-contiguous arrays: code for other arrays accepts these
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import lru_cache
+from hashlib import sha256
+from pathlib import Path
 from typing import Any
 
 #: LLVM flags: sums may be reordered, so that several terms are added at a time.
@@ -21,21 +24,26 @@ FUSED = frozenset({"contract"})
 _OPTIONS = {"cache": True, "error_model": "numpy", "nogil": True}
 
 
-def _of_this_version(kernel: Any) -> Any:
-    """Compile again where stored code names types that are gone: numba reads them before it compares times of files."""
+@lru_cache
+def _sources(file: str) -> str:
+    """Digest of a file with kernels, of those beside it, and of those of gearbench."""
+    path = Path(file)
+    files = {path, *path.parent.glob("_*kernels.py"), *Path(__file__).parent.rglob("_*kernels.py")}
+    digest = sha256()
+    for each in sorted(files):
+        digest.update(each.read_bytes())
+    return digest.hexdigest()
+
+
+def _of_these_sources(kernel: Any) -> Any:
+    """Load stored code only if no kernel has changed.
+
+    Numba compares the time of one file. It would keep code that holds an older part of another file, and fails on code
+    with types that are gone.
+    """
     file = getattr(getattr(kernel, "_cache", None), "_cache_file", None)
-    if file is None:
-        return kernel
-    load = file._load_index
-
-    def load_index() -> dict[Any, str]:
-        """Index of stored code; empty if another version of gearbench wrote it."""
-        try:
-            return load()
-        except (AttributeError, ImportError):
-            return {}
-
-    file._load_index = load_index
+    if file is not None:
+        file._version = f"{file._version} {_sources(kernel.py_func.__code__.co_filename)}"
     return kernel
 
 
@@ -43,14 +51,14 @@ def entry(fastmath: frozenset[str] = frozenset()) -> Callable[[Callable[..., Any
     """Compile a function that Python calls; ``fastmath`` holds LLVM's names of permitted changes of arithmetic."""
     from numba import njit
 
-    return lambda function: _of_this_version(njit(**_OPTIONS, fastmath=set(fastmath))(function))
+    return lambda function: _of_these_sources(njit(**_OPTIONS, fastmath=set(fastmath))(function))
 
 
 def part(fastmath: frozenset[str] = frozenset()) -> Callable[[Callable[..., Any]], Any]:
     """Compile a function that is inlined in its callers; ``fastmath`` as for ``entry``."""
     from numba import njit
 
-    return lambda function: _of_this_version(njit(**_OPTIONS, fastmath=set(fastmath), forceinline=True)(function))
+    return lambda function: _of_these_sources(njit(**_OPTIONS, fastmath=set(fastmath), forceinline=True)(function))
 
 
 def bit_casts() -> tuple[Any, Any]:

@@ -8,7 +8,7 @@ import subprocess
 import sys
 import tomllib
 from dataclasses import replace
-from importlib import import_module, invalidate_caches
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -147,27 +147,30 @@ def test_a_process_that_compiles_gets_the_bits_of_one_that_does_not(tmp_path):
     assert runs[0].stdout == runs[1].stdout
 
 
-KERNEL = """
+PART = """
 from typing import NamedTuple
-from gearbench.compiled import entry
-@entry()
-def f(a):
-    return a.x + 1.0
+from gearbench.compiled import part
 class {kind}(NamedTuple):
     x: float
-def run():
-    return f({kind}(1.0))
+Pair = {kind}
+@part()
+def g(a):
+    return a.x + {number}
+"""
+ENTRY = """
+from gearbench.compiled import entry
+from _part_kernels import Pair, g
+@entry()
+def f(a):
+    return g(a)
 """
 
 
-def test_code_stored_by_another_version_is_compiled_again(tmp_path, monkeypatch):
-    """Numba reads the types of stored code, which may be gone, before it compares times of files."""
-    monkeypatch.syspath_prepend(tmp_path)
-    for kind in ("Old", "New"):
-        (tmp_path / "stored_kernel.py").write_text(KERNEL.format(kind=kind))
-        monkeypatch.delitem(sys.modules, "stored_kernel", raising=False)
-        invalidate_caches()
-        module = import_module("stored_kernel")
-        assert hasattr(module, kind)
-        assert module.run() == 2.0
-    monkeypatch.delitem(sys.modules, "stored_kernel")
+def test_stored_code_is_compiled_again_if_a_part_or_a_type_in_another_file_changes(tmp_path):
+    (tmp_path / "_entry_kernels.py").write_text(ENTRY)
+    for kind, number in (("Old", 1.0), ("Old", 2.0), ("New", 2.0)):
+        (tmp_path / "_part_kernels.py").write_text(PART.format(kind=kind, number=number))
+        code = f"import sys; sys.path[:0] = {sys.path}; from _entry_kernels import f, Pair; print(f(Pair(1.0)))"
+        command = [sys.executable, "-B", "-c", code]
+        run = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+        assert run.stdout.split() == [str(1.0 + number)], run.stderr
