@@ -60,7 +60,7 @@ def pairs_of_teeth(scene: Scene) -> int:
 
 
 def _columns(scene: Scene) -> tuple[int, bool]:
-    """Number of columns of all Ψ, and whether tooth pairs deflect each other."""
+    """Number of columns of all Ψ, and whether the dense solver is needed (coupled tooth pairs, or no contact law)."""
     lines = contact_lines(scene.pair, [0.5], 1)
     acting = [effect for effect in scene.acting_effects if isinstance(effect, ComplianceEffect)]
     by_name = {effect.name: effect for effect in scene.acting_effects}

@@ -199,7 +199,7 @@ def _one_row(scene: Scene, cycle: MeshCycle) -> Resultants:
 def order_rows(phases: Phases, orders: int) -> NDArray:
     """Matrix (order + 1, position) from values at ``phases`` to their orders, see ``LoadedMesh.waves``."""
     if phases.size is None and 2 * orders >= len(phases.phase):
-        allowed = f"must be more than {2 * orders} for {orders} orders of the mesh frequency, or left out"
+        allowed = f"must be more than {2 * orders}, twice the {orders} orders of the stiffness, or left out"
         raise InputError("resolution.positions", len(phases.phase), allowed)
     return np.concatenate([phases.weight[None], fourier_matrix(phases, orders)])
 

@@ -52,7 +52,7 @@ class FlankCurve:
         count = 0 if self.deviation is None else len(self.deviation)
         at = self.at or ()
         if len(at) < 2 or count != len(at):
-            allowed = f"must be one for each of the {len(at)} positions at, two or more"
+            allowed = f"must have as many values as `at` ({len(at)}), at least two"
             raise InputError("deviation", f"{count} values", allowed)
         if not np.all(np.diff(at) > 0):
             raise InputError("at", list(at), "must increase")

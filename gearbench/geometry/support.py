@@ -47,7 +47,9 @@ class Support:
         given = [value is not None for value in (self.radial, self.tangential)]
         if any(given) != all(given) or not (self.lugs or all(given)):
             key = "radial" if not given[0] else "tangential"
-            raise InputError(key, "missing", "give radial and tangential stiffness, or lugs")
+            alone = "radial and tangential stiffness, or lugs"
+            both = "both stiffnesses, or neither for rigid lugs" if self.lugs else alone
+            raise InputError(key, "missing", f"give {both}")
         if not self.lugs:
             for key, value in (("lug_length", self.lug_length), ("tooth", self.tooth or None)):
                 if value is not None:

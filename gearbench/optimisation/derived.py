@@ -68,9 +68,9 @@ def _ring_teeth(tables: Mapping[str, Any], _: Callable[[Mapping[str, Any]], Pair
     return {"planetary.ring.teeth": -(sun + planet + at_ring + round(value))}
 
 
-#: Name → function that sets keys of the scene; applied in this order. Lengths are fractions of the tooth height h_e
+#: Name → function that sets keys of the scene; applied in this order. Lengths are fractions of the tooth depth h_e
 #: (of the smaller one if the gears differ). The addendum fraction runs from 0 (ε_α = 1) to 1 (standard h_a* = 1).
-#: Extra teeth are added to z_s + 2 z_p to give the tooth count of the ring.
+#: Extra teeth are added to z_s + z_p + z_q to give the tooth number of the ring; z_q = z_p unless planets are stepped.
 DERIVED: Mapping[str, Derivation] = MappingProxyType(
     {
         "pair.addendum_fraction": _addendum,

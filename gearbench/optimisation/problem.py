@@ -328,7 +328,7 @@ def values_of(study: OptimisationStudy, design: Design) -> tuple[Value, ...]:
 
 
 def macro_geometry(study: OptimisationStudy, design: Design) -> tuple[tuple[str, str], ...]:
-    """Keys and values that determine the compliance of the teeth; designs are evaluated sorted by them."""
+    """Keys and values outside the effects: designs are evaluated sorted by them, as equal ones share their teeth."""
     return tuple((path, repr(value)) for path, value in assignments(study, design) if not path.startswith("effects."))
 
 

@@ -71,7 +71,8 @@ class Store:
         if not kept or (same and (resume or kept == [STUDY])):  # a run that ended before its first generation
             return
         if not resume:
-            raise InputError("output", str(self.folder), "the folder is not empty: continue its search with --resume")
+            instead = "continue its search with --resume" if STUDY in kept else "name another one"
+            raise InputError("output", str(self.folder), f"the folder is not empty: {instead}")
         if STUDY not in kept:
             raise InputError("output", str(self.folder), f"holds no optimisation: there is no {STUDY}")
         raise InputError("output", str(self.folder), f"belongs to another study: see its {STUDY}")

@@ -76,11 +76,12 @@ def tighten_first(dataset: xr.Dataset) -> str:
     found = gains(dataset)
     if not found:
         return ""
-    best = found[0]
+    significant = [gain for gain in found if gain.change < -APART * gain.error]
+    if not significant:
+        return "no tolerance lowers the mean STE RMS significantly when it is tightened: more samples may tell"
+    best = significant[0]
     mean = float(_over_loads(dataset, "transmission_error_rms_mean"))
-    if best.change >= -APART * best.error:
-        return "no tolerance is told to lower the mean STE RMS when it is tightened"
-    rivals = [g.name for g in found[1:] if best.per_cost - g.per_cost <= APART * _of_difference(best, g)]
+    rivals = [g.name for g in found if g is not best and best.per_cost - g.per_cost <= APART * _of_difference(best, g)]
     costs = "" if all(gain.cost == best.cost for gain in found) else f", {best.per_cost:.2g} µm for each unit of cost"
     among = f"; not told apart from {', '.join(map(_words, rivals))}" if rivals else ""
     return (

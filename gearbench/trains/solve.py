@@ -299,7 +299,7 @@ def _phases(scenes: Mapping[str, Scene], train: Train, coast: bool) -> Phases:
         raise InputError(
             "resolution.accuracy",
             resolution.accuracy,
-            "is for simulate, sweep and plan: here give segments and gauss_points",
+            "of a train is for simulate, sweep and plan: for other commands give segments and gauss_points",
         )
     if resolution.positions is not None:
         phase, weight = uniform_phases(resolution.positions * most)

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import xarray as xr
 from numpy.testing import assert_allclose
 
 from gearbench.effects.manufacturing_errors import ErrorKind, ManufacturingErrors
@@ -128,3 +129,21 @@ def test_shares_that_are_not_asked_for_are_not_computed(scene):
     for name in without.data_vars:
         assert_allclose(without[name], with_shares[name], rtol=0)
     assert gains(without) == []
+
+
+def test_the_advice_names_the_largest_significant_gain():
+    """The largest gain is within two of its standard errors, the second nine of its own from zero."""
+    found = {
+        "transmission_error_rms_mean": ((), 1.0),
+        "transmission_error_rms_tightened": ("error_name", [-0.10, -0.09, -0.01]),
+        "transmission_error_rms_tightened_standard_error": ("error_name", [0.06, 0.01, 0.001]),
+        "tightening_cost": ("error_name", [1.0, 1.0, 1.0]),
+    }
+    names = ["helix_slope_pinion", "profile_slope_pinion", "profile_form_wheel"]
+    dataset = xr.Dataset(found, coords={"error_name": names})
+    said = tighten_first(dataset)
+    assert said.startswith("tighten profile slope pinion first")
+    assert "not told apart from helix slope pinion" in said
+    assert "profile form" not in said
+    dataset["transmission_error_rms_tightened_standard_error"] = ("error_name", [1.0, 1.0, 1.0])
+    assert tighten_first(dataset).startswith("no tolerance lowers the mean STE RMS significantly")
