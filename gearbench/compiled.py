@@ -21,16 +21,17 @@ SUMS = frozenset({"contract", "nsz", "reassoc"})
 #: LLVM flags: a product and a sum may be rounded together (fused multiply-add).
 FUSED = frozenset({"contract"})
 
+#: Files whose code or constants kernels hold.
+_SOURCES = ("_*kernels.py", "law.py", "lapack.py")
 _OPTIONS = {"cache": True, "error_model": "numpy", "nogil": True}
 
 
 @lru_cache
-def _sources(file: str) -> str:
-    """Digest of a file with kernels, of those beside it, and of those of gearbench."""
-    path = Path(file)
-    files = {path, *path.parent.glob("_*kernels.py"), *Path(__file__).parent.rglob("_*kernels.py")}
+def _sources(folder: Path) -> str:
+    """Digest of the files with kernels in a folder, and of ``_SOURCES`` in gearbench."""
+    of_gearbench = (each for name in _SOURCES for each in Path(__file__).parent.glob(f"*/{name}"))
     digest = sha256()
-    for each in sorted(files):
+    for each in sorted({Path(__file__), *of_gearbench, *folder.glob("_*kernels.py")}):
         digest.update(each.read_bytes())
     return digest.hexdigest()
 
@@ -43,7 +44,7 @@ def _of_these_sources(kernel: Any) -> Any:
     """
     file = getattr(getattr(kernel, "_cache", None), "_cache_file", None)
     if file is not None:
-        file._version = f"{file._version} {_sources(kernel.py_func.__code__.co_filename)}"
+        file._version = f"{file._version} {_sources(Path(kernel.py_func.__code__.co_filename).parent)}"
     return kernel
 
 

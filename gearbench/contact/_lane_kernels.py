@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from gearbench.compiled import FUSED, part
 from gearbench.contact._law_kernels import LEAST, level_start, log_law, logarithm
-from gearbench.contact.law import STEEPEST, WHOLE
+from gearbench.contact.law import STEEPEST, TAIL
 
 #: Number of samples solved side by side.
 LANES = 128
@@ -208,7 +208,7 @@ def steepen(n, laws, lanes):
                 t, hw = max(s[i, j] * sigma[1, i, j], LEAST), h * w[i, j]
                 r = 1.0 / max(2.0 * t - 1.0, 1.0)
                 square = r * r
-                whole = 1.0 + hw * square * (1.0 / 6.0 + WHOLE * square * square * square)
+                whole = 1.0 + hw * square * (1.0 / 6.0 + TAIL * square * square * square)
                 level = max(t - hw, hw)  # h w (L − 1) of a partly loaded cell
                 part = max(level - hw * logarithm(2.0 * t), STEEPEST * level)
                 w[i, j] *= (level if t < 1.0 else 1.0) / (part if t < 1.0 else whole)

@@ -118,7 +118,7 @@ def loaded_parts(at, value, least, begin, end):
 
 @part()
 def share_nodes(width, nodes, count):
-    """Fill ``count`` with the number of nodes of each patch: ``nodes`` shared by the square roots of the widths."""
+    """Fill ``count`` with the nodes of each patch: ``nodes``, in proportion to the square roots of the widths."""
     n, whole, left = width.size, 0.0, nodes
     for i in range(n):
         whole += math.sqrt(width[i])

@@ -1,8 +1,8 @@
 """Contact law of a segment, g(P) = P (a − h ln P), continued by its tangent, in NumPy.
 
 With L = a/h − ln P the law reads g = h P L. Its slope h (L − 1) is zero at L = 1, far beyond its validity. Below L = 2
-(half-width of contact 0.6 times the depth of the tooth) its tangent continues the law, so that it is monotone at any
-load. With h = 0 the law is linear, g = a P.
+(half-width of contact 0.6 times the depth t of the centre line of the tooth, C3) its tangent continues the law, so that
+it is monotone at any load. With h = 0 the law is linear, g = a P.
 
 A segment may be a cell along which the initial gap, and thus the compression, varies by ±σ. Its compression s is that
 of the end which touches first, because that of the middle, s − σ, would lose all digits if the gap varies by a million
@@ -20,10 +20,11 @@ from numpy.typing import ArrayLike, NDArray
 
 #: L = a/h − ln P below which the law is continued by its tangent.
 TANGENT_FROM = 2.0
-#: Minimum of 1/φ in ``steepening``, because g⁻¹(2σ) ≤ 3/2 · 2 g⁻¹(σ) where the tangent continues the law.
+#: Minimum of 1/φ in ``steepening``: where the tangent continues the law, g⁻¹(2σ) ≤ 3 g⁻¹(σ), so a cell is at most 3/2
+#: as stiff as (C7) says.
 STEEPEST = 2 / 3
 #: Coefficient of r⁸ in the approximation −r²/6 − … of the mean of ln(1 + ξr) over |ξ| < 1, which is ln 2 − 1 at r = 1.
-WHOLE = 5 / 6 - math.log(2)
+TAIL = 5 / 6 - math.log(2)
 
 
 def tangent_force(a: NDArray, h: NDArray) -> NDArray:
@@ -82,7 +83,7 @@ def steepening(t: NDArray, h: NDArray, slope: NDArray) -> NDArray:
     """
     part = t < 1
     r = 1 / np.where(part, 1.0, 2 * t - 1)  # half the variation of the compression over its mean
-    log = np.where(part, np.log(2 * np.minimum(t, 1.0)), -(r**2) / 6 - WHOLE * r**8)
+    log = np.where(part, np.log(2 * np.minimum(t, 1.0)), -(r**2) / 6 - TAIL * r**8)
     level = 1 / (h * slope)  # L − 1, or L/t
     return 1 / np.maximum(1 - log / np.where(part, np.maximum(t * level - 1, 1.0), level), STEEPEST)
 
@@ -96,7 +97,7 @@ def _inverse(s: NDArray, a: NDArray, h: NDArray) -> tuple[NDArray, NDArray, NDAr
     safe_h, safe_s = np.where(linear, 1.0, h), np.where(linear, 1.0, s)
     ratio = np.where(linear, 3.0, a / safe_h)
     small = np.minimum(np.exp(np.log(safe_s / safe_h) - ratio), TANGENT_FROM * np.exp(-TANGENT_FROM))
-    L = np.where(linear, TANGENT_FROM, -lambertw(-small, -1).real)  # L e^{-L} = σ, L ≥ 2
+    L = np.where(linear, TANGENT_FROM, -lambertw(-small, -1).real)  # L e^{-L} = small, L ≥ 2
     edge = np.exp(ratio - TANGENT_FROM)
     over = np.maximum(safe_s - TANGENT_FROM * safe_h * edge, 0.0)
     p = np.where(over > 0, edge + over / safe_h, safe_s / (safe_h * L))

@@ -180,7 +180,7 @@ class LoadedMesh:
         return np.einsum("p,pij->ij", self.solved.weight, self.flanks.stiffness)
 
     def waves(self, orders: int) -> NDArray:
-        """Matrix (order + 1, position) that turns values over the cycle into ŷ_0 … ŷ_n, y = Σ ŷ_n e^{2πinτ} (D3).
+        """Matrix (order + 1, position) that turns values over the cycle into ŷ_0 … ŷ_H, y = Σ ŷ_n e^{2πinτ} (D3).
 
         Raises
         ------

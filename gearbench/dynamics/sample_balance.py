@@ -1,10 +1,10 @@
 """Harmonic balance of many error samples of one mesh, based on the balance of their mean.
 
-The stiffness of sample s is K̄ + V_s, the mean stiffness of all samples K̄ + V_0. Let x' be the quasi-static motion of
-the sample without order 0, and p_s = f̂_s − K̄ x̂_s. If the gears did not move, the mesh would exert the force
-e = p_s − V_s x' in addition to the springs K̄. The receptance G of gears on springs K̄ + V_0 gives their motion −G e'
-under a force e'. The balance of the sample is then e' + (V_s − V_0) G e' = e for the unknown force e', and the orders
-of the mesh force are (1 − (K̄ + V_0) G) e' (D5).
+K̄ is the constant mean stiffness. The stiffness of sample s is K̄ + V_s, the mean of all samples K̄ + V_0. Let x be the
+quasi-static motion of the sample and p = f̂ − K̄ x̂, both without order 0. With the gears held, the mesh would exert
+b = p − V_s x in addition to the springs K̄. It exerts e on moving gears, which move by −G e; G is their receptance on
+springs K̄ + V_0. The balance of the sample is then e + (V_s − V_0) G e = b for the unknown e, and the orders of the
+mesh force are (1 − (K̄ + V_0) G) e (D5).
 """
 
 from __future__ import annotations

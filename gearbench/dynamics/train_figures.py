@@ -63,7 +63,7 @@ def draw_modes(figure: Any, dataset: xr.Dataset) -> str:
 
 
 def draw_sharing(figure: Any, dataset: xr.Dataset) -> str:
-    """Draw the greatest load share, the force of every mesh and the transmission error of the train over speed."""
+    """Draw over speed the largest mesh force over its even share, every mesh force, and the transmission error."""
     top, middle, bottom = figure.subplots(3, sharex=True)
     speed, factor = dataset["speed"].values, dataset["mesh_load_factor"].values
     top.plot(speed, factor, color="C0")
@@ -80,7 +80,7 @@ def draw_sharing(figure: Any, dataset: xr.Dataset) -> str:
     bottom.set(xlabel=speed_label(dataset), ylabel="RMS Δ [µm]")
     legend(figure, middle.get_lines())
     most, at = peak(factor, speed)
-    return f"the heaviest mesh carries {most:.3g} of its share at {at:.4g} 1/min"
+    return f"the most loaded mesh carries {most:.3g} times its even share at {at:.4g} 1/min"
 
 
 def draw_ring(figure: Any, dataset: xr.Dataset) -> str:

@@ -94,8 +94,8 @@ class GearBody(ToothCompliance):
     def between(self, pair: Pair, index: int, effects: Effects, *, coast: bool, across: bool) -> NDArray:
         """C_d of a body [mm/N], d = −z/2 … z/2: motion of a flank under loads on the flank d teeth behind it (R7).
 
-        Flanks are seen as on a driving gear. With ``across``, right flanks move under loads on left flanks, and the
-        left flanks are seen as on a driven gear.
+        Normal and y are those of a flank of a driving gear. With ``across``, right flanks move under loads on left
+        flanks, which have normal and y of a driven gear, as on a planet or an idler.
         """
         if (tooth := tooth_among(effects)) is not None and tooth.by_finite_elements:
             body, flank = fe_body(pair, index, on_body=True, coast=coast), tooth.flank(pair, index, effects, coast)

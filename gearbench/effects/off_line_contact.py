@@ -36,7 +36,7 @@ class OffLineContact(GapEffect):
     requires: ClassVar[dict[str, str]] = {"hertz": "pairs that begin to touch need a contact law"}
 
     def gap(self, lines: ContactLines) -> NDArray:
-        """Separation normal to the flank, (position, pair, segment) [mm]; unmodified profiles if ``lines`` has none."""
+        """Separation normal to the flank, (position, pair, segment) [mm]; unmodified profiles if not in ``lines``."""
         touch = lines.touch or separation(lines.pair)(lines.u)
         far = _APART * min(abs(gear.base_radius) for gear in lines.pair.gears)
         # a rotation by dv moves the gear along the common normal by its lever arm times dv

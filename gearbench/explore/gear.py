@@ -49,7 +49,7 @@ WORDS_OF_TRAIN = {
     "harris": ("Harris map: Δ less its mean", "mesh phase τ [mesh periods]", "Δ − mean [µm]"),
     "torque": ("Δ over torque", "torque on the first gear [N·m]", "Δ [µm]"),
     "sharing": ("Load shares", "mesh phase τ [mesh periods]", "share L [–]"),
-    "revolution": ("Largest load shares", "turn of the carrier against the ring", "share L [–]"),
+    "revolution": ("Largest load shares", "carrier relative to the ring [revolutions]", "share L [–]"),
 }
 
 

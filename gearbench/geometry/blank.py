@@ -1,4 +1,4 @@
-"""Blanks: the tooth shape below the involute, and the surface where the body is held.
+"""Blanks: how a gear is cut, which gives the tooth shape below the involute, and where its body is held.
 
 All other geometry of a gear follows from its involute. "rack" is an external gear cut by a rack, "pinion_cutter" an
 internal gear cut by a pinion-type cutter. Further blanks are registered by name, or come from other packages through

@@ -86,7 +86,7 @@ def parse_condition(text: str) -> Condition:
     """
     found = _CONDITION.fullmatch(text)
     if found is None:
-        raise InputError("where", text, "must be NAME <= NUMBER, with one of <= >= < > == !=")
+        raise InputError("where", text, "must be NAME <= NUMBER (or < > >= == !=), or NAME == TEXT")
     name, comparison, given = found.groups()
     try:
         limit: float | str = float(given)

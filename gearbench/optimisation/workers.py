@@ -49,7 +49,7 @@ def worker_processes(count: int) -> Iterator[Executor | None]:
 
 
 class _Processes(Executor):
-    """Executor of ``count`` processes, started for the first task, and again for the first after one has ended."""
+    """Executor of ``count`` processes: they start with the first task, and with the next task after one has died."""
 
     def __init__(self, count: int) -> None:
         self._count, self._others = count, {*active_children()}
@@ -61,7 +61,7 @@ class _Processes(Executor):
         memory = f"{memory_limit() / self._count:.0f}"
         options = {"mp_context": get_context("spawn"), "initializer": _begin, "initargs": (memory,)}
         self._pool = ProcessPoolExecutor(self._count, **options)
-        # all at once, and so that they do not run the program of this process again
+        # start all now, with an empty __main__: a spawned process would run the user's program otherwise
         program, sys.modules["__main__"] = sys.modules["__main__"], ModuleType("__main__")
         try:
             for _ in range(self._count):

@@ -106,7 +106,7 @@ def draw_train(dataset: xr.Dataset, folder: Path) -> list[Path]:
             shares.plot(
                 dataset["revolution"], dataset["load_sharing_over_revolution"].sel(mesh=name), lw=1.3, label=name
             )
-        shares.set(xlabel="turn of the carrier against the ring", ylabel="greatest load share L [–]", xlim=(0, 1))
+        shares.set(xlabel="carrier relative to the ring [revolutions]", ylabel="greatest load share L [–]", xlim=(0, 1))
         shares.set_ylim(0.0, 1.1 * float(dataset["mesh_load_factor"]))
     n, first = dataset["harmonic"].values, dataset["member"].values[0]
     order = "mesh order" if n.dtype.kind == "i" else "order of the first mesh"

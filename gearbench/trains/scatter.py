@@ -255,7 +255,7 @@ def sampled_train(scene: Scene, solved: SolvedTrain | None = None) -> SampledTra
     short = None if scene.train is None else scene.train.planetary
     scatter, of_flanks = None if short is None else short.keys.scatter, scene.effect("manufacturing_errors") is not None
     if scatter is None and not of_flanks:
-        allowed = "robustness of a train needs it, or effects.manufacturing_errors: pin_tangential = 20.0, say"
+        allowed = "is needed by robust, such as pin_tangential = 20.0; or give effects.manufacturing_errors"
         raise InputError("planetary.scatter", "missing", allowed)
     if scene.loads:
         raise InputError("loads", f"{len(scene.loads)} loads", "not supported by robust for trains: give one [load]")

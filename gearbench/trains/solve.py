@@ -90,7 +90,7 @@ class SolvedTrain:
 
     @cached_property
     def spread(self) -> NDArray | float:
-        """Approach that body compliance (M4) adds to C F, its mean over the loads, (position, mesh) [mm].
+        """Approach by body compliance (M4) beyond C F, its mean over the loads, (position, mesh) [mm].
 
         Samples use this value unchanged, as if they had the load distribution of this solution.
         """

@@ -37,7 +37,7 @@ _ADDED = {
     "planetary.run_out": (PlanetaryRunOut, {"sun": 20.0}),
     "planetary.scatter": (PlanetaryScatter, {"pin_tangential": 10.0}),
 }
-_COAST = "Effects of the other flanks, which touch in the further meshes of the gear."
+_COAST = "Effects of the coast flanks, with which a planet or idler touches in its second mesh."
 #: Keys of gears whose sliders stay near the value.
 _NARROW = {*keys(Pair), *keys(TrainGear)} - {"profile_shift", "helix_angle"}
 
