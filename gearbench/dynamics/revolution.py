@@ -84,7 +84,7 @@ def revolution(mesh: LoadedMesh, effects: Sequence[GapEffect], harmonics: int) -
         If the gaps repeat only after more than 100 000 mesh cycles.
     """
     scene, lines = mesh.scene, mesh.lines
-    teeth = tuple(gear.teeth for gear in scene.pair.gears)
+    teeth = (abs(gear.teeth) for gear in scene.pair.gears)
     amounts = turning_amounts(effects, lines, check_cycles(scene.pair.gears))
     cycles = next(P for P in (1, *sorted(teeth), len(amounts)) if _repeats(amounts, P))
     require_cycles_memory(scene, effects, len(lines.mesh_phase), cycles, harmonics)

@@ -153,8 +153,12 @@ class ProfileRelief(ShapeEffect):
             if not pair.is_internal or low > 0:
                 low = max(low, pair.gears[index].base_radius)
             if not low <= start <= high:
-                allowed = f"must lie on the tooth, at a diameter of {2 * low:.6g} to {2 * high:.6g} mm"
-                raise InputError(f"{key}{name}", getattr(table, name), f"{allowed}, not {2 * start:.6g} mm")
+                # radii of an internal gear are negative
+                first, last = sorted((abs(2 * low), abs(2 * high)))
+                allowed = f"must lie on the tooth, at a diameter of {first:.6g} to {last:.6g} mm"
+                if name != "start_diameter":
+                    allowed += f", not {abs(2 * start):.6g} mm"
+                raise InputError(f"{key}{name}", getattr(table, name), allowed)
 
     #: Description of the longest relief, for messages.
     reach: ClassVar[str]

@@ -27,7 +27,7 @@ def scene(system=None, teeth=(7, 11), **errors):
             "normal_module": 3.0,
             "helix_angle": 20.0,
             "face_width": 30.0,
-            "centre_distance": 3 * sum(teeth) / 2 / np.cos(np.radians(20.0)),
+            "centre_distance": 3 * abs(sum(teeth)) / 2 / np.cos(np.radians(20.0)),
             "pinion": {"teeth": teeth[0], "profile_shift": 0.3, "addendum": 0.8},
             "wheel": {"teeth": teeth[1], "profile_shift": -0.3, "addendum": 0.8},
         },
@@ -56,6 +56,22 @@ def test_excitation_is_that_of_every_pair_of_teeth(errors, cycles):
         rows = fourier_rows(Phases.of_dataset(data), n)
         orders += np.exp(-2j * np.pi * n * i) * (rows @ data["transmission_error"].values) / cycles * 1e-3
     assert_allclose(found.excitation.motion[0], orders, atol=1e-9 * np.abs(orders).max())
+
+
+@pytest.mark.parametrize(("gear", "cycles"), [("pinion", 18), ("wheel", 41)])
+def test_revolution_of_a_pair_with_a_ring(gear, cycles):
+    """The deviations of one gear repeat after its own revolution; their mean is that of the gaps of all cycles."""
+    teeth, own = (18, -41), RNG.uniform(-3, 3, cycles).tolist()
+    plain, H = scene({}, teeth), 1
+    found = revolution(loaded_mesh(plain), unlike(scene({}, teeth, **{gear: own})), H)
+    assert found.cycles == cycles
+    at_once = found.excitation.motion[0, 1:cycles]
+    assert np.abs(at_once).max() > 1e-4
+    data = [simulate(scene(None, teeth, **{gear: own, f"{gear}_tooth": i})) for i in range(cycles)]
+    orders = np.arange(1, cycles) / cycles
+    rows = fourier_rows(Phases.of_dataset(data[0]), orders)
+    each = [np.exp(-2j * np.pi * orders * i) * (rows @ one["transmission_error"].values) for i, one in enumerate(data)]
+    assert_allclose(at_once, 1e-3 * np.mean(each, axis=0), atol=1e-9)
 
 
 def test_side_bands_against_time_integration():

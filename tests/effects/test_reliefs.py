@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import tomllib
 from dataclasses import replace
 from typing import Any
 
@@ -29,6 +30,7 @@ from gearbench.scene_file import parse_scene
 from gearbench.schema import read
 from gearbench.simulation import simulate
 from tests.effects.test_gaps import HELICAL, SPUR, B, at, gap, on
+from tests.support.paths import ROOT
 from tests.test_scene_economy import BASE
 
 PAIRS = pytest.mark.parametrize("pair", [SPUR, HELICAL], ids=["spur", "helical"])
@@ -297,6 +299,20 @@ def test_bad_values_are_one_line(effects, message):
     with pytest.raises(InputError) as caught:
         parse_scene(tables(150.0, effects))
     assert str(caught.value).startswith(message)
+
+
+@pytest.mark.parametrize(
+    ("start", "message"),
+    [
+        ({"start_diameter": 150.0}, r"start_diameter = 150: .* a diameter of 195\.4 to 203\.777 mm$"),
+        ({"start_roll_angle": 80.0}, r"start_roll_angle = 80: .* of 195\.4 to 203\.777 mm, not 319\.543 mm$"),
+    ],
+)
+def test_a_start_beside_the_tooth_of_a_ring_is_told_in_diameters_above_0(start, message):
+    ring = tomllib.loads((ROOT / "examples" / "ring.toml").read_text(encoding="utf-8"))
+    ring["effects"]["tip_relief"] = {"wheel": {"amount": 5.0} | start}
+    with pytest.raises(InputError, match=message):
+        parse_scene(ring)
 
 
 @pytest.mark.parametrize(
