@@ -407,7 +407,7 @@ class Scene:
         """Effects of the shafts with bearings in equilibrium under ``own``; see ``effects.shafts.system_effects``."""
         from gearbench.effects.shafts import system_effects
 
-        return system_effects(self.gearbox, own=own)
+        return system_effects(self.gearbox, own)
 
     @property
     def F_bt(self) -> float:

@@ -1,10 +1,13 @@
-"""Compiled solver for many gap vectors if all segments of a position deflect each other; samples are lanes.
+"""Compiled solver for many gap vectors if all segments of a position deflect each other.
+
+``LANES`` error samples are solved side by side; each is a lane, the last axis of arrays, for vector instructions.
 
 Newton's method is applied to the forces u that act in addition to those of the linear problem at the mean errors
 (``gearbench.contact.reference``, B2 of docs/algorithms.md). Its matrices I + ΔG differ from the identity only where the
 slope of a contact law differs from the slope at the mean errors. Conjugate gradients solve them in single precision,
 since a Newton step needs few digits; residuals and stiffness are in double precision. All lanes share G but do not
-interact. The tests compare the solver with a readable NumPy version.
+interact. ``rise`` is z₁, the z under a unit total force; ``flexibility`` is c = ∂δ/∂F (``Reference``). The tests
+compare the solver with a readable NumPy version.
 """
 
 from __future__ import annotations
@@ -56,7 +59,7 @@ class Conjugate(NamedTuple):
 
 @part(FUSED)
 def residuals(u, z, p, w, rise, load, weight, negative, change, total):
-    """own ← −F with F = u + p − W₀ z, change ← W − W₀ (single precision), total ← Σ|F|.
+    """negative ← −F with F = u + p − W₀ z, change ← W − W₀ (single precision), total ← Σ|F|.
 
     The argument z does not yet contain ``rise`` · ``load``.
     """
@@ -173,7 +176,10 @@ def conjugate_gradients(G, work):
 
 @part(FUSED)
 def stiffness_from(change, rise, flexibility, v, Gv, stiffness):
-    """Fill ∂F/∂δ from v; its error is the square of the error of v."""
+    """∂F/∂δ = 1/(c − Σ (v·G v + Δ ζ²)) with ζ = z₁ + G v, where v solves v + ΔG v = −Δ z₁.
+
+    Its error is the square of the error of v.
+    """
     for j in range(LANES):
         stiffness[j] = flexibility
     for i in range(change.shape[0]):
@@ -269,6 +275,7 @@ def solve_coupled_chunk(gaps, linear, draws, lanes, accuracy, limit, results):
                 first = linear.start[t, i] + linear.weight[t, i] * (lanes.gap[i, j] - at_mean)
                 u[i, j] = first + extrapolation[0] * guess_errors[0, i, j] + extrapolation[1] * guess_errors[1, i, j]
                 guess_errors[1, i, j] = guess_errors[0, i, j]
+                # holds −first until note_guess_errors adds the solution
                 guess_errors[0, i, j] = -first
         first_limit = limit if extrapolation[0] == 0.0 else limit // 2
         steps = solve_coupled_lanes(

@@ -17,7 +17,8 @@ from gearbench.compiled import SUMS, entry, part
 from gearbench.contact._kernels import IDLE_STEPS, first_approach
 from gearbench.contact._law_kernels import CONSTANTS, SCRATCH, apply_laws, law_constants
 
-#: Residual over the greatest deflection that is rounding, and that counts as rounding if it no longer falls.
+#: Residual relative to the greatest deflection: level of rounding, and level below which a residual that no longer
+#: falls counts as rounding.
 ROUNDING, NEAR_ROUNDING = 1e-15, 1e-13
 #: The factor is reused if the residual is below the first number and the last step left at most the second fraction.
 REUSED, FALLING = 1e-3, 0.003
@@ -252,14 +253,15 @@ def solve_forces(H, gap, z, square, delta, force, rows, tolerance, limit):
             step = force_direction(total, residual_z, B, n, loaded, root, stiffness, x, d)
             deflect(H, d, residual_z, dz)
         else:
+            # no segment is loaded: drop all deflections, and raise the approach until a segment is compressed by 1
             n, step = 0, math.inf
             for j in range(z.size):
                 step, d[j], dz[j] = min(step, gap[j] + z[j] - delta + 1.0), 0.0, -z[j]
         if last:
             for j in range(z.size):
                 force[j] += d[j]
-            at = stiffness_at(H, weight, B, n, loaded, root, x, v, offset, deflected, ROUGH_STIFFNESS)
-            return delta + step, at, iteration + 1
+            final_stiffness = stiffness_at(H, weight, B, n, loaded, root, x, v, offset, deflected, ROUGH_STIFFNESS)
+            return delta + step, final_stiffness, iteration + 1
         previous = residual
         descent, product, whole = total * step - square, 0.0, 0.0
         for j in range(z.size):
@@ -307,9 +309,9 @@ def solve_coupled(problem, q, delta, tolerance, limit, force, stiffness, steps):
         segment = np.flatnonzero(p.active[i])
         m, loads = segment.size, np.empty(segment.size)
         a, h, sigma, gap = p.a[i][segment], p.h[i][segment], p.sigma[i][segment], p.gap[i][segment]
-        psi, part, active = p.factor[i][segment], p.block[i][segment], p.active[i][segment]
+        psi, block, active = p.factor[i][segment], p.block[i][segment], p.active[i][segment]
         C = H[:m, :m]
-        compliance_matrix(psi, part, C)
+        compliance_matrix(psi, block, C)
         constants = all_constants[:, :m]
         law_constants(a, h, sigma, constants)
         if unguessed[i]:
@@ -318,16 +320,16 @@ def solve_coupled(problem, q, delta, tolerance, limit, force, stiffness, steps):
             q[i] = 0.0
             if tolerance > 0.0 and i > 0 and total > 0.0:
                 delta[i] = delta[i - 1]
-                amplitudes(psi, part, previous / total, q[i])
+                amplitudes(psi, block, previous / total, q[i])
             else:
                 delta[i] = first_approach(gap, a, h, sigma, active, psi)
-        z, square = work[ROWS, :m], deflections(psi, part, q[i], work[ROWS, :m])
+        z, square = work[ROWS, :m], deflections(psi, block, q[i], work[ROWS, :m])
         rows = Rows(
             work[0, :m], work[1, :m], work[2, :m], work[3, :m], work[4, :m], work[5, :m], work[6, :m], work[7, :m],
             work[8, :m], loaded, constants, all_scratch[:, :m], B[:m],
         )  # fmt: skip
         delta[i], stiffness[i], steps[i] = solve_forces(C, gap, z, square, delta[i], loads, rows, tolerance, limit)
-        amplitudes(psi, part, loads, q[i])
+        amplitudes(psi, block, loads, q[i])
         force[i] = 0.0
         for j in range(m):
             force[i, segment[j]] = loads[j]

@@ -50,7 +50,8 @@ def assemble(
     truncation
         Share of the smooth compliance that may be left out, see ``truncated_root``.
     nodes
-        If segments are cells: nodes on a line at which the smooth compliance is computed, by default ``smooth_nodes``.
+        Number of Gauss points on a line at which the smooth compliance is computed, if the segments are cells (short
+        pieces of a line that carry a load); by default ``smooth_nodes``.
     """
     acting = scene.acting_effects if effects is None else effects
     by_name = {effect.name: effect for effect in acting}
@@ -64,8 +65,8 @@ def assemble(
         # without a law the compliance alone determines the loads, so it is needed on every segment
         compliance, laws = smooth_compliance(lines, by_name)
         return _problem(scene, lines, compliance, laws, gap, np.zeros(lines.shape), truncation)
-    none = np.zeros(at.shape)
-    smooth = _problem(scene, at, compliance, laws, none, none, truncation)
+    zeros = np.zeros(at.shape)
+    smooth = _problem(scene, at, compliance, laws, zeros, zeros, truncation)
     assert lines.panel is not None
     pointwise = replace(compliance, factor=np.zeros((*lines.shape, 0)), matrix=None)
     laws = [part for effect in pointwise.laws if isinstance(part := effect.compliance(lines, by_name), LineLaw)]
@@ -94,9 +95,10 @@ def with_gaps(problem: ContactProblem, effects: Sequence[Effect], lines: Contact
 
 
 def with_field(problem: ContactProblem, field: NDArray) -> ContactProblem:
-    """``problem`` with a further gap ``field`` (position, pair, node) [mm], already divided by the lever arms.
+    """``problem`` with a further gap ``field`` (position, pair, node) [mm], already divided by the levers.
 
-    The field is smooth along a line. Its nodes are those of ``Cells.smooth_lines``, or the segments without cells.
+    A lever is a lever arm over the base radius. The field is smooth along a line. Its nodes are those of
+    ``Cells.smooth_lines``, or the segments without cells.
     """
     if problem.cells is None:
         return replace(problem, gap=problem.gap + field.reshape(problem.gap.shape) / problem.length_scale)
@@ -127,8 +129,8 @@ def _problem(
 ) -> ContactProblem:
     """Problem with compliances at the nodes of ``lines``; ``unit`` is the unit of displacement [mm], chosen if None."""
     factor, matrix = smooth.factor, smooth.matrix
-    none = np.zeros(lines.shape)
-    a, h = sum((law.a for law in laws), none), sum((law.h for law in laws), none)
+    zeros = np.zeros(lines.shape)
+    a, h = sum((law.a for law in laws), zeros), sum((law.h for law in laws), zeros)
     if unit is None and matrix is not None and not laws:
         unit = even_deflection(matrix, lines) * scene.F_bn
     elif unit is None:
@@ -139,5 +141,5 @@ def _problem(
     if matrix is not None:
         matrix = matrix * (problem.force / problem.length_scale)
         return replace(problem, factor=truncated_root(matrix, stiffness_of_law(problem), truncation))
-    # a tooth of high order has more amplitudes than a contact line has segments
+    # many deflection polynomials: more amplitudes than segments on a line, so the rank is reduced
     return problem if factor.shape[-1] <= lines.shape[2] else reduce_rank(problem, truncation)

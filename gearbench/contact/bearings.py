@@ -34,7 +34,7 @@ class OnShafts:
     effects
         Acting effects, including those of the shafts.
     problem, solution, guess
-        The contact problem, its solution, and its amplitudes and approach.
+        The contact problem, its solution, and amplitudes and approach of the solution, in the form of a first guess.
     gears
         Pinion and wheel on their shafts.
     """
@@ -77,6 +77,7 @@ def solve_on_shafts(
         guess = Guess.empty(problem)
         solution = solve_patches(problem, guess)
         gears = next(effect for effect in effects if isinstance(effect, Shafts)).gears
+        # system_effects returns Shafts alone if everything is linear; nothing then depends on the load
         constant = len(effects) == 1
         if constant or (before is not None and np.abs(solution.force - before).max() <= TOLERANCE * before.max()):
             return OnShafts(lines=lines, effects=acting, problem=problem, solution=solution, guess=guess, gears=gears)

@@ -5,7 +5,8 @@ the gap
 
     e = φ · Σ_d C_d Σ_i φ_i P_i
 
-in another mesh (M4 of docs/theory.md). These are the blocks of H between different meshes.
+in another mesh (M4 of docs/theory.md). These are the blocks between
+different meshes of the compliance matrix H between all loaded segments.
 """
 
 from __future__ import annotations
@@ -19,7 +20,9 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Side:
-    """One gear in one mesh: its flank polynomials over the lever arms, at loaded segments and where gaps are needed.
+    """One gear in one mesh: its flank polynomials at loaded segments and where gaps are needed.
+
+    Polynomials are divided by the levers (lever arm over base radius).
 
     Parameters
     ----------

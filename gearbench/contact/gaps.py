@@ -27,13 +27,13 @@ def flank_separation(scene: Scene) -> Separation | None:
 
 
 def profile_separation(scene: Scene) -> Separation:
-    """Separation of the profiles with the scene's modifications of them."""
+    """Kinematic separation of the unloaded profiles over u, with modifications (``geometry.separation``)."""
     gaps = [effect for effect in scene.flank_effects if isinstance(effect, GapEffect)]
     return separation(scene.pair, tuple(m for effect in gaps for m in effect.modifications(scene.pair)))
 
 
 def gap_kinks(scene: Scene) -> tuple[list[float], list[float]]:
-    """Positions u and y [mm] at which a gap or an output has a kink.
+    """Positions u along the path of contact and y across the face [mm] at which a gap or an output has a kink.
 
     Off the line of action the kinks of the profiles come from the separation.
     """
@@ -44,7 +44,7 @@ def gap_kinks(scene: Scene) -> tuple[list[float], list[float]]:
         profile.append(scene.pair.meshing.pitch_point)  # sliding changes its sign there, and friction has a kink
     b = scene.pair.meshing.face_width
     face = [y for gap in gaps for y in gap.face_kinks(scene.pair) if 0 <= y <= b]
-    if scene.load.coast:
+    if scene.load.coast:  # lines of coast flanks are those of the mirror image (G10)
         face = [b - y for y in face]
     return profile + [u for gap in added for u in gap.kinks(scene.pair)], face
 
@@ -55,7 +55,10 @@ def gap_effects(scene: Scene) -> tuple[GapEffect, ...]:
 
 
 def variation(scene: Scene, span: tuple[float, float] | None = None) -> tuple[float, float]:
-    """Maximum gap variation along and across the contact lines over ``span`` [mm]."""
+    """Largest variation of the gap along one contact line, and over all lines [mm].
+
+    ``span`` is the range of u [mm], by default the path of contact.
+    """
     kinks, face = map(tuple, gap_kinks(scene))
     return _variation(scene.pair, gap_effects(scene), scene.load.coast, (kinks, face), flank_separation(scene), span)
 
@@ -81,7 +84,10 @@ def conforming(scene: Scene) -> bool:
 
 
 def total_gap(effects: Iterable[Effect], lines: ContactLines) -> NDArray:
-    """Sum of the gaps of the ``effects`` (position, pair, segment) [mm], divided by the lever arms of the segments."""
+    """Sum of the gaps of the ``effects`` (position, pair, segment) [mm], divided by the levers of the segments.
+
+    A lever is a lever arm over the base radius.
+    """
     total = np.zeros(lines.shape)
     for effect in effects:
         # pure profile modifications are already part of a separation

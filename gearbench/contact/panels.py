@@ -27,7 +27,8 @@ class Transition(NamedTuple):
     """A change of the contact at a mesh phase.
 
     ``rank`` is 0 if a pair takes up or sheds its load or a line passes an end of the path, −1 at both ends of a ramp,
-    and 1 otherwise. ``side`` is the side on which curves are steep: 1 after the transition, −1 before it, 0 neither.
+    and 1 otherwise. A ramp reaches from the first touch of a line to contact over its whole length. ``side`` is the
+    side on which curves are steep: 1 after the transition, −1 before it, 0 neither.
     """
 
     phase: float
@@ -49,7 +50,7 @@ def panel_ends(
     kept = [0.0]
     for phase, rank, _ in sorted(transitions, key=lambda transition: (transition.rank, transition.phase)):
         start, *others = (abs(_distance_behind(phase, other, length, length / 2)) for other in kept)
-        # 0 always begins a panel, so load transfers and ramps close to it are not merged with it
+        # 0 always begins a panel: load transfers and ramps are merged with it only within close[-1]
         if start > close[rank if rank > 0 else -1] and min(others, default=1.0) > close[rank]:
             kept.append(phase)
     after, before = ([transition.phase for transition in transitions if transition.side == side] for side in (1, -1))

@@ -86,12 +86,12 @@ def _nodes(problem: ContactProblem, guess: Guess, before: Patches | None) -> tup
     cells = problem.cells
     assert cells is not None
     y, width = patch_nodes(cells.lines, s, cells.nodes, known)
-    none = np.flatnonzero(width.sum(axis=(1, 2)) == 0)
-    if none.size:
+    without_patch = np.flatnonzero(width.sum(axis=(1, 2)) == 0)
+    if without_patch.size:
         # the patch lies within a single cell and reaches neither its ends nor its middle
         by_cell = s.reshape(len(s), -1, 3).copy()
-        exists = np.repeat(cells.lines.active, problem.shape[2], axis=1)[none]
-        by_cell[none, np.where(exists, by_cell[none].max(axis=2), -np.inf).argmax(axis=1)] = 1.0
+        exists = np.repeat(cells.lines.active, problem.shape[2], axis=1)[without_patch]
+        by_cell[without_patch, np.where(exists, by_cell[without_patch].max(axis=2), -np.inf).argmax(axis=1)] = 1.0
         y, width = patch_nodes(cells.lines, by_cell.reshape(s.shape), cells.nodes)
     return y, width
 
@@ -137,7 +137,7 @@ def patch_nodes(
     half = lines.length * math.cos(lines.pair.meshing.beta_b) / 2
     y, width = np.empty((2, *lines.shape[:2], nodes))
     least = NEGLIGIBLE_WIDTH * lines.pair.meshing.face_width
-    known = known or (none := np.empty((*lines.shape[:2], 0)), none)
+    known = known or (empty := np.empty((*lines.shape[:2], 0)), empty)
     fill(s, lines.y, half, lines.panel, lines.active, *known, least, *_gauss_rules(nodes), y, width)
     return y, width
 
@@ -161,9 +161,9 @@ def on_patches(problem: ContactProblem, guess: Guess, before: Patches | None = N
     nodes = cells.lines.at(*_nodes(problem, guess, before))
     by_name = {effect.name: effect for effect in cells.effects}
     parts = [effect.compliance(nodes, by_name) for effect in cells.laws]
-    none = np.zeros(nodes.shape)
-    a = sum((part.a for part in parts if isinstance(part, LineLaw)), none)
-    h = sum((part.h for part in parts if isinstance(part, LineLaw)), none)
+    zeros = np.zeros(nodes.shape)
+    a = sum((part.a for part in parts if isinstance(part, LineLaw)), zeros)
+    h = sum((part.h for part in parts if isinstance(part, LineLaw)), zeros)
     if nodes.touch is not None:
         w = nodes.touch.levers[0]
         a, h = (a + h * np.log(w)) / w**2, h / w**2
@@ -172,7 +172,7 @@ def on_patches(problem: ContactProblem, guess: Guess, before: Patches | None = N
     if cells.field is not None:
         gap = gap + (rows @ cells.field[..., None])[..., 0]
     gap = np.where(nodes.active[..., None], gap, 0.0)
-    new = scale_problem(nodes, gap, none[..., None], a, h, none, problem.force, problem.length_scale, coupled=False)
+    new = scale_problem(nodes, gap, zeros[..., None], a, h, zeros, problem.force, problem.length_scale, coupled=False)
     new = under_shares(new, cells.share)
     block = np.repeat(problem.block[:: problem.shape[2]], nodes.shape[2])
     factor = np.ascontiguousarray(factor.reshape(*new.gap.shape, -1))

@@ -205,7 +205,7 @@ class ToothCompliance(ComplianceEffect):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Turning:
+class GapOverCycles:
     """Gap that changes from one mesh cycle of a revolution to the next: Σ ``amounts`` (cycle, m) · ``modes`` (…, m).
 
     Parameters
@@ -243,7 +243,7 @@ class GapEffect(Effect):
         """Positions y [mm] along the face where the gap has a kink; none by default."""
         return ()
 
-    def turning(self, lines: ContactLines, cycles: NDArray) -> Turning | None:
+    def turning(self, lines: ContactLines, cycles: NDArray) -> GapOverCycles | None:
         """The gap in the mesh cycles number ``cycles`` (cycle,), if it changes from cycle to cycle; None by default."""
         return None
 

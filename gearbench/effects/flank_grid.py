@@ -41,7 +41,7 @@ class FlankGrid:
     coordinate, face
         Increasing positions along the profile (n,) and across the face (m,) [mm].
     deviation
-        Deviations (n, m) [µm].
+        Deviations (n, m) [µm]; their sign is that of the file (``Topography.positive``).
     """
 
     along: str

@@ -80,9 +80,9 @@ class Hertz(ComplianceEffect):
             for index in (0, 1):
                 addition = _edge(lines, index, rho)
                 a, h = a + addition[0], h + addition[1]
-                for near, of_level, of_slope in _kinks(lines, index, rho, c):
-                    a[near] += of_level
-                    h[near] += of_slope
+                for near, added_a, added_h in _kinks(lines, index, rho, c):
+                    a[near] += added_a
+                    h[near] += added_h
         return LineLaw(a=a, h=h)
 
 
@@ -92,25 +92,26 @@ def _edge(lines: ContactLines, index: int, rho: NDArray) -> tuple[NDArray, NDArr
 
     touch, gear = lines.touch, lines.pair.gears[index]
     assert touch is not None
-    c = [1 / (math.pi * material.plane_strain_modulus) for material in lines.pair.materials]
+    half_c = [1 / (math.pi * material.plane_strain_modulus) for material in lines.pair.materials]
     roll = touch.rolls[index]
     # Only tips count: a corner at the start of a relief is almost flat. cos β_b converts the tilt to the normal plane.
     tilt = np.where((touch.edge == index) & (edge_distance(gear, roll) < 1e-6 * abs(gear.tip_radius)), touch.tilt, 0.0)
     tilt = tilt * math.cos(gear.beta_b)
-    return edge_softening(gear, c[index], sum(c) / 2, FLANK_POLYNOMIALS, roll, tilt, rho, lines.typical_load)
+    return edge_softening(gear, half_c[index], sum(half_c) / 2, FLANK_POLYNOMIALS, roll, tilt, rho, lines.typical_load)
 
 
 def _kinks(lines: ContactLines, index: int, rho: NDArray, c: float) -> Iterator[tuple[NDArray, NDArray, NDArray]]:
     """Segments whose contact strip reaches a kink of a profile, and their additions to a and h (E5).
 
     The additions are exact at two loads: at ``lines.typical_load``, half the mean load of a line, and at the whole load
-    on a single tooth pair. c = Σ 2(1−ν²)/(πE).
+    on a single tooth pair. c = Σ 2(1−ν²)/(πE) of both gears.
     """
     from gearbench.compliance.kink import kink_softening
 
     touch, separation, meshing = lines.touch, lines.separation, lines.pair.meshing
     assert touch is not None
     assert separation is not None
+    # mean is c₁ of (E5), the mean of (1−ν²)/(πE) of both gears
     profile, mean, roll = separation.plane.profiles[index], c / 4, touch.rolls[index]
     load_ratio = 2 * max(meshing.transverse_contact_ratio, 1.0)
     # this length is the same in the normal plane, since the profile is perpendicular to the contact line
@@ -119,6 +120,8 @@ def _kinks(lines: ContactLines, index: int, rho: NDArray, c: float) -> Iterator[
         along = (roll**2 - at**2) / (2 * profile.base_radius)
         near = np.abs(along) < math.sqrt(load_ratio) * half_width
         along, unit, normal = along[near], half_width[near], rho[near] * math.cos(meshing.beta_b)
+        # The slope rises by κ = rise at the kink, where x along the profile is 0. The parabola before the kink has its
+        # vertex x_s at vertex, the one behind it at x_s − behind, behind = κρ. low and high are c₁Λ at the two loads.
         behind, tilt = normal * rise, normal * touch.tilt[near]
         corner = (touch.edge[near] == index) & (np.abs(along) < 1e-9 * abs(profile.base_radius))
         vertex = np.where(corner, behind - tilt, np.where(along < 0, along, along + behind))

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from gearbench.effects.base import Turning
+from gearbench.effects.base import GapOverCycles
 from gearbench.effects.shape import MICROMETRE, Amount
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
@@ -22,11 +22,11 @@ Tooth = Annotated[int, Field(ge=0)]
 
 def turning(
     lines: ContactLines, cycles: NDArray, deviations: Sequence[Deviations | None], first: Sequence[int]
-) -> Turning:
-    """Gap f cos α_t cos β_b of both teeth of a pair, with one mode per pair.
+) -> GapOverCycles:
+    """Gap f cos α_t cos β_b of both teeth of a pair, with one gap shape per tooth pair.
 
     ``deviations`` are those of the teeth of both gears [µm], ``first`` their teeth with which the mesh cycle 0 begins.
-    In mesh cycle n the teeth of pair k are the ones n − k after the first teeth.
+    In mesh cycle n, pair k is made by the teeth with the numbers first + n − k.
     """
     later = cycles[:, None] - lines.index
     if lines.coast:  # the mirror image of the coast flanks turns in the opposite direction
@@ -37,7 +37,7 @@ def turning(
             amounts += np.array(own)[(tooth + later) % len(own)]
     gear, pairs = lines.pair.gears[0], len(lines.index)
     normal = MICROMETRE * math.cos(gear.alpha_t) * math.cos(gear.beta_b)
-    return Turning(modes=np.broadcast_to(normal * np.eye(pairs)[:, None], (*lines.shape, pairs)), amounts=amounts)
+    return GapOverCycles(modes=np.broadcast_to(normal * np.eye(pairs)[:, None], (*lines.shape, pairs)), amounts=amounts)
 
 
 def later_teeth(pair: Pair, first: tuple[int, int], cycles: tuple[int, int]) -> dict[str, int]:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic.dataclasses import dataclass
 
-from gearbench.effects.base import Effects, GapEffect, Turning
+from gearbench.effects.base import Effects, GapEffect, GapOverCycles
 from gearbench.effects.index_deviations import Deviations, Tooth, check_teeth, later_teeth, turning
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
@@ -60,8 +60,11 @@ class PitchErrors(GapEffect):
         turning = self.turning(lines, np.zeros(1, dtype=int))
         return turning.modes @ turning.amounts[0]
 
-    def turning(self, lines: ContactLines, cycles: NDArray) -> Turning:
-        """One mode per pair: in mesh cycle n the teeth of pair k are the ones n − k after the first teeth."""
+    def turning(self, lines: ContactLines, cycles: NDArray) -> GapOverCycles:
+        """One gap shape per tooth pair, scaled by the deviations of its two teeth.
+
+        In mesh cycle n, pair k is made by the teeth with the numbers first + n − k.
+        """
         return turning(lines, cycles, (self.pinion, self.wheel), (self.pinion_tooth, self.wheel_tooth))
 
     def later(self, pair: Pair, cycles: tuple[int, int]) -> PitchErrors:

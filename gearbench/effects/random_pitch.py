@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from gearbench.effects.base import Effects, GapEffect, Turning
+from gearbench.effects.base import Effects, GapEffect, GapOverCycles
 from gearbench.effects.distributions import DISTRIBUTIONS
 from gearbench.effects.index_deviations import Deviations, Tooth, check_teeth, later_teeth, turning
 from gearbench.errors import InputError
@@ -107,7 +107,7 @@ class RandomPitch(GapEffect):
         found = self.turning(lines, np.zeros(1, dtype=int))
         return found.modes @ found.amounts[0]
 
-    def turning(self, lines: ContactLines, cycles: NDArray) -> Turning:
+    def turning(self, lines: ContactLines, cycles: NDArray) -> GapOverCycles:
         """One mode per pair, as for ``pitch_errors``."""
         return turning(lines, cycles, self._deviations(lines.pair), (self.pinion_tooth, self.wheel_tooth))
 

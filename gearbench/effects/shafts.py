@@ -70,10 +70,10 @@ class SeatedGear:
         """Part (size,) of this shaft in a motion or load of all bodies that are in equilibrium together."""
         return of[self.settled.structure.motions(self.number)]
 
-    def load(self, own: NDArray) -> NDArray:
-        """Load on all bodies that are in equilibrium together, from the load ``own`` (size,) on this shaft."""
+    def load(self, on_shaft: NDArray) -> NDArray:
+        """Load on all bodies that are in equilibrium together, from the load ``on_shaft`` (size,) on this shaft."""
         load = np.zeros_like(self.settled.load)
-        load[self.settled.structure.motions(self.number)] = own
+        load[self.settled.structure.motions(self.number)] = on_shaft
         return load
 
 
@@ -93,8 +93,8 @@ def factor(gears: Sequence[SeatedGear], rows_of_gears: Sequence[NDArray]) -> NDA
     coordinates = np.concatenate([gear.face_coordinates + settled.structure.starts[gear.number] for gear in gears])
     G, scale = settled.compliance[np.ix_(coordinates, coordinates)].copy(), []
     for gear in gears:
-        twist_compliance = np.arange(len(gear.nodes)) * 6 + 5 + 6 * len(scale)
-        G[np.ix_(twist_compliance, twist_compliance)] += gear.twist_compliance
+        twist_coordinates = np.arange(len(gear.nodes)) * 6 + 5 + 6 * len(scale)
+        G[np.ix_(twist_coordinates, twist_coordinates)] += gear.twist_compliance
         # rotations [rad] are scaled by half the face width to compare with motions [mm]
         width = gear.box.pairs[PAIR].meshing.face_width
         scale += [np.array([1, 1, 1, *([2 / width] * 3)])] * len(gear.nodes)
@@ -102,7 +102,7 @@ def factor(gears: Sequence[SeatedGear], rows_of_gears: Sequence[NDArray]) -> NDA
     values, vectors = np.linalg.eigh(G / scales[:, None] / scales)
     kept = values > _RANK * values[-1]
     rows = np.concatenate(
-        [own[..., gear.face_coordinates] for gear, own in zip(gears, rows_of_gears, strict=True)], axis=-1
+        [rows[..., gear.face_coordinates] for gear, rows in zip(gears, rows_of_gears, strict=True)], axis=-1
     )
     return rows @ (scales[:, None] * vectors[:, kept] * np.sqrt(values[kept]))
 
@@ -118,7 +118,8 @@ def mesh_spread(gears: tuple[SeatedGear, SeatedGear], stiffness: NDArray) -> tup
 
     A foundation stands in place of the teeth. Among all loads with the same resultants, the chosen ones store the least
     strain energy in shafts and foundation. The foundation must be stiffer than the teeth, so that shafts and teeth
-    together are more compliant than C. If the stiffness of a mesh is not enough, that of Hertzian contact is taken.
+    together are more compliant than C. If a foundation as stiff as a mesh is too soft, one as stiff as Hertzian
+    contact is taken (``FOUNDATIONS``).
 
     Parameters
     ----------
@@ -145,11 +146,15 @@ def mesh_spread(gears: tuple[SeatedGear, SeatedGear], stiffness: NDArray) -> tup
     return P.T, P.T @ H @ P
 
 
-def _motion_at_rest(gears: tuple[SeatedGear, SeatedGear], own: tuple[NDArray, NDArray]) -> tuple[NDArray, NDArray]:
-    """Motions (size,) of both shafts in equilibrium, minus the motions due to the flank loads ``own`` (size,) (W10)."""
+def _motion_without(
+    gears: tuple[SeatedGear, SeatedGear], of_flanks: tuple[NDArray, NDArray]
+) -> tuple[NDArray, NDArray]:
+    """Motions (size,) of both shafts in equilibrium, minus those due to the flank loads ``of_flanks`` (size,) (W10)."""
     motions = []
     for gear in gears:
-        loads = [other.load(load) for other, load in zip(gears, own, strict=True) if other.settled is gear.settled]
+        loads = [
+            other.load(load) for other, load in zip(gears, of_flanks, strict=True) if other.settled is gear.settled
+        ]
         motions.append(gear.motion(gear.settled.motion - gear.settled.compliance @ np.sum(loads, axis=0)))
     return motions[0], motions[1]
 
@@ -215,14 +220,14 @@ def flank_loads(
     return pinion, wheel
 
 
-def system_effects(box: Gearbox, own: tuple[NDArray, NDArray] | None = None) -> tuple[Effect, ...]:
+def system_effects(box: Gearbox, of_flanks: tuple[NDArray, NDArray] | None = None) -> tuple[Effect, ...]:
     """Effects of the shafts of ``box`` on the contact of the scene's pair.
 
     Parameters
     ----------
     box
         The gearbox.
-    own
+    of_flanks
         Load of the flanks on the nodes of both shafts (size,), about which nonlinear bearings are linearised; by
         default a load that is even over the face.
 
@@ -235,7 +240,7 @@ def system_effects(box: Gearbox, own: tuple[NDArray, NDArray] | None = None) -> 
     InputError
         If the shafts and pairs do not fit, or the bearings do not hold a shaft.
     """
-    settled = shafts_at_rest(box, own)
+    settled = shafts_at_rest(box, of_flanks)
     pinion, wheel = (SeatedGear(box=box, gear=index, settled=settled[box.seats[(PAIR, index)][0]]) for index in (0, 1))
     effects: tuple[Effect, ...] = (Shafts(gears=(pinion, wheel)),)
     shafts = [model.shaft for gear in (pinion, wheel) for model in gear.settled.structure.shafts.values()]
@@ -243,8 +248,8 @@ def system_effects(box: Gearbox, own: tuple[NDArray, NDArray] | None = None) -> 
     only_these = {pinion.number, wheel.number} == {n for g in (pinion, wheel) for n in g.settled.structure.shafts}
     if linear and only_these and all(len(shaft.gears) == 1 and not shaft.loads for shaft in shafts):
         return effects
-    loads = own or tuple(box.force(PAIR) * box.wrench(PAIR, gear.gear, gear.model) for gear in (pinion, wheel))
+    loads = of_flanks or tuple(box.force(PAIR) * box.wrench(PAIR, gear.gear, gear.model) for gear in (pinion, wheel))
     return (
         *effects,
-        ShaftMotion(gears=(pinion, wheel), motions=_motion_at_rest((pinion, wheel), (loads[0], loads[1]))),
+        ShaftMotion(gears=(pinion, wheel), motions=_motion_without((pinion, wheel), (loads[0], loads[1]))),
     )

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from gearbench.effects.base import GapEffect, Turning
+from gearbench.effects.base import GapEffect, GapOverCycles
 from gearbench.effects.shape import MICROMETRE
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
@@ -76,7 +76,7 @@ class Waviness(GapEffect):
         turning = self.turning(lines, np.zeros(1, dtype=int))
         return turning.modes @ turning.amounts[0]
 
-    def turning(self, lines: ContactLines, cycles: NDArray) -> Turning:
+    def turning(self, lines: ContactLines, cycles: NDArray) -> GapOverCycles:
         """Two modes of a wave, sin(x + ψ) = sin x cos ψ + cos x sin ψ: x within a mesh cycle, ψ at its beginning."""
         modes, amounts = [], []
         sign = -1 if lines.coast else 1  # the mirror image of the coast flanks turns in the opposite direction
@@ -90,7 +90,7 @@ class Waviness(GapEffect):
             psi = sign * rate * cycles + math.radians(wave.phase)
             amounts += [wave.amplitude * np.cos(psi), wave.amplitude * np.sin(psi)]
         scale = MICROMETRE * math.cos(lines.pair.meshing.beta_b)
-        return Turning(modes=scale * np.stack(modes, axis=-1), amounts=np.stack(amounts, axis=-1))
+        return GapOverCycles(modes=scale * np.stack(modes, axis=-1), amounts=np.stack(amounts, axis=-1))
 
     def later(self, pair: Pair, cycles: tuple[int, int]) -> Waviness:
         """The same waves with the phases that they have ``cycles`` teeth later."""

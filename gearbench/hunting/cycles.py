@@ -18,7 +18,7 @@ from gearbench.budget import ORDERS_AT_ONCE, cycles_memory, order_memory, requir
 from gearbench.contact.batch import Batch, GapModes, chunks, on_threads, solve_one_chunk
 from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.size import contact_memory
-from gearbench.effects.base import GapEffect, Turning
+from gearbench.effects.base import GapEffect, GapOverCycles
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.gear import Gear
@@ -113,10 +113,10 @@ def turning_amounts(effects: Sequence[GapEffect], lines: ContactLines, count: in
     return np.concatenate([part.amounts for part in _turning(effects, lines, count)], axis=-1)
 
 
-def _turning(effects: Sequence[GapEffect], lines: ContactLines, count: int) -> list[Turning]:
+def _turning(effects: Sequence[GapEffect], lines: ContactLines, count: int) -> list[GapOverCycles]:
     """Gaps of the effects in the first ``count`` mesh cycles; a single mode of zeros if no effect changes."""
     found = (effect.turning(lines, np.arange(count)) for effect in effects)
-    none = Turning(modes=np.zeros((*lines.shape, 1)), amounts=np.zeros((count, 1)))
+    none = GapOverCycles(modes=np.zeros((*lines.shape, 1)), amounts=np.zeros((count, 1)))
     return [part for part in found if part is not None] or [none]
 
 
