@@ -105,7 +105,7 @@ def test_limits_of_slow_and_fast():
 
 
 def test_uniform_phases_must_resolve_the_orders():
-    with pytest.raises(InputError, match="must be more than 80 for 40 orders"):
+    with pytest.raises(InputError, match="must be more than 80, twice the 40 orders"):
         response(spur_scene({}, segments=15, positions=32), speed=1000.0, harmonics=20)
 
 
