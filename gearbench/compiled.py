@@ -48,18 +48,20 @@ def _of_these_sources(kernel: Any) -> Any:
     return kernel
 
 
-def entry(fastmath: frozenset[str] = frozenset()) -> Callable[[Callable[..., Any]], Any]:
-    """Compile a function that Python calls; ``fastmath`` holds LLVM's names of permitted changes of arithmetic."""
+def _compiled(fastmath: frozenset[str], **options: Any) -> Callable[[Callable[..., Any]], Any]:
     from numba import njit
 
-    return lambda function: _of_these_sources(njit(**_OPTIONS, fastmath=set(fastmath))(function))
+    return lambda function: _of_these_sources(njit(**_OPTIONS, fastmath=set(fastmath), **options)(function))
+
+
+def entry(fastmath: frozenset[str] = frozenset()) -> Callable[[Callable[..., Any]], Any]:
+    """Compile a function that Python calls; ``fastmath`` holds LLVM's names of permitted changes of arithmetic."""
+    return _compiled(fastmath)
 
 
 def part(fastmath: frozenset[str] = frozenset()) -> Callable[[Callable[..., Any]], Any]:
     """Compile a function that is inlined in its callers; ``fastmath`` as for ``entry``."""
-    from numba import njit
-
-    return lambda function: _of_these_sources(njit(**_OPTIONS, fastmath=set(fastmath), forceinline=True)(function))
+    return _compiled(fastmath, forceinline=True)
 
 
 def bit_casts() -> tuple[Any, Any]:

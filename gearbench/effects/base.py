@@ -253,3 +253,17 @@ class GapEffect(Effect):
         The result has the same modes in ``turning``.
         """
         return self
+
+
+@dataclass(frozen=True)
+class ChangingGap(GapEffect):
+    """A gap that changes from one mesh cycle to the next."""
+
+    @abstractmethod
+    def turning(self, lines: ContactLines, cycles: NDArray) -> GapOverCycles:
+        """The gap in the mesh cycles number ``cycles`` (cycle,)."""
+
+    def gap(self, lines: ContactLines) -> NDArray:
+        """Gap of the mesh cycle 0, (position, pair, segment) [mm]."""
+        found = self.turning(lines, np.zeros(1, dtype=int))
+        return found.modes @ found.amounts[0]

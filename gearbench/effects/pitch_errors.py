@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Sequence
 from typing import Any, ClassVar
 
-import numpy as np
-from numpy.typing import NDArray
 from pydantic.dataclasses import dataclass
 
-from gearbench.effects.base import Effects, GapEffect, GapOverCycles
-from gearbench.effects.index_deviations import Deviations, Tooth, check_teeth, later_teeth, turning
+from gearbench.effects.base import Effects
+from gearbench.effects.index_deviations import Deviations, IndexDeviations, Tooth
 from gearbench.errors import InputError
-from gearbench.geometry.action import ContactLines
 from gearbench.geometry.pair import Pair
 from gearbench.schema import STRICT
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
-class PitchErrors(GapEffect):
+class PitchErrors(IndexDeviations):
     """Index deviations of the teeth, over one mesh cycle of the revolution.
 
     Teeth are numbered from 0 in the order in which they come into mesh. The mesh cycle begins when ``pinion_tooth`` and
@@ -53,20 +50,8 @@ class PitchErrors(GapEffect):
             deviations, count = getattr(self, name), abs(gear.teeth)
             if deviations is not None and len(deviations) != count:
                 raise InputError(name, f"{len(deviations)} deviations", f"must be one for each of the {count} teeth")
-        check_teeth(pair, (self.pinion_tooth, self.wheel_tooth))
+        super().check(pair, effects)
 
-    def gap(self, lines: ContactLines) -> NDArray:
-        """Gap of the first mesh cycle, (position, pair, segment) [mm]: f cos α_t cos β_b of both teeth."""
-        turning = self.turning(lines, np.zeros(1, dtype=int))
-        return turning.modes @ turning.amounts[0]
-
-    def turning(self, lines: ContactLines, cycles: NDArray) -> GapOverCycles:
-        """One gap shape per tooth pair, scaled by the deviations of its two teeth.
-
-        In mesh cycle n, pair k is made by the teeth with the numbers first + n − k.
-        """
-        return turning(lines, cycles, (self.pinion, self.wheel), (self.pinion_tooth, self.wheel_tooth))
-
-    def later(self, pair: Pair, cycles: tuple[int, int]) -> PitchErrors:
-        """The same deviations with mesh cycles that begin ``cycles`` teeth later."""
-        return replace(self, **later_teeth(pair, (self.pinion_tooth, self.wheel_tooth), cycles))
+    def of_teeth(self, pair: Pair) -> Sequence[Deviations | None]:
+        """The deviations of the scene."""
+        return self.pinion, self.wheel

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from gearbench.effects.base import Effects, GapEffect, GapOverCycles
+from gearbench.effects.base import Effects
 from gearbench.effects.distributions import DISTRIBUTIONS
-from gearbench.effects.index_deviations import Deviations, Tooth, check_teeth, later_teeth, turning
+from gearbench.effects.index_deviations import Deviations, IndexDeviations, Tooth
 from gearbench.errors import InputError
-from gearbench.geometry.action import ContactLines
 from gearbench.geometry.gear import Gear
 from gearbench.geometry.pair import Pair
 from gearbench.schema import STRICT
@@ -69,7 +67,7 @@ class DrawnPitch:
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
-class RandomPitch(GapEffect):
+class RandomPitch(IndexDeviations):
     """Pitch errors of all teeth, drawn within tolerances; the same seed gives the same gear.
 
     Parameters
@@ -95,22 +93,10 @@ class RandomPitch(GapEffect):
         """Refuse a class or a gear outside the scope of the standard, and teeth that a gear does not have."""
         if self.pinion is None and self.wheel is None:
             raise InputError("pinion", "missing", "tolerances are required, here or for the wheel")
-        self._deviations(pair)
-        check_teeth(pair, (self.pinion_tooth, self.wheel_tooth))
+        self.of_teeth(pair)
+        super().check(pair, effects)
 
-    def _deviations(self, pair: Pair) -> list[Deviations | None]:
+    def of_teeth(self, pair: Pair) -> Sequence[Deviations | None]:
+        """The deviations that are drawn."""
         both = zip((self.pinion, self.wheel), pair.gears, strict=True)
         return [None if own is None else own.deviations(gear) for own, gear in both]
-
-    def gap(self, lines: ContactLines) -> NDArray:
-        """Gap of the first mesh cycle, (position, pair, segment) [mm]."""
-        found = self.turning(lines, np.zeros(1, dtype=int))
-        return found.modes @ found.amounts[0]
-
-    def turning(self, lines: ContactLines, cycles: NDArray) -> GapOverCycles:
-        """One mode per pair, as for ``pitch_errors``."""
-        return turning(lines, cycles, self._deviations(lines.pair), (self.pinion_tooth, self.wheel_tooth))
-
-    def later(self, pair: Pair, cycles: tuple[int, int]) -> RandomPitch:
-        """The same errors with mesh cycles that begin ``cycles`` teeth later."""
-        return replace(self, **later_teeth(pair, (self.pinion_tooth, self.wheel_tooth), cycles))

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from gearbench.effects.base import GapEffect, GapOverCycles
+from gearbench.effects.base import ChangingGap, GapOverCycles
 from gearbench.effects.shape import MICROMETRE
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
@@ -46,7 +46,7 @@ Waves = Annotated[tuple[Wave, ...], Field(max_length=100)]
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
-class Waviness(GapEffect):
+class Waviness(ChangingGap):
     """Waves on the flanks, e = a cos β_b sin(2π q t/z + φ) (F7), with t in mesh periods over all revolutions.
 
     Points that touch at the same time have the same deviation, as from an eccentric gear, or from a hob or grinding
@@ -70,11 +70,6 @@ class Waviness(GapEffect):
     def __post_init__(self) -> None:
         if not self.pinion and not self.wheel:
             raise InputError("pinion", "missing", "a wave is required, here or for the wheel")
-
-    def gap(self, lines: ContactLines) -> NDArray:
-        """Gap of the mesh cycle 0, (position, pair, segment) [mm]."""
-        turning = self.turning(lines, np.zeros(1, dtype=int))
-        return turning.modes @ turning.amounts[0]
 
     def turning(self, lines: ContactLines, cycles: NDArray) -> GapOverCycles:
         """Two modes of a wave, sin(x + ψ) = sin x cos ψ + cos x sin ψ: x within a mesh cycle, ψ at its beginning."""

@@ -61,8 +61,8 @@ def flank_map(solved: Solved, values: NDArray, size: tuple[int, int] = SIZE) -> 
 TOGETHER = 16
 #: Responses of a pair whose scatter is shown; those of a train are ``STUDIED``.
 RMS_VALUES = ("transmission_error_rms", "mesh_stiffness_rms")
-#: Number of error samples, and of mesh orders in the spectra.
-SAMPLES, ORDERS = 256, 10
+#: Number of error samples.
+SAMPLES = 256
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,7 +76,7 @@ class CycleCurve:
     length
         Number of mesh periods in the cycle.
     orders, amplitude
-        Mesh orders, 1 … ``ORDERS`` of a cycle of one mesh period, and their amplitudes, (order,).
+        Mesh orders (``Phases.orders``) and their amplitudes, (order,).
     mean, rms, peak_to_peak
         Values over the cycle; ``rms`` of the stiffness is relative to its mean [%].
     """
@@ -228,13 +228,12 @@ def scattered(
 def _curve(cycle: MeshCycle, name: str) -> CycleCurve:
     phases, values = cycle.phases, getattr(cycle, name)
     parts = curves(phases, values, 12)
-    several = phases.length > 1
     return CycleCurve(
         phase=np.concatenate([x for x, _ in parts]),
         values=np.concatenate([y for _, y in parts]),
         length=phases.length,
-        orders=np.array(phases.orders) if several else np.arange(1, ORDERS + 1),
-        amplitude=2 * np.abs(coefficients(phases, values, None if several else ORDERS)),
+        orders=np.array(phases.orders),
+        amplitude=2 * np.abs(coefficients(phases, values)),
         **{part: float(response(f"{name}_{part}").reduce(cycle)) for part in ("mean", "rms", "peak_to_peak")},
     )
 

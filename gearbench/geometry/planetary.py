@@ -290,15 +290,14 @@ class PlanetarySet:
 
     def linkage(self, train: Train, *, coast: bool) -> Linkage:
         """Coupling of the meshes."""
-        keys = self.keys
-        twisted = dict.fromkeys(self.second_gears, 1e3 * (keys.planet_torsional_stiffness or 0.0))
+        keys, k = self.keys, self.keys.planet_torsional_stiffness
         return Linkage(
             train=train,
             more=keys.motions(),
             carrier=CARRIER,
             carried=keys.names,
             coast=coast,
-            twisted=twisted if keys.planet_torsional_stiffness else {},
+            twisted={} if k is None else dict.fromkeys(self.second_gears, 1e3 * k),
         )
 
     def modes(self, linkage: Linkage) -> dict[str, NDArray]:
@@ -381,7 +380,7 @@ def expanded(given: Any) -> tuple[PlanetarySet, dict[str, Any]]:
     if alone := [key for key, value in of_stepped.items() if value and not stepped]:
         raise InputError(f"planetary.{alone[0]}", "given", "is for stepped planets: give planetary.planet_at_ring too")
     second = {key: own[AT_RING].pop(key) for key in SHARED if key in own.get(AT_RING, {})}
-    at_ring = read(Planetary, whole | second, f"planetary.{AT_RING}")
+    at_ring = read(Planetary, whole | second, f"planetary.{AT_RING}") if stepped else found
     m_s, m_r = (each.normal_module / math.cos(math.radians(each.helix_angle)) for each in (found, at_ring))
     z_s, z_p, z_q = (own[name]["teeth"] for name in (SUN, PLANET, AT_RING if stepped else PLANET))
     z_r = own[RING].setdefault("teeth", -(round((z_s + z_p) * m_s / m_r) + z_q))
