@@ -340,6 +340,13 @@ class Scene:
         return self.train is not None and self.train.coupled(self.geometry)
 
     @property
+    def has_random_errors(self) -> bool:
+        """Whether errors are drawn: ``[effects.manufacturing_errors]`` or ``[planetary.scatter]``."""
+        short = None if self.train is None else self.train.planetary
+        of_members = short is not None and short.keys.scatter is not None
+        return of_members or self.effect("manufacturing_errors") is not None
+
+    @property
     def flank_effects(self) -> tuple[Effect, ...]:
         """Effects of the loaded flanks (drive or coast), and those that follow from temperatures."""
         own = {effect.name: effect for effect in self.coast} if self.load.coast else {}

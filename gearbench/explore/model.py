@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.contact.batch import on_threads
-from gearbench.effects.manufacturing_errors import ManufacturingErrors
 from gearbench.results import flank
 from gearbench.results.cycle import MeshCycle, coefficients, curves
 from gearbench.results.flank_map import over_flank
@@ -159,7 +158,7 @@ class Picture:
     @property
     def unfinished(self) -> bool:
         """Whether the scatter still has to be computed."""
-        return self.scatter is None and _scatters(self.scene)
+        return self.scatter is None and self.scene.has_random_errors
 
 
 def picture(scene: Scene, samples: int = SAMPLES) -> Picture:
@@ -236,13 +235,6 @@ def _curve(cycle: MeshCycle, name: str) -> CycleCurve:
         amplitude=2 * np.abs(coefficients(phases, values)),
         **{part: float(response(f"{name}_{part}").reduce(cycle)) for part in ("mean", "rms", "peak_to_peak")},
     )
-
-
-def _scatters(scene: Scene) -> bool:
-    """Whether a scene has random errors."""
-    short = None if scene.train is None else scene.train.planetary
-    of_members = short is not None and short.keys.scatter is not None
-    return of_members or isinstance(scene.effect("manufacturing_errors"), ManufacturingErrors)
 
 
 @single_threaded_blas()

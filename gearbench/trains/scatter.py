@@ -252,13 +252,13 @@ def sampled_train(scene: Scene, solved: SolvedTrain | None = None) -> SampledTra
     InputError
         If the scene has neither table, has several loads, or has errors that do not belong to a flank.
     """
-    short = None if scene.train is None else scene.train.planetary
-    scatter, of_flanks = None if short is None else short.keys.scatter, scene.effect("manufacturing_errors") is not None
-    if scatter is None and not of_flanks:
+    if not scene.has_random_errors:
         allowed = "is needed by robust, such as pin_tangential = 20.0; or give effects.manufacturing_errors"
         raise InputError("planetary.scatter", "missing", allowed)
     if scene.loads:
         raise InputError("loads", f"{len(scene.loads)} loads", "not supported by robust for trains: give one [load]")
+    short = None if scene.train is None else scene.train.planetary
+    scatter, of_flanks = None if short is None else short.keys.scatter, scene.effect("manufacturing_errors") is not None
     if of_flanks:
         check_flanks(scene)
     names = variables(scatter, short.keys.names) if short is not None and scatter is not None else {}
