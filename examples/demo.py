@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gearbench import ToothBending, optimise, read_scene, read_study, robust, save, simulate, validate
-from gearbench.plot import density, load_map
+from gearbench.plot import density, load_map, over_two_periods
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -57,11 +57,10 @@ def judged(one: xr.Dataset, teeth: str) -> tuple[str, xr.Dataset]:
     from matplotlib import pyplot as plt
 
     _, axes = plt.subplots(figsize=(7, 4), layout="constrained")
-    for model, label in (("fast", f"{teeth} teeth"), ("reference", "finite elements")):
-        own = one.sel(model=model)
-        axes.plot(own["mesh_phase"], own["transmission_error"], label=label)
-    axes.set(xlabel="mesh phase", ylabel="static transmission error [µm]")
-    axes.legend()
+    for model, colour in (("fast", "tab:blue"), ("reference", "tab:orange")):
+        over_two_periods(one.sel(model=model), "transmission_error", axes, colour)
+    axes.set_ylabel("static transmission error [µm]")
+    axes.legend(axes.lines[:3:2], (f"{teeth} teeth", "finite elements"), frameon=False)
     error = {
         f"{kind} {symbol}": float(one[f"{name}_{key}_error"])
         for name, symbol in (("transmission_error", "STE"), ("mesh_stiffness", "k"))
@@ -82,10 +81,11 @@ def load_on_the_flank() -> tuple[str, xr.Dataset]:
     result = simulate(
         read_scene(EXAMPLES / "gears" / "e_drive_input.toml"), outputs=["line_load", "flank_pressure_max"]
     )
-    load_map(result, 0)
+    most = float(result["flank_pressure_max"])
+    load_map(result, 0).set_title(f"Input pinion of an electric axle: largest pressure {most:.0f} MPa", fontsize=10)
     return (
         "An electric axle's input stage, contact off the line of action included: the largest pressure is "
-        f"{float(result['flank_pressure_max']):.0f} MPa, and crowning keeps the load away from the ends of the face.",
+        f"{most:.0f} MPa, and crowning keeps the load away from the ends of the face.",
         result,
     )
 

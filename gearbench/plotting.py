@@ -181,7 +181,7 @@ def load_map(dataset: xr.Dataset, gear: int, axes: Axes | None = None, *, scale:
     roll = pair.meshing.along_path(gear, path)
     flank = roll <= own.roll_length(own.tip_radius)
     angle, shown = np.degrees(roll[flank] / own.base_radius), shown[flank]
-    _coloured(axes, (across, angle, shown), "contact pressure p [MPa]", top, pressure.max(), pad=0.16)
+    _coloured(axes, (across, angle, shown), "contact pressure p [MPa]", top, pressure.max(), pad=0.02)
     for radius, name, style in _circles(scene, gear):
         at = float(np.degrees(own.roll_length(radius) / own.base_radius))
         axes.axhline(at, color="black" if style == "-" else "0.25", lw=1.0, ls=style)
