@@ -60,8 +60,10 @@ class FlankCurve:
     def shapes(self, index: int, extent: Ramp) -> Iterator[Shape]:
         """Shapes of the curve on gear ``index``; ``extent`` is the variable t of a polynomial."""
         if self.at is not None and self.deviation is not None:
-            along = "face" if extent.along == "face" else "roll"
-            yield Shape(gear=index, factors=(Polyline(along=along, at=self.at, values=self.deviation),))
+            at, values, along = self.at, self.deviation, "face" if extent.along == "face" else "roll"
+            if along == "roll" and extent.start < 0 <= at[0]:  # roll lengths of an internal gear are negative
+                at, values = tuple(-x for x in reversed(at)), values[::-1]
+            yield Shape(gear=index, factors=(Polyline(along=along, at=at, values=values),))
         for power, c in enumerate(self.polynomial or (), start=1):
             if c:
                 yield Shape(gear=index, amount=c, factors=(replace(extent, power=power),))

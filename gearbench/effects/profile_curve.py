@@ -8,7 +8,7 @@ from pydantic.dataclasses import dataclass
 
 from gearbench.effects.base import Effects
 from gearbench.effects.curves import CurvesOfGears
-from gearbench.effects.shape import Ramp, slope
+from gearbench.effects.shape import Polyline, Ramp, slope
 from gearbench.errors import InputError
 from gearbench.geometry.names import GEARS
 from gearbench.geometry.pair import Pair
@@ -20,7 +20,7 @@ class ProfileCurve(CurvesOfGears):
     """Deviation of the profile of each gear along its roll length, the same all over the face.
 
     A polynomial runs over the active profile, from t = 0 (root side) to t = 1 (tip side). Points are at roll lengths
-    √(R² − r_b²).
+    √(R² − r_b²), on a ring too, where they increase towards the root; there they may all have the minus of ISO 21771.
 
     Parameters
     ----------
@@ -36,12 +36,16 @@ class ProfileCurve(CurvesOfGears):
 
     def check(self, pair: Pair, effects: Effects) -> None:
         """Refuse points that cover less than half of the active profile: they probably belong to another gear."""
-        for index, curve in self.curves.items():
-            low, high = pair.meshing.active_rolls[index]
-            if curve.at is not None and min(high, curve.at[-1]) - max(low, curve.at[0]) < (high - low) / 2:
-                span = f"{curve.at[0]:g} to {curve.at[-1]:g} mm"
+        for shape in self.shapes(pair):
+            (curve,) = shape.factors
+            if shape.gear is None or not isinstance(curve, Polyline):
+                continue
+            sign = pair.gears[shape.gear].sign
+            low, high = sorted(sign * roll for roll in pair.meshing.active_rolls[shape.gear])
+            first, last = sorted((sign * curve.at[0], sign * curve.at[-1]))
+            if min(high, last) - max(low, first) < (high - low) / 2:
                 allowed = f"must cover half of the active profile, roll lengths of {low:.5g} to {high:.5g} mm"
-                raise InputError(f"{GEARS[index]}.at", span, allowed)
+                raise InputError(f"{GEARS[shape.gear]}.at", f"{first:g} to {last:g} mm", allowed)
 
     def extent(self, pair: Pair, index: int) -> Ramp:
         """Ramp t from 0 to 1 over the roll lengths of the active profile."""

@@ -328,3 +328,20 @@ def test_bad_coast_tables_are_one_line(coast, message):
     with pytest.raises(InputError) as caught:
         parse_scene(tables(150.0, {}, coast=coast))
     assert str(caught.value).startswith(message)
+
+
+def test_roll_lengths_on_a_ring_are_above_0():
+    """Points of a curve and the start of a relief have the same sign there; curves may also have that of ISO 21771."""
+    ring = tomllib.loads((ROOT / "examples" / "ring.toml").read_text(encoding="utf-8"))
+    pair = parse_scene(ring).pair
+    u = np.linspace(pair.meshing.path_start, pair.meshing.path_end, 25)
+    lines = at(pair, u, np.linspace(0, 25, 25))
+    tip, root = (-roll for roll in pair.meshing.active_rolls[1][::-1])
+    relieved = made(TipRelief, wheel={"amount": 8.0, "start_roll_length": tip + 1.0}).gap(lines)
+    assert relieved.max() > 5e-3
+    for points, deviation in (((tip, tip + 1.0, root), [8.0, 0.0, 0.0]), ((-root, -tip - 1.0, -tip), [0.0, 0.0, 8.0])):
+        curve = made(ProfileCurve, wheel={"at": list(points), "deviation": deviation})
+        assert_allclose(curve.gap(lines), relieved, atol=1e-12)
+    ring["effects"]["profile_curve"] = {"wheel": {"at": [0.0, 1.0], "deviation": [8.0, 0.0]}}
+    with pytest.raises(InputError, match=rf"wheel\.at = 0 to 1 mm: must cover .* of {tip:.5g} to {root:.5g} mm"):
+        parse_scene(ring)
