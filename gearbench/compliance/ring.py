@@ -237,8 +237,10 @@ def _axial_products(q: int) -> tuple[NDArray, NDArray]:
 @lru_cache(maxsize=64)
 def harmonic_weights(most: int, apart: float = APART) -> tuple[NDArray, NDArray]:
     """Numbers of the computed harmonics, and their weights (n, computed) in the ĉ_n for n = 0 … ``most``."""
-    some, weights = sampled(most, apart), np.eye(most + 1)
-    if len(some) <= most:
+    some = sampled(most, apart)
+    if len(some) > most:
+        weights = np.eye(most + 1)
+    else:
         n = np.arange(1, most + 1)
         weights = np.zeros((most + 1, len(some)))
         weights[0, 0] = 1.0
