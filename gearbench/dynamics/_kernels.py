@@ -107,12 +107,12 @@ def monodromy(full, half, a, kick, dt, r, counts):
 @part()
 def _flank(table, spacing, row, x):
     """Force of a flank and its slope at the approach x after first contact; linear between and beyond the points."""
-    at = x / spacing
-    if at <= 0.0:
+    position = x / spacing
+    if position <= 0.0:
         return 0.0, 0.0
-    j = min(int(at), table.shape[1] - 2)
-    slope = table[row, j + 1] - table[row, j]
-    return table[row, j] + (at - j) * slope, slope / spacing
+    interval = min(int(position), table.shape[1] - 2)
+    slope = table[row, interval + 1] - table[row, interval]
+    return table[row, interval] + (position - interval) * slope, slope / spacing
 
 
 @part()
@@ -158,15 +158,15 @@ def _add_force(curve, row, x, weight, f, J):
 
 
 @part()
-def _motion(curve, balance, row, share, free, work):
+def _motion(curve, mean_state, row, share, free_motion, work):
     """Solve x = x_free − c (f(x) − f̄ − K̄ (x − x̄)) for x by Newton's method, starting from x_free.
 
     f is interpolated between the phase ``row`` and the next one at ``share``. The results are in ``work``.
     """
     x, f, residual, excess = work.vectors[0], work.vectors[1], work.vectors[2], work.vectors[3]
     J, A = work.matrices
-    next_row, size = (row + 1) % len(curve.begin), len(free)
-    x[:] = free
+    next_row, size = (row + 1) % len(curve.begin), len(free_motion)
+    x[:] = free_motion
     for _ in range(20):
         f[:], J[:] = 0.0, 0.0
         _add_force(curve, row, x, 1.0 - share, f, J)
@@ -174,18 +174,18 @@ def _motion(curve, balance, row, share, free, work):
             _add_force(curve, next_row, x, share, f, J)
         largest = 0.0
         for i in range(size):
-            excess[i] = f[i] - balance.force[i]
+            excess[i] = f[i] - mean_state.force[i]
             for j in range(size):
-                excess[i] -= balance.stiffness[i, j] * (x[j] - balance.motion[j])
+                excess[i] -= mean_state.stiffness[i, j] * (x[j] - mean_state.motion[j])
         for i in range(size):
-            residual[i] = free[i] - x[i]
+            residual[i] = free_motion[i] - x[i]
             for j in range(size):
-                residual[i] -= balance.residual_compliance[i, j] * excess[j]
+                residual[i] -= mean_state.residual_compliance[i, j] * excess[j]
                 A[i, j] = 1.0 if i == j else 0.0
                 for m in range(size):
-                    A[i, j] += balance.residual_compliance[i, m] * (J[m, j] - balance.stiffness[m, j])
+                    A[i, j] += mean_state.residual_compliance[i, m] * (J[m, j] - mean_state.stiffness[m, j])
             largest = max(largest, abs(residual[i]))
-        if largest <= 1e-9 * balance.deflection:
+        if largest <= 1e-9 * mean_state.deflection:
             break
         _solve(A, residual)
         for i in range(size):
@@ -236,7 +236,7 @@ def _change(ends, mesh_motion, inverse, repeats):
 
 
 @entry()
-def run(state, free, damper_factors, mesh_motion, curve, balance, record, limits):
+def run(state, free, damper_factors, mesh_motion, curve, mean_state, record, limits):
     """Integrate until the motion repeats, and return the number of periods after which it does, or 0 if it does not.
 
     Parameters
@@ -248,7 +248,7 @@ def run(state, free, damper_factors, mesh_motion, curve, balance, record, limits
         an empty array (0, 0).
     mesh_motion
         Relative motion of the mesh rows per modal motion, a (row, mode).
-    curve, balance
+    curve, mean_state
         ``ForceTable`` and ``MeanState``.
     record
         x and f over the last periods (2, row, period, phase).
@@ -267,10 +267,10 @@ def run(state, free, damper_factors, mesh_motion, curve, balance, record, limits
         for step in range(steps * substeps):
             row, share = step // substeps, (step % substeps) / substeps
             for i in range(rows):
-                free_motion[i] = balance.motion[i]
+                free_motion[i] = mean_state.motion[i]
                 for j in range(modes):
                     free_motion[i] -= mesh_motion[i, j] * p[j]
-            _motion(curve, balance, row, share, free_motion, work)
+            _motion(curve, mean_state, row, share, free_motion, work)
             if share == 0.0:
                 record[0, :, -1, row], record[1, :, -1, row] = work.vectors[0], work.vectors[1]
             for j in range(modes):
@@ -283,7 +283,7 @@ def run(state, free, damper_factors, mesh_motion, curve, balance, record, limits
         period_count = 0
         # A motion that nearly repeats settles slowly. By chance it may then agree better with a longer period.
         for repeats in range(1, min(kept, period) + 1):
-            change = _change(ends, mesh_motion, free[4], repeats) / balance.deflection
+            change = _change(ends, mesh_motion, free[4], repeats) / mean_state.deflection
             if change <= limits[4]:
                 period_count = repeats
                 if change <= limits[3]:

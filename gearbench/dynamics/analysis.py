@@ -19,7 +19,7 @@ from gearbench.dynamics.steady import MOST as MOST_COMBINATIONS
 from gearbench.dynamics.steady import SETTLED, steady
 from gearbench.dynamics.train_model import train_model
 from gearbench.errors import InputError
-from gearbench.hunting.cycles import unlike
+from gearbench.hunting.cycles import tooth_to_tooth_effects
 from gearbench.results.origin import with_grids
 from gearbench.results.provenance import provenance
 from gearbench.results.responses import described
@@ -112,10 +112,10 @@ def speed_variables(model: LinearModel, speeds: NDArray, harmonics: int) -> Vari
     """Variables of the Dataset that depend on speed."""
     # with several frequencies the truncated products make the last orders inaccurate: solve a few more than returned
     solved = harmonics + (EXTRA_ORDERS if len(model.groups) > 1 else 0)
-    rows, found = np.arange(len(model.stiffness)), steady(model, speeds, solved)
-    index, equivalent_force = found.index[1:], np.moveaxis(found.equivalent_force, 1, 2)
-    te, motion, at_bearings = model.modes.response_to_mesh_forces(found.omega, equivalent_force, rows)
-    force = (equivalent_force + motion @ model.stiffness.T)[..., :: len(rows) // len(model.names)]
+    rows, solution = np.arange(len(model.stiffness)), steady(model, speeds, solved)
+    index, equivalent_force = solution.index[1:], np.moveaxis(solution.equivalent_force, 1, 2)
+    te, motion, at_bearings = model.modes.response_to_mesh_forces(solution.omega, equivalent_force, rows)
+    force = (equivalent_force + motion @ model.stiffness.T)[..., :: model.rows_per_mesh]
     stability = np.full((len(speeds), len(model.names)), np.nan)
     for group in model.groups:
         stability[:, group.meshes] = growth(model, group, speeds, harmonics)[:, None]
@@ -126,19 +126,19 @@ def speed_variables(model: LinearModel, speeds: NDArray, harmonics: int) -> Vari
     mean = model.force + np.real(force[:, 0])
     te, force, at_bearings = (np.moveaxis(values[:, 1:], 1, -1) for values in (te, force, at_bearings))
     vibration = Vibration(
-        harmonics=harmonics, index=index, omega=found.omega[:, 1:], mean=mean, force=force, at_bearings=at_bearings
+        harmonics=harmonics, index=index, omega=solution.omega[:, 1:], mean=mean, force=force, at_bearings=at_bearings
     )
     points = waves.points(solved)
     peak, least = (mean + sign * waves.highest(sign * force, index, points) for sign in (1, -1))
-    own_orders, dims = _of_own_frequency(model, solved)[:, :harmonics], ("speed", "mesh", "harmonic")
-    each_mesh = np.arange(len(model.names))[:, None]
-    te_own, force_own = te[:, each_mesh, own_orders], force[:, each_mesh, own_orders]
+    mesh_orders, dims = _orders_of_mesh_frequency(model, solved)[:, :harmonics], ("speed", "mesh", "harmonic")
+    mesh_index = np.arange(len(model.names))[:, None]
+    te_at_mesh_orders, force_at_mesh_orders = te[:, mesh_index, mesh_orders], force[:, mesh_index, mesh_orders]
     variables: Variables = {
-        "dynamic_transmission_error_amplitude": (dims, 2e3 * np.abs(te_own)),
-        "dynamic_transmission_error_phase": (dims, np.angle(te_own)),
+        "dynamic_transmission_error_amplitude": (dims, 2e3 * np.abs(te_at_mesh_orders)),
+        "dynamic_transmission_error_phase": (dims, np.angle(te_at_mesh_orders)),
         "dynamic_transmission_error_rms": (dims[:2], 1e3 * waves.rms(waves.with_mean(te))),
-        "mesh_force_amplitude": (dims, 2 * np.abs(force_own)),
-        "mesh_force_phase": (dims, np.angle(force_own)),
+        "mesh_force_amplitude": (dims, 2 * np.abs(force_at_mesh_orders)),
+        "mesh_force_phase": (dims, np.angle(force_at_mesh_orders)),
         "mesh_force_rms": (dims[:2], waves.rms(waves.with_mean(force))),
         "mean_force": (("mesh",), model.force),
         "dynamic_factor": (dims[:2], peak / model.force),
@@ -146,26 +146,29 @@ def speed_variables(model: LinearModel, speeds: NDArray, harmonics: int) -> Vari
         "floquet_multiplier": (dims[:2], stability),
     }
     if len(model.groups) > 1:
-        first = len(model.groups) * solved
+        first_combination = len(model.groups) * solved
         group_names = [model.names[group.meshes[0]] for group in model.groups]
-        by_source = np.where(model.is_source[:, None, None], np.moveaxis(force[..., own_orders], 2, 1), 0.0)
+        by_source = np.where(model.is_source[:, None, None], np.moveaxis(force[..., mesh_orders], 2, 1), 0.0)
         variables |= {
             "mesh_force_by_source_amplitude": (("speed", "source", "mesh", "harmonic"), 2 * np.abs(by_source)),
             "mesh_force_combination_amplitude": (
                 ("speed", "mesh", "combination"),
-                2 * np.abs(force[..., first:]),
+                2 * np.abs(force[..., first_combination:]),
             ),
-            "combination": (("combination",), [_combination(group_names, each) for each in index[first:]]),
-            "combination_residual": (("speed",), found.residual),
+            "combination": (
+                ("combination",),
+                [_combination(group_names, multiples) for multiples in index[first_combination:]],
+            ),
+            "combination_residual": (("speed",), solution.residual),
             "combination_frequency": (
                 ("speed", "combination"),
-                np.abs(found.omega[:, 1 + first :]) / (2 * np.pi),
+                np.abs(solution.omega[:, 1 + first_combination :]) / (2 * np.pi),
             ),
         }
     loads = model.on_bearings(vibration)
     if model.mechanics.bearing_names:
         dims = ("speed", "mesh", "bearing", "direction", "harmonic")
-        by_source = np.moveaxis(loads[:, :, : len(model.directions)][..., own_orders], 3, 1)
+        by_source = np.moveaxis(loads[:, :, : len(model.directions)][..., mesh_orders], 3, 1)
         by_source[:, ~model.is_source] = 0.0
         variables["bearing_force_amplitude"] = (dims, 2 * np.abs(by_source))
         variables["bearing_force_phase"] = (dims, np.angle(by_source))
@@ -189,12 +192,12 @@ def growth(model: LinearModel, group: Group, speeds: NDArray, harmonics: int) ->
     return multipliers(model.modes, rows, model.omega(group, speeds), stiffness[None])
 
 
-def _of_own_frequency(model: LinearModel, harmonics: int) -> NDArray:
+def _orders_of_mesh_frequency(model: LinearModel, harmonics: int) -> NDArray:
     """Indices (mesh, harmonic) of the orders of the mesh frequency of each mesh, among all orders but order zero."""
-    group = np.empty(len(model.names), dtype=int)
-    for number, each in enumerate(model.groups):
-        group[each.meshes] = number
-    return harmonics * group[:, None] + np.arange(harmonics)
+    group_of_mesh = np.empty(len(model.names), dtype=int)
+    for number, meshes in enumerate(group.meshes for group in model.groups):
+        group_of_mesh[meshes] = number
+    return harmonics * group_of_mesh[:, None] + np.arange(harmonics)
 
 
 def modal_variables(model: LinearModel, speeds: NDArray, harmonics: int) -> Variables:
@@ -218,7 +221,7 @@ def modal_variables(model: LinearModel, speeds: NDArray, harmonics: int) -> Vari
 def notes(model: LinearModel, speeds: NDArray, harmonics: int, variables: Variables) -> list[str]:
     """Notes for the reader of the result, one line each."""
     lines = model.remarks(speeds, harmonics)
-    if unlike(model.scene):
+    if tooth_to_tooth_effects(model.scene):
         lines.append(
             "teeth differ from one another: the response uses one mesh cycle for all; side bands need a revolution"
         )
@@ -233,11 +236,12 @@ def notes(model: LinearModel, speeds: NDArray, harmonics: int, variables: Variab
         "" if model.scene.coupled else ", see nonlinear"
     )
     meshes_of: dict[str, list[str]] = {}
-    for mesh, (name, at_rest) in enumerate(zip(model.names, model.at_rest(2 * harmonics)[:, 1:], strict=True)):
+    quasi_static = model.quasi_static_approach(2 * harmonics)[:, 1:]
+    for mesh, (name, approach) in enumerate(zip(model.names, quasi_static, strict=True)):
         for where, text in ((growth[:, mesh] > 1 + GROWTH, UNSTABLE), (~kept[:, mesh], separated)):
             if where.any():
                 meshes_of.setdefault(f"{text} at {spans(speeds, where)} 1/min", []).append(name)
-        share = float(np.linalg.norm(at_rest[harmonics:]) / max(np.linalg.norm(at_rest), 1e-300))
+        share = float(np.linalg.norm(approach[harmonics:]) / max(np.linalg.norm(approach), 1e-300))
         if share > OMITTED_SHARE:
             text = (
                 f"{100 * share:.0f} % of its quasi-static motion is in orders above {harmonics}, which are not "
@@ -293,9 +297,9 @@ def _dataset(
     attrs = provenance(model.scene, wall_time=time.perf_counter() - start) | {"notes": "\n".join(lines)}
     for line in lines:
         _LOG.info("%s", line)
-    proven = {name: variables.pop(name) for name in ("floquet_multiplier",)}
-    found = described(variables, UNSTABLE) | described(proven, "stability is proven without it, at any speed")
-    result = xr.Dataset(found, coords=described(coords), attrs=attrs)
+    stability = {"floquet_multiplier": variables.pop("floquet_multiplier")}
+    data = described(variables, UNSTABLE) | described(stability, "stability is proven without it, at any speed")
+    result = xr.Dataset(data, coords=described(coords), attrs=attrs)
     if model.scene.coupled:
         result["speed"].attrs["long_name"] = f"speed of {model.scene.geometry.reference}"
     return with_grids(result, model.scene)

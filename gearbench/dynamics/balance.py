@@ -52,9 +52,9 @@ def convolution(stiffness: NDArray, index: NDArray | None = None, along: int = 0
     along
         Index of the frequency at which k(t) varies.
     """
-    at = np.arange((stiffness.shape[-1] + 1) // 2)[:, None] if index is None else index
-    lower, upper = (_between(stiffness, at[:, None] + sign * at, along) for sign in (-1, 1))
-    K = np.empty((*lower.shape[:-1], 2 * len(at) - 1), dtype=complex)
+    multiples = np.arange((stiffness.shape[-1] + 1) // 2)[:, None] if index is None else index
+    lower, upper = (_between(stiffness, multiples[:, None] + sign * multiples, along) for sign in (-1, 1))
+    K = np.empty((*lower.shape[:-1], 2 * len(multiples) - 1), dtype=complex)
     K[..., 0] = lower[..., 0]
     K[..., 1::2], K[..., 2::2] = (lower + upper)[..., 1:], 1j * (lower - upper)[..., 1:]
     return _real_rows(K, axis=-2)
@@ -125,17 +125,17 @@ def solve(excitation: Excitation, h: NDArray, mean: NDArray) -> tuple[NDArray, N
     p_s[:, 0] = 0.0
     driven = np.swapaxes(np.einsum("snij,jn->sni", h, p_s), 1, 2)
     driven[..., 1:] += x_s[:, 1:]
-    b, found = -real(driven).reshape(len(h), M * N), np.empty((len(h), M, N))
+    b, y = -real(driven).reshape(len(h), M * N), np.empty((len(h), M, N))
     varying = np.moveaxis(varying, 2, 1).reshape(M * N, M * N)
     for block in in_blocks(len(h), (M * N) ** 2):
         # y + ĥ_c (K − K̄) y = −x_s − ĥ_c (f_s − K̄ x_s)
         A = np.eye(M * N) + block_rows(h[block]).reshape(-1, M * N, M * N) @ varying
-        found[block] = np.linalg.solve(A, b[block, :, None])[..., 0].reshape(-1, M, N)
-    force = excitation.force + orders(np.einsum("ijab,sjb->sia", K, found))
-    return x_s + orders(found), force
+        y[block] = np.linalg.solve(A, b[block, :, None])[..., 0].reshape(-1, M, N)
+    force = excitation.force + orders(np.einsum("ijab,sjb->sia", K, y))
+    return x_s + orders(y), force
 
 
-def conjugate_residuals(
+def generalised_conjugate_residuals(
     apply: Callable[[NDArray], NDArray],
     x: NDArray,
     residual: NDArray,
@@ -143,7 +143,7 @@ def conjugate_residuals(
     tolerance: NDArray,
     steps: int,
 ) -> tuple[NDArray, NDArray]:
-    """Solve many linear problems A x = b at once by conjugate residuals; return x and the residual b − A x.
+    """Solve many problems A x = b at once by generalised conjugate residuals (GCR); return x and the residual b − A x.
 
     Parameters
     ----------
@@ -166,7 +166,7 @@ def conjugate_residuals(
         for previous, previous_image, size in directions:
             factor = product(previous_image, image) / size
             direction, image = direction - factor * previous, image - factor * previous_image
-        # a problem without residual makes no step
+        # the smallest number avoids 0/0 in a problem that is already solved
         size = np.maximum(product(image, image), np.finfo(residual.dtype).tiny)
         factor = product(image, residual) / size
         x, residual = x + factor * direction, residual - factor * image

@@ -18,16 +18,16 @@ if TYPE_CHECKING:
 NAME, LONG = 40, 36
 
 
-def write(draw: Any, one: xr.Dataset, path: Path) -> None:
+def write(draw: Any, data: xr.Dataset, path: Path) -> None:
     """Write the figure that ``draw`` makes; the title names the scene, the mesh and the finding that it returns."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(8, 5.2), layout="constrained")
     FigureCanvasAgg(figure)
-    finding = draw(figure, one)
-    scene = tomllib.loads(one.attrs.get("scene", "")).get("name", "")
-    names = [scene, f"mesh {one['mesh'].item()}" if "mesh" in one.coords and not one["mesh"].ndim else ""]
+    finding = draw(figure, data)
+    scene = tomllib.loads(data.attrs.get("scene", "")).get("name", "")
+    names = [scene, f"mesh {data['mesh'].item()}" if "mesh" in data.coords and not data["mesh"].ndim else ""]
     title = ": ".join(filter(None, [", ".join(name[:NAME] for name in names if name), finding]))
     figure.suptitle("\n".join(map(as_label, title.split("\n"))), fontsize="medium", wrap=True)
     with replacing(path) as part:
@@ -61,5 +61,5 @@ def hertz(frequency: float) -> str:
 def peak(values: Any, speeds: Any) -> tuple[float, float]:
     """Largest value, NaN ignored, and the speed at which it occurs."""
     finite = np.nan_to_num(np.asarray(values, dtype=float), nan=-np.inf)
-    at = int(finite.argmax())
-    return float(finite[at]), float(speeds[at])
+    index = int(finite.argmax())
+    return float(finite[index]), float(speeds[index])

@@ -46,74 +46,74 @@ def draw_response(dataset: xr.Dataset, folder: Path) -> list[Path]:
         per_mesh += (("housing", _housing),) if "point" in dataset.dims else ()
         for_all = (("modes", _modes),) if dataset.get("shaft_mode_shape", np.empty(0)).size else ()
         for_all += (("ripples", _ripples),) if "ripple" in dataset.dims else ()
-    of_set_figures: list[tuple[str, Any, xr.Dataset]] = []
+    set_figures: list[tuple[str, Any, xr.Dataset]] = []
     if "mode_kind" in dataset:  # a planetary set: figures of all meshes, then of the mesh with the largest factor
-        of_set = [("modes", draw_modes), ("sharing", draw_sharing), ("bearings", _bearings)]
-        of_set += [("ring", draw_ring)] if "lobes" in dataset.dims else []
-        of_set_figures = [(name, draw, dataset) for name, draw in of_set]
-        per_mesh = tuple(each for each in per_mesh if each[0] != "bearings")
+        for_set = [("modes", draw_modes), ("sharing", draw_sharing), ("bearings", _bearings)]
+        for_set += [("ring", draw_ring)] if "lobes" in dataset.dims else []
+        set_figures = [(name, draw, dataset) for name, draw in for_set]
+        per_mesh = tuple((name, draw) for name, draw in per_mesh if name != "bearings")
         dataset = dataset.isel(mesh=[int(np.argmax(dataset["dynamic_factor"].max("speed").fillna(0.0).values))])
     meshes = file_parts([str(mesh) for mesh in dataset["mesh"].values])
     drawn = [(f"{name}_{mesh}", draw, dataset.isel(mesh=k)) for k, mesh in enumerate(meshes) for name, draw in per_mesh]
     written = []
-    for name, draw, one in (*of_set_figures, *drawn, *((name, draw, dataset) for name, draw in for_all)):
+    for name, draw, data in (*set_figures, *drawn, *((name, draw, dataset) for name, draw in for_all)):
         written.append(folder / f"{name}.png")
-        write(draw, one, written[-1])
+        write(draw, data, written[-1])
     return written
 
 
-def _force(figure: Any, one: xr.Dataset) -> str:
-    factors, others = figure.subplots(2, sharex=True)
-    speed, errors, finding = one["speed"].values, others.twinx(), []
-    for sweep in one["sweep"].values if "sweep" in one.dims else [None]:
-        here = one if sweep is None else one.sel(sweep=sweep)
+def _force(figure: Any, data: xr.Dataset) -> str:
+    factors, forces = figure.subplots(2, sharex=True)
+    speed, errors, finding = data["speed"].values, forces.twinx(), []
+    for sweep in data["sweep"].values if "sweep" in data.dims else [None]:
+        curve = data if sweep is None else data.sel(sweep=sweep)
         style, suffix = ("--", ", falling") if sweep == "down" else ("-", "" if sweep is None else ", rising")
-        kept, factor = here["contact_kept"].values, here["dynamic_factor"].values
+        kept, factor = curve["contact_kept"].values, curve["dynamic_factor"].values
         factors.plot(speed, factor, style, color="C0", label=f"largest mesh force over mean{suffix}")
         if not kept.all():
             factors.plot(speed[~kept], factor[~kept], ".", color="C3", label=f"flanks separate{suffix}")
-        others.plot(speed, here["mesh_force_rms"], style, color="C1", label=f"RMS of the mesh force{suffix}")
-        rms = here["dynamic_transmission_error_rms"]
+        forces.plot(speed, curve["mesh_force_rms"], style, color="C1", label=f"RMS of the mesh force{suffix}")
+        rms = curve["dynamic_transmission_error_rms"]
         errors.plot(speed, rms, style, color="C2", linewidth=0.8, label=f"RMS of the transmission error{suffix}")
-        largest, at = peak(factor, speed)
-        finding.append(f"dynamic factor up to {largest:.3g} at {at:.4g} 1/min{suffix}")
+        largest_factor, speed_of_peak = peak(factor, speed)
+        finding.append(f"dynamic factor up to {largest_factor:.3g} at {speed_of_peak:.4g} 1/min{suffix}")
     factors.set_ylabel("dynamic factor")
-    others.set(xlabel=speed_label(one), ylabel="mesh force [N]")
+    forces.set(xlabel=speed_label(data), ylabel="mesh force [N]")
     errors.set_ylabel("transmission error [µm]")
-    legend(figure, [*factors.get_lines(), *others.get_lines(), *errors.get_lines()])
+    legend(figure, [*factors.get_lines(), *forces.get_lines(), *errors.get_lines()])
     return ";\n".join(finding)
 
 
-def _orders(figure: Any, one: xr.Dataset) -> str:
+def _orders(figure: Any, data: xr.Dataset) -> str:
     """Amplitude of the mesh force over speed, one curve for each of the eight largest orders."""
     axes = figure.subplots()
-    largest_first = np.nan_to_num(one["mesh_force_amplitude"].values).max(axis=0).argsort(kind="stable")[::-1]
-    for order in one["harmonic"].values[np.sort(largest_first[:8])]:
-        axes.semilogy(one["speed"], one["mesh_force_amplitude"].sel(harmonic=order), label=f"order {order}")
-    axes.set(xlabel=speed_label(one), ylabel="mesh force [N]")
+    largest_first = np.nan_to_num(data["mesh_force_amplitude"].values).max(axis=0).argsort(kind="stable")[::-1]
+    for order in data["harmonic"].values[np.sort(largest_first[:8])]:
+        axes.semilogy(data["speed"], data["mesh_force_amplitude"].sel(harmonic=order), label=f"order {order}")
+    axes.set(xlabel=speed_label(data), ylabel="mesh force [N]")
     legend(figure, axes.get_lines())
-    force = np.nan_to_num(one["mesh_force_amplitude"].values)
-    order, (largest, at) = (
-        one["harmonic"].values[force.max(axis=0).argmax()],
-        peak(force.max(axis=1), one["speed"].values),
+    force = np.nan_to_num(data["mesh_force_amplitude"].values)
+    order, (largest, speed) = (
+        data["harmonic"].values[force.max(axis=0).argmax()],
+        peak(force.max(axis=1), data["speed"].values),
     )
-    return f"order {order} is the largest, {largest:.3g} N at {at:.4g} 1/min"
+    return f"order {order} is the largest, {largest:.3g} N at {speed:.4g} 1/min"
 
 
-def _bearings(figure: Any, one: xr.Dataset) -> str:
+def _bearings(figure: Any, data: xr.Dataset) -> str:
     """RMS of the force on each bearing over speed, all orders and directions together."""
-    squares = (one["bearing_force_amplitude"] ** 2).sum(["direction", "harmonic"], skipna=False)
+    squares = (data["bearing_force_amplitude"] ** 2).sum(["direction", "harmonic"], skipna=False)
     squares = squares.sum("mesh", skipna=False) if "mesh" in squares.dims else squares
-    name, largest, at = _rms_curves(figure, squares, "bearing", "RMS of the force on the bearing [N]")
-    return f"largest on bearing {name}, {largest:.3g} N at {at:.4g} 1/min"
+    name, largest, speed = _rms_curves(figure, squares, "bearing", "RMS of the force on the bearing [N]")
+    return f"largest on bearing {name}, {largest:.3g} N at {speed:.4g} 1/min"
 
 
-def _housing(figure: Any, one: xr.Dataset) -> str:
+def _housing(figure: Any, data: xr.Dataset) -> str:
     """RMS at each point of the housing over speed, all orders together."""
-    unit = one["housing_amplitude"].attrs["units"]
-    squares = (one["housing_amplitude"] ** 2).sum("harmonic")
-    name, largest, at = _rms_curves(figure, squares, "point", f"RMS at the point [{unit}]")
-    return f"largest at point {name}, {largest:.3g} {unit} at {at:.4g} 1/min"
+    unit = data["housing_amplitude"].attrs["units"]
+    squares = (data["housing_amplitude"] ** 2).sum("harmonic")
+    name, largest, speed = _rms_curves(figure, squares, "point", f"RMS at the point [{unit}]")
+    return f"largest at point {name}, {largest:.3g} {unit} at {speed:.4g} 1/min"
 
 
 def _rms_curves(figure: Any, squares: xr.DataArray, dim: str, label: str) -> tuple[str, float, float]:
@@ -125,119 +125,119 @@ def _rms_curves(figure: Any, squares: xr.DataArray, dim: str, label: str) -> tup
         peaks[str(name)] = peak(rms, squares["speed"].values)
     axes.set(xlabel=speed_label(squares), ylabel=label)
     legend(figure, axes.get_lines())
-    name = max(peaks, key=lambda each: peaks[each])
+    name = max(peaks, key=lambda label: peaks[label])
     return name, *peaks[name]
 
 
-def _ripples(figure: Any, one: xr.Dataset) -> str:
+def _ripples(figure: Any, data: xr.Dataset) -> str:
     """Mesh force that each torque ripple causes, over speed."""
-    force = one["ripple_mesh_force_amplitude"]
-    axes, meshes = figure.subplots(), one["mesh"].values
-    for ripple in one["ripple"].values:
+    force = data["ripple_mesh_force_amplitude"]
+    axes, meshes = figure.subplots(), data["mesh"].values
+    for ripple in data["ripple"].values:
         for mesh in meshes:
             label = str(ripple) + (f", mesh {mesh}" if len(meshes) > 1 else "")
-            axes.semilogy(one["speed"], force.sel(ripple=ripple, mesh=mesh), label=label)
-    axes.set(xlabel=speed_label(one), ylabel="amplitude of the mesh force [N]")
+            axes.semilogy(data["speed"], force.sel(ripple=ripple, mesh=mesh), label=label)
+    axes.set(xlabel=speed_label(data), ylabel="amplitude of the mesh force [N]")
     legend(figure, axes.get_lines())
-    largest, at = peak(force.max(["ripple", "mesh"]).values, one["speed"].values)
-    return f"ripples cause mesh forces of up to {largest:.3g} N, at {at:.4g} 1/min"
+    largest, speed = peak(force.max(["ripple", "mesh"]).values, data["speed"].values)
+    return f"ripples cause mesh forces of up to {largest:.3g} N, at {speed:.4g} 1/min"
 
 
-def _modes(figure: Any, one: xr.Dataset) -> str:
+def _modes(figure: Any, data: xr.Dataset) -> str:
     """Shapes of the shafts in the modes with the largest shares in the mesh compliance."""
-    participation = one["mode_participation"].max("mesh").values
+    participation = data["mode_participation"].max("mesh").values
     chosen = np.sort(np.argsort(-participation)[:PANELS])
     figure.set_size_inches(11, 7)
     panels = figure.subplots(2, -(-len(chosen) // 2), squeeze=False, sharex=True).ravel()
-    shafts = list(dict.fromkeys(one["shaft"].values))
+    shafts = list(dict.fromkeys(data["shaft"].values))
     lines = []
     for axes, mode in zip(panels, chosen, strict=False):
-        shape = one["shaft_mode_shape"].isel(mode=mode)
-        for place, shaft in enumerate(shafts):
-            stations = shape.isel(station=np.flatnonzero(one["shaft"].values == shaft))
-            z, base = stations["shaft_position"].values, -2.2 * place
+        shape = data["shaft_mode_shape"].isel(mode=mode)
+        for row, shaft in enumerate(shafts):
+            stations = shape.isel(station=np.flatnonzero(data["shaft"].values == shaft))
+            z, base = stations["shaft_position"].values, -2.2 * row
             axes.plot(z, np.full(len(z), base), color="0.6", linewidth=3)
             axes.annotate(str(shaft), (z[0], base + 1.02), fontsize="x-small", color="0.4")
             for number, component in enumerate(stations["component"].values):
-                moved, colour = stations.sel(component=component).values, f"C{number}"
-                lines += axes.plot(z, base + moved, color=colour, label=component)
-                axes.fill_between(z, base - moved, base + moved, color=colour, alpha=0.12, linewidth=0)
+                amplitude, colour = stations.sel(component=component).values, f"C{number}"
+                lines += axes.plot(z, base + amplitude, color=colour, label=component)
+                axes.fill_between(z, base - amplitude, base + amplitude, color=colour, alpha=0.12, linewidth=0)
         axes.set(yticks=[], ylim=(1.1 - 2.2 * len(shafts), 1.4))
-        axes.set_title(_mode_name(one, int(mode)).replace(": ", "\n"), fontsize="small")
+        axes.set_title(_mode_name(data, int(mode)).replace(": ", "\n"), fontsize="small")
     for axes in panels[len(chosen) :]:
         axes.remove()
     for axes in panels[: len(chosen)][-(-len(panels) // 2) :]:
         axes.set_xlabel("position on the shaft [mm]")
-    legend(figure, lines[: one.sizes["component"]], title="motion of the axis; twist as an arc on the base circle")
+    legend(figure, lines[: data.sizes["component"]], title="motion of the axis; twist as an arc on the base circle")
     return f"the {len(chosen)} modes with the largest share in mesh compliance, and their strain energy"
 
 
-def _mode_name(one: xr.Dataset, mode: int) -> str:
+def _mode_name(data: xr.Dataset, mode: int) -> str:
     """Kind and frequency of a mode, and the parts with the most of its strain energy."""
-    kind = one["mode_kind"].values[mode] if "mode_kind" in one else f"mode {mode + 1}"
-    name = f"{kind}, {hertz(float(one['natural_frequency'][mode]))}"
-    if "mode_energy" not in one:
+    kind = data["mode_kind"].values[mode] if "mode_kind" in data else f"mode {mode + 1}"
+    name = f"{kind}, {hertz(float(data['natural_frequency'][mode]))}"
+    if "mode_energy" not in data:
         return name
-    share, parts = one["mode_energy"].isel(mode=mode).values, one["part"].values
+    share, parts = data["mode_energy"].isel(mode=mode).values, data["part"].values
     most = [part for part in np.argsort(-share)[:2] if share[part] > LEAST_SHARE]
     return f"{name}: " + ", ".join(f"{100 * share[part]:.0f} % {parts[part]}" for part in most)
 
 
-def _waterfall(figure: Any, one: xr.Dataset) -> str:
+def _waterfall(figure: Any, data: xr.Dataset) -> str:
     """Mesh force over frequency and speed, with lines at the natural frequencies."""
-    axes, force = figure.subplots(), np.nan_to_num(one["mesh_force_amplitude"].values)
-    frequency = np.multiply.outer(one["mesh_frequency"].values, one["harmonic"].values)
-    natural = one["natural_frequency"].values[one["mode_participation"].values > SHOWN]
+    axes, force = figure.subplots(), np.nan_to_num(data["mesh_force_amplitude"].values)
+    frequency = np.multiply.outer(data["mesh_frequency"].values, data["harmonic"].values)
+    natural = data["natural_frequency"].values[data["mode_participation"].values > SHOWN]
     # the axis reaches the highest mode, and at least the first order
     edges = np.linspace(0.0, 1.1 * max(natural.max(initial=0.0), frequency[:, 0].max()), BINS + 1)
     level = np.zeros((len(force), BINS + 1))
     for row, order in np.ndindex(force.shape):
         # from the frequency at this speed to that at the next, so that lines have no gaps
         ends = np.searchsorted(edges, frequency[[row, min(row + 1, len(force) - 1)], order])
-        here = slice(min(ends) - 1, max(ends) + 1)
-        level[row, here] = np.maximum(level[row, here], force[row, order])
-    shown = np.log10(np.maximum(level[:, :-1], max(force.max() * 1e-4, 1e-300)))
-    image = axes.pcolormesh((edges[1:] + edges[:-1]) / 2, one["speed"], shown, cmap="viridis", shading="nearest")
+        bins = slice(min(ends) - 1, max(ends) + 1)
+        level[row, bins] = np.maximum(level[row, bins], force[row, order])
+    log_level = np.log10(np.maximum(level[:, :-1], max(force.max() * 1e-4, 1e-300)))
+    image = axes.pcolormesh((edges[1:] + edges[:-1]) / 2, data["speed"], log_level, cmap="viridis", shading="nearest")
     figure.colorbar(image, ax=axes, label="log₁₀ of the mesh force [N]")
     for f in natural:
         axes.axvline(f, color="white", linewidth=0.6, linestyle=":")
-    axes.set(xlabel="frequency [Hz]; dotted: natural frequencies", ylabel=speed_label(one))
+    axes.set(xlabel="frequency [Hz]; dotted: natural frequencies", ylabel=speed_label(data))
     row, order = np.unravel_index(force.argmax(), force.shape)
-    at = f"{frequency[row, order]:.4g} Hz and {float(one['speed'][row]):.4g} 1/min"
-    return f"largest mesh force, {force.max():.3g} N, at {at}"
+    peak_position = f"{frequency[row, order]:.4g} Hz and {float(data['speed'][row]):.4g} 1/min"
+    return f"largest mesh force, {force.max():.3g} N, at {peak_position}"
 
 
-def _bands(figure: Any, one: xr.Dataset) -> str:
+def _bands(figure: Any, data: xr.Dataset) -> str:
     """Mesh orders and their side bands over speed, on a logarithmic scale."""
     axes = figure.subplots()
-    force = one["mesh_force_amplitude"].values
+    force = data["mesh_force_amplitude"].values
     level = np.log10(np.maximum(force, max(force.max() * 1e-5, 1e-300)))
-    shown = axes.pcolormesh(one["order"], one["speed"], level, cmap="viridis", shading="nearest")
-    figure.colorbar(shown, ax=axes, label="log₁₀ of the mesh force [N]")
-    axes.set(xlabel="order of the mesh frequency", ylabel=speed_label(one))
-    order = float(one["order"].values[force.max(axis=0).argmax()])
+    image = axes.pcolormesh(data["order"], data["speed"], level, cmap="viridis", shading="nearest")
+    figure.colorbar(image, ax=axes, label="log₁₀ of the mesh force [N]")
+    axes.set(xlabel="order of the mesh frequency", ylabel=speed_label(data))
+    order = float(data["order"].values[force.max(axis=0).argmax()])
     return f"orders and side bands, the largest of order {order:.4g}"
 
 
-def _scatter(figure: Any, one: xr.Dataset) -> str:
+def _scatter(figure: Any, data: xr.Dataset) -> str:
     axes = figure.subplots()
-    for k, percentile in enumerate(one["percentile"].values):
-        values = one["mesh_force_percentile"].sel(percentile=percentile)
-        axes.plot(one["speed"], values, color=f"C{k}", label=f"{percentile:g} %")
-    axes.set(xlabel=speed_label(one), ylabel="RMS of the mesh force [N]")
+    for k, percentile in enumerate(data["percentile"].values):
+        values = data["mesh_force_percentile"].sel(percentile=percentile)
+        axes.plot(data["speed"], values, color=f"C{k}", label=f"{percentile:g} %")
+    axes.set(xlabel=speed_label(data), ylabel="RMS of the mesh force [N]")
     legend(figure, axes.get_lines(), title="of the samples below")
-    largest, at = peak(one["mesh_force_percentile"].sel(percentile=95.0).values, one["speed"].values)
-    return f"at every speed 95 % of the samples are below {largest:.3g} N, highest at {at:.4g} 1/min"
+    largest, speed = peak(data["mesh_force_percentile"].sel(percentile=95.0).values, data["speed"].values)
+    return f"at every speed 95 % of the samples are below {largest:.3g} N, highest at {speed:.4g} 1/min"
 
 
-def _campbell(figure: Any, one: xr.Dataset) -> str:
+def _campbell(figure: Any, data: xr.Dataset) -> str:
     axes = figure.subplots()
-    speed, frequency = one["speed"].values, one["mesh_frequency"].values
-    force = one["mesh_force_amplitude"].values
+    speed, frequency = data["speed"].values, data["mesh_frequency"].values
+    force = data["mesh_force_amplitude"].values
     floor = max(np.nanmax(force, initial=0.0) * 1e-4, 1e-300)
-    orders = one["harmonic"].values
-    coupled = np.flatnonzero(one["mode_participation"].values > SHOWN)
-    natural = one["natural_frequency"].values[coupled]
+    orders = data["harmonic"].values
+    coupled = np.flatnonzero(data["mode_participation"].values > SHOWN)
+    natural = data["natural_frequency"].values[coupled]
     # the axis reaches the highest mode, and at least the first order
     top = 1.1 * max(natural.max(initial=0.0), frequency.max())
     frequencies = np.multiply.outer(frequency, orders)
@@ -251,19 +251,21 @@ def _campbell(figure: Any, one: xr.Dataset) -> str:
     )
     figure.colorbar(dots, ax=axes, label="log₁₀ of the mesh force [N]")
     axes.hlines(natural, *speed[[0, -1]], color="C3", linewidth=0.8)
-    names, free = [_mode_name(one, int(mode)) for mode in coupled], 0.0
+    names, free = [_mode_name(data, int(mode)) for mode in coupled], 0.0
     for name, count in Counter(names).items():
-        at = max(natural[names.index(name)], free)  # a name that would overlap the one below moves up
-        free = at + LINE * top
+        position = max(natural[names.index(name)], free)  # a name that would overlap the one below moves up
+        free = position + LINE * top
         text = name if count == 1 else f"{count} × {name}"
-        label = axes.annotate(text, (speed.min(), at), fontsize="x-small", color="C3", va="bottom")
+        label = axes.annotate(text, (speed.min(), position), fontsize="x-small", color="C3", va="bottom")
         label.set_bbox({"facecolor": "white", "edgecolor": "none", "pad": 0})
     free = np.inf
     for n in orders:
-        at = int(np.flatnonzero(n * frequency <= top)[-1]) if n * frequency.min() <= top else None
+        position = int(np.flatnonzero(n * frequency <= top)[-1]) if n * frequency.min() <= top else None
         # skip a name that would overlap the one before
-        if at is not None and speed[at] < free:
-            free = speed[at] - ROOM * np.ptp(speed) if n * frequency.max() > top else np.inf
-            axes.annotate(f"order {n}", (speed[at], n * frequency[at]), fontsize="x-small", ha="right", va="bottom")
-    axes.set(xlabel=speed_label(one), ylabel="frequency [Hz]", ylim=(0, top))
+        if position is not None and speed[position] < free:
+            free = speed[position] - ROOM * np.ptp(speed) if n * frequency.max() > top else np.inf
+            axes.annotate(
+                f"order {n}", (speed[position], n * frequency[position]), fontsize="x-small", ha="right", va="bottom"
+            )
+    axes.set(xlabel=speed_label(data), ylabel="frequency [Hz]", ylim=(0, top))
     return f"{len(natural)} modes that the mesh excites, and the orders that meet them"

@@ -101,16 +101,16 @@ class ForceCurve:
     def force(self, x: NDArray) -> NDArray:
         """Force [N] at x (…, phase) [mm]: the readable version of the compiled kernel."""
         low = np.floor(self.back_phase).astype(int)
-        f, part = self._drive(x, np.arange(self.steps)), self.back_phase - low
-        for index, weight in ((low % self.steps, 1 - part), ((low + 1) % self.steps, part)):
+        f, share = self._drive(x, np.arange(self.steps)), self.back_phase - low
+        for index, weight in ((low % self.steps, 1 - share), ((low + 1) % self.steps, share)):
             f = f - weight * self._drive(-x - self.backlash, index)
         return f
 
     def _drive(self, x: NDArray, phase: NDArray) -> NDArray:
-        at = np.maximum((x - self.begin[phase]) / self.spacing, 0.0)
-        j = np.minimum(at.astype(int), self.table.shape[1] - 2)
-        low, high = self.table[phase, j], self.table[phase, j + 1]
-        return low + (at - j) * (high - low)
+        position = np.maximum((x - self.begin[phase]) / self.spacing, 0.0)
+        interval = np.minimum(position.astype(int), self.table.shape[1] - 2)
+        low, high = self.table[phase, interval], self.table[phase, interval + 1]
+        return low + (position - interval) * (high - low)
 
 
 def force_curve(cycle: LoadedMesh, steps: int) -> ForceCurve:

@@ -33,15 +33,17 @@ def read_housing(path: str | Path) -> xr.Dataset:
     InputError
         If a part is missing or invalid; the message names the file and the part.
     """
-    read = read_bytes(path)
+    content = read_bytes(path)
     with naming(path):
-        data = dataset_of(read)
+        data = dataset_of(content)
         for name in (*PARTS, *DIMENSIONS):
             if name not in data.variables:
                 raise InputError(name, "missing", f"must have {', '.join((*PARTS, *DIMENSIONS))}")
-            wanted = DIMENSIONS if name in PARTS else (name,)
-            if set(data[name].dims) != set(wanted) or not data[name].size:
-                raise InputError(name, str(data[name].dims), f"must have the dimensions {wanted}, none of them empty")
+            dimensions = DIMENSIONS if name in PARTS else (name,)
+            if set(data[name].dims) != set(dimensions) or not data[name].size:
+                raise InputError(
+                    name, str(data[name].dims), f"must have the dimensions {dimensions}, none of them empty"
+                )
         for name in ("bearing", "direction"):
             labels = [str(label) for label in data[name].values]
             if len({*labels}) < len(labels):
@@ -79,32 +81,34 @@ def housing_response(dataset: xr.Dataset, housing: xr.Dataset) -> xr.Dataset:
             "a planetary set",
             "needs a gearbox: forces of a planetary set are given in the frame of its carrier",
         )
-    known = list(map(str, housing["bearing"].values))
+    bearings = list(map(str, housing["bearing"].values))
     for name in map(str, dataset["bearing"].values):
-        if name not in known:
-            raise InputError("housing", f"no bearing {name}", f"must contain every bearing; it contains {known}")
+        if name not in bearings:
+            raise InputError("housing", f"no bearing {name}", f"must contain every bearing; it contains {bearings}")
     directions = list(map(str, housing["direction"].values))
     if missing := [name for name in map(str, dataset["direction"].values) if name not in directions]:
         raise InputError("housing", f"no direction {missing[0]}", f"must have x, y and axial: it has {directions}")
-    chosen = housing.sel(bearing=dataset["bearing"].values, direction=dataset["direction"].values)
-    real, imaginary = (chosen[part].transpose(*DIMENSIONS).values for part in PARTS)
-    H, at = real + 1j * imaginary, chosen["frequency"].values
+    transfer_functions = housing.sel(bearing=dataset["bearing"].values, direction=dataset["direction"].values)
+    real, imaginary = (transfer_functions[part].transpose(*DIMENSIONS).values for part in PARTS)
+    H, frequencies = real + 1j * imaginary, transfer_functions["frequency"].values
     force = dataset["bearing_force_amplitude"] * np.exp(1j * dataset["bearing_force_phase"])
     force = force.transpose("speed", "mesh", "harmonic", "bearing", "direction").values
     f = dataset["mesh_frequency"].values[..., None] * dataset["harmonic"].values
-    k = np.clip(np.searchsorted(at, f) - 1, 0, len(at) - 2)
-    weight = (f - at[k]) / (at[k + 1] - at[k])
+    k = np.clip(np.searchsorted(frequencies, f) - 1, 0, len(frequencies) - 2)
+    weight = (f - frequencies[k]) / (frequencies[k + 1] - frequencies[k])
     outside = (weight < 0) | (weight > 1)
     transfer = np.moveaxis(H[..., k] * (1 - weight) + H[..., k + 1] * weight, (0, 1, 2), (-3, -2, -1))
-    total = np.einsum("smnpbd,smnbd->smpn", transfer, force)
-    total[np.broadcast_to(outside[:, :, None], total.shape)] = np.nan
+    vibration = np.einsum("smnpbd,smnbd->smpn", transfer, force)
+    vibration[np.broadcast_to(outside[:, :, None], vibration.shape)] = np.nan
     dims = ("speed", "mesh", "point", "harmonic")
-    values = {"housing_amplitude": (dims, np.abs(total)), "housing_phase": (dims, np.angle(total))}
-    found = described(values, "outside the frequencies of the housing")
+    values = {"housing_amplitude": (dims, np.abs(vibration)), "housing_phase": (dims, np.angle(vibration))}
+    data = described(values, "outside the frequencies of the housing")
     units = {"units": str(housing[PARTS[0]].attrs.get("units", "1/N")).removesuffix("/N")}
-    found["housing_amplitude"] = (*found["housing_amplitude"][:2], found["housing_amplitude"][2] | units)
-    result = dataset.assign(found).assign_coords(point=("point", list(map(str, housing["point"].values))))
+    data["housing_amplitude"] = (*data["housing_amplitude"][:2], data["housing_amplitude"][2] | units)
+    result = dataset.assign(data).assign_coords(point=("point", list(map(str, housing["point"].values))))
     if outside.any():
-        line = f"orders outside {at[0]:g} to {at[-1]:g} Hz have no housing response: the file ends there"
+        line = (
+            f"orders outside {frequencies[0]:g} to {frequencies[-1]:g} Hz have no housing response: the file ends there"
+        )
         result.attrs["notes"] = "\n".join(filter(None, [dataset.attrs.get("notes", ""), line]))
     return result

@@ -56,7 +56,7 @@ class FlankState:
 
     @classmethod
     def off_shafts(cls, force: NDArray, stiffness: NDArray, error: NDArray, compliance: NDArray) -> FlankState:
-        """Free ``stiffness`` S and transmission ``error`` (…, position) [mm] of the shafts' ``compliance`` C (W14)."""
+        """Flanks without the shafts' ``compliance`` C, from ``stiffness`` S and ``error``, the STE [mm] (W14)."""
         motion = -force @ compliance
         motion[..., 0] += error
         # K = (1 − S C)⁻¹ S
@@ -66,7 +66,7 @@ class FlankState:
     def orders(self, waves: NDArray) -> Excitation:
         """Orders 0 … H of the excitation, from the matrix ``waves`` (2H + 1, position) of ``LoadedMesh.waves``."""
         lower = waves[: len(waves) // 2 + 1]
-        motion, force = (np.swapaxes(lower @ each, -1, -2) for each in (self.motion, self.force))
+        motion, force = (np.swapaxes(lower @ values, -1, -2) for values in (self.motion, self.force))
         flat = self.stiffness.reshape(*self.motion.shape[:-1], -1)
         stiffness = np.swapaxes(waves @ flat, -1, -2).reshape(*motion.shape[:-1], motion.shape[-2], -1)
         return Excitation(stiffness=stiffness, motion=motion, force=force)
@@ -148,8 +148,8 @@ class LoadedMesh:
         guess = Guess.empty(problem)
         solution = solve_patches(problem, guess)
         cycle = MeshCycle.of(self.scene, self.cycle.phases, solution.approach, solution.stiffness)
-        found = None if self.rows == 1 else resultants(problem, lines, solution, guess, self.rows)
-        return self._off_shafts(cycle, found)
+        forces = None if self.rows == 1 else resultants(problem, lines, solution, guess, self.rows)
+        return self._off_shafts(cycle, forces)
 
     def samples(self, batch: Batch, lines: ContactLines, solution: BatchSolution) -> FlankState:
         """Teeth and bodies (sample, position, …) of error samples, from their contact on ``lines``.
@@ -157,14 +157,14 @@ class LoadedMesh:
         With several rows, ``solution`` must hold segment forces. Bearings keep their stiffness without errors.
         """
         cycle = MeshCycle.of(self.scene, self.cycle.phases, solution.approach.T, solution.stiffness.T)
-        found = None if self.rows == 1 else resultants_of_samples(batch, lines, solution, self.rows)
-        return self._off_shafts(cycle, found)
+        forces = None if self.rows == 1 else resultants_of_samples(batch, lines, solution, self.rows)
+        return self._off_shafts(cycle, forces)
 
-    def _off_shafts(self, cycle: MeshCycle, found: Resultants | None) -> FlankState:
+    def _off_shafts(self, cycle: MeshCycle, with_shafts: Resultants | None) -> FlankState:
         """Teeth and bodies of a ``cycle`` without the shafts; without resultants the approach is the only motion."""
-        found = found or _one_row(self.scene, cycle)
+        with_shafts = with_shafts or _one_row(self.scene, cycle)
         return FlankState.off_shafts(
-            found.force, found.stiffness, cycle.transmission_error / MICROMETRES, self.compliance
+            with_shafts.force, with_shafts.stiffness, cycle.transmission_error / MICROMETRES, self.compliance
         )
 
     @cached_property

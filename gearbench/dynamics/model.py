@@ -19,7 +19,7 @@ from gearbench.dynamics.modes import Modes, modes
 from gearbench.errors import InputError
 from gearbench.results.outputs import output
 from gearbench.scene import Scene
-from gearbench.system.mechanics import DIRECTIONS, Mechanics, mechanics, shafts_at_rest, two_wheels
+from gearbench.system.mechanics import DIRECTIONS, Mechanics, mechanics, static_equilibrium, two_wheels
 from gearbench.system.static import Settled
 
 #: Relative motions of gears on shafts: approach, tilt, bending. Bearing forces are off by 5 % with two, 2 % with three.
@@ -132,7 +132,7 @@ class LinearModel(ABC):
         """Excitation by the meshes of a group, each at its phase."""
 
     @abstractmethod
-    def at_rest(self, orders: int) -> NDArray:
+    def quasi_static_approach(self, orders: int) -> NDArray:
         """Orders 0 … n of the quasi-static approach of each mesh, (mesh, n + 1) [mm]."""
 
     @property
@@ -171,10 +171,14 @@ class LinearModel(ABC):
         rows = self.rows_of(meshes)
         return self.stiffness[np.ix_(rows, rows)]
 
+    @property
+    def rows_per_mesh(self) -> int:
+        """Number of rows of a mesh; the first is its approach."""
+        return len(self.stiffness) // len(self.names)
+
     def rows_of(self, meshes: NDArray) -> NDArray:
         """Indices of the rows of ``meshes`` among the rows of all meshes."""
-        each = len(self.stiffness) // len(self.names)
-        return (each * np.asarray(meshes)[:, None] + np.arange(each)).ravel()
+        return (self.rows_per_mesh * np.asarray(meshes)[:, None] + np.arange(self.rows_per_mesh)).ravel()
 
     @cached_property
     def is_source(self) -> NDArray:
@@ -230,7 +234,7 @@ class Model(LinearModel):
 
     @cached_property
     def mechanics(self) -> Mechanics:
-        """Matrices; bearings have their stiffness at rest under the mean loads."""
+        """Matrices; bearings have their stiffness in static equilibrium under the mean loads."""
         scene = self.scene
         if scene.system is not None and not scene.has_shafts:
             return two_wheels(scene.system, scene.pair)
@@ -239,7 +243,7 @@ class Model(LinearModel):
     @cached_property
     def settled(self) -> tuple[Settled, ...]:
         """Static equilibrium of each shaft."""
-        settled = dict(enumerate(shafts_at_rest(self.scene.gearbox)))
+        settled = dict(enumerate(static_equilibrium(self.scene.gearbox)))
         assert self.cycles[0].on_shafts is not None
         for gear in self.cycles[0].on_shafts.gears:
             settled |= dict.fromkeys(gear.settled.structure.shafts, gear.settled)
@@ -279,17 +283,17 @@ class Model(LinearModel):
 
     def excitation(self, group: Group, harmonics: int) -> Excitation:
         """Excitation by the meshes of a group, each at its phase: ŷ_n e^{2πinφ}."""
-        row_count = len(self.stiffness) // len(self.cycles)
+        row_count = self.rows_per_mesh
         count, n = row_count * len(group.meshes), np.arange(2 * harmonics + 1)
         stiffness = np.zeros((count, count, len(n)), dtype=complex)
         motion, force = (np.zeros((count, harmonics + 1), dtype=complex) for _ in range(2))
         for k, (mesh, phase) in enumerate(zip(group.meshes, group.phase, strict=True)):
-            cycle, here = self.cycles[mesh], slice(row_count * k, row_count * (k + 1))
+            cycle, block = self.cycles[mesh], slice(row_count * k, row_count * (k + 1))
             orders = cycle.flanks.orders(cycle.waves(2 * harmonics) * np.exp(2j * np.pi * n * phase)[:, None])
-            stiffness[here, here], motion[here], force[here] = orders.stiffness, orders.motion, orders.force
+            stiffness[block, block], motion[block], force[block] = orders.stiffness, orders.motion, orders.force
         return Excitation(stiffness=stiffness, motion=motion, force=force)
 
-    def at_rest(self, orders: int) -> NDArray:
+    def quasi_static_approach(self, orders: int) -> NDArray:
         """Orders 0 … n of the quasi-static approach of each mesh, (mesh, n + 1) [mm]."""
         return np.array([cycle.waves(orders) @ cycle.flanks.motion[:, 0] for cycle in self.cycles])
 
@@ -303,12 +307,12 @@ class Model(LinearModel):
         return vibration.at_bearings
 
     def other_variables(self, vibration: Vibration, loads: NDArray, speeds: NDArray) -> Variables:
-        """Friction, deflection of the shafts at rest, and response to torque ripples."""
-        found: Variables = {"friction_force_amplitude": (("mesh", "harmonic"), self.friction(vibration.harmonics))}
+        """Friction, static deflection of the shafts, and response to torque ripples."""
+        friction: Variables = {"friction_force_amplitude": (("mesh", "harmonic"), self.friction(vibration.harmonics))}
         if not self.scene.has_shafts:
-            return found
-        at_rest = surroundings.at_rest(self.scene.gearbox, self.settled)
-        return found | at_rest | surroundings.ripple_variables(self, speeds)
+            return friction
+        deflection = surroundings.static_deflection(self.scene.gearbox, self.settled)
+        return friction | deflection | surroundings.ripple_variables(self, speeds)
 
     def friction(self, harmonics: int) -> NDArray:
         """Estimated amplitudes of the friction force of each mesh (mesh, order 1 … H) [N]."""
@@ -332,7 +336,7 @@ class Model(LinearModel):
             lines.append(f"mesh {name}: friction (coefficient {FRICTION}) acts across the line of action with {size}; it is left out")  # fmt: skip  # noqa: E501
         for name, cycle in zip(self.names, self.cycles, strict=True):
             names = f"{ERROR}_amplitude", f"{ERROR}_amplitude_noise_floor"
-            size, floor = (output(cycle.solved, each)[1][:harmonics] for each in names)
+            size, floor = (output(cycle.solved, quantity)[1][:harmonics] for quantity in names)
             if (uncertain := floor > UNCERTAIN * size).any():
                 orders = ", ".join(str(n + 1) for n in np.flatnonzero(uncertain))
                 lines.append(f"mesh {name}: orders {orders} of its excitation may be off by more than {100 * UNCERTAIN:.0f} %, judged by its noise floor")  # fmt: skip  # noqa: E501

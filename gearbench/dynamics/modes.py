@@ -28,8 +28,9 @@ class Modes:
         ζ (mode,).
     shape
         φ_r with unit modal mass, in all coordinates of the system (n, mode).
-    mesh, spin
-        Motion a_m · φ_r per mode, of the rows of the meshes (row, mode) and of the transmission errors (mesh, mode).
+    mesh, rotation
+        Motion a_m · φ_r per mode, of the rows of the meshes (row, mode), and the part of the approaches that is due to
+        the rotation of the gears, the transmission error (mesh, mode).
     bearing
         Force on the bearings per mode (bearing, 3, mode).
     ripples
@@ -44,7 +45,7 @@ class Modes:
     damping_ratio: NDArray
     shape: NDArray
     mesh: NDArray
-    spin: NDArray
+    rotation: NDArray
     bearing: NDArray
     ripples: NDArray
     dampers: tuple[NDArray, NDArray]
@@ -70,10 +71,10 @@ class Modes:
 
     def _between(self, left: NDArray, right: NDArray, omega: NDArray) -> NDArray:
         """Receptance (…, left, right) at ω > 0 between ``left`` and ``right`` (row, mode), dampers included."""
-        frequencies, found = omega.ravel(), np.empty((omega.size, len(left), len(right)), dtype=complex)
+        frequencies, receptance = omega.ravel(), np.empty((omega.size, len(left), len(right)), dtype=complex)
         for block in in_blocks(omega.size, len(self.frequency)):
-            found[block] = self._at(left, right, frequencies[block])
-        return found.reshape(*omega.shape, len(left), len(right))
+            receptance[block] = self._at(left, right, frequencies[block])
+        return receptance.reshape(*omega.shape, len(left), len(right))
 
     def _at(self, left: NDArray, right: NDArray, omega: NDArray) -> NDArray:
         """``_between`` for one block of frequencies ω (frequency,); dampers act as forces."""
@@ -104,9 +105,9 @@ class Modes:
 
     def response_to_forces(self, omega: NDArray, force: NDArray, rows: NDArray) -> tuple[NDArray, NDArray, NDArray]:
         """Response as in ``response_to_mesh_forces``, to forces on coordinates with the modal ``rows`` (row, mode)."""
-        out = np.concatenate([-self.spin, -self.mesh, self.bearing.reshape(-1, len(self.frequency))]).T
+        outputs = np.concatenate([-self.rotation, -self.mesh, self.bearing.reshape(-1, len(self.frequency))]).T
         w, forces = omega.ravel(), force.reshape(-1, len(rows))
-        found = np.empty((len(w), out.shape[1]), dtype=complex)
+        response = np.empty((len(w), outputs.shape[1]), dtype=complex)
         for block in in_blocks(len(w), len(self.frequency)):
             real, imaginary = self._dynamic(w[block])
             g, load = real + 1j * imaginary, forces[block] @ rows
@@ -116,15 +117,18 @@ class Modes:
                 coupled = np.eye(len(constants)) + damping * _summed(dampers, (real, imaginary), dampers)
                 load = load - np.linalg.solve(coupled, damping * ((g * load) @ dampers.T)[..., None])[..., 0] @ dampers
             q = g * load
-            found[block] = q.real @ out + 1j * (q.imag @ out)
-        te, motion, bearing = np.split(found.reshape(*omega.shape, -1), np.cumsum([len(self.spin), len(self.mesh)]), -1)
+            response[block] = q.real @ outputs + 1j * (q.imag @ outputs)
+        te, motion, bearing = np.split(
+            response.reshape(*omega.shape, -1), np.cumsum([len(self.rotation), len(self.mesh)]), -1
+        )
         return te, motion, bearing.reshape(*omega.shape, -1, 3)
 
     @property
     def participation(self) -> NDArray:
         """Share (mesh, mode) of each mode in the static compliance at each mesh; 0 for rigid-body modes."""
         elastic = np.where(self.frequency > 0, self.frequency, np.inf)
-        share = self.mesh[:: len(self.mesh) // len(self.spin)] ** 2 / elastic**2
+        # the first row of a mesh is its approach
+        share = self.mesh[:: len(self.mesh) // len(self.rotation)] ** 2 / elastic**2
         return share / np.maximum(share.sum(axis=1, keepdims=True), 1e-300)
 
 
@@ -184,15 +188,15 @@ def modes(
     mesh = a @ shape
     # a rigid-body mode does not deflect any mesh, otherwise the mesh would give it stiffness
     mesh[:, rigid] = 0.0
-    spin = mechanics.spin @ shape
-    spin[:, rigid] = 0.0
-    table = np.array([*by_mode] or [(0.0, damping_ratio)])
+    rotation = mechanics.rotation @ shape
+    rotation[:, rigid] = 0.0
+    damping = np.array([*by_mode] or [(0.0, damping_ratio)])
     return Modes(
         frequency=np.sqrt(values),
-        damping_ratio=np.interp(np.sqrt(values) / (2 * np.pi), *table.T),
+        damping_ratio=np.interp(np.sqrt(values) / (2 * np.pi), *damping.T),
         shape=shape,
         mesh=mesh,
-        spin=spin,
+        rotation=rotation,
         bearing=mechanics.bearing @ shape,
         ripples=np.zeros((0, len(values))) if mechanics.ripples is None else mechanics.ripples @ shape,
         dampers=(mechanics.damping[0] @ shape, mechanics.damping[1]),

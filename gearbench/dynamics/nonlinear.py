@@ -148,10 +148,10 @@ def integrated_modes(model: Model, highest: float) -> NDArray:
     slow = np.flatnonzero((modes.frequency > 0) & (modes.frequency <= highest))
     if not len(slow):
         slow = np.flatnonzero(modes.frequency > 0)[:1]
-    found = np.sort(slow[np.argsort(-modes.participation[0, slow], kind="stable")[:MODES]])
-    if (modes.damping_ratio[found] == 0).any():
+    integrated = np.sort(slow[np.argsort(-modes.participation[0, slow], kind="stable")[:MODES]])
+    if (modes.damping_ratio[integrated] == 0).any():
         raise InputError("system.damping_ratio", 0.0, "must be above 0: free vibration would not decay")
-    return found
+    return integrated
 
 
 @single_threaded_blas()
@@ -194,12 +194,12 @@ def nonlinear_response(scene: Scene, *, speed: ArrayLike, harmonics: int = HARMO
         model=model, curve=force_curve(model.cycles[0], steps), kept=integrated_modes(model, highest)
     )
     order = np.argsort(speeds, kind="stable")
-    found = []
+    runs = []
     for direction in (order, order[::-1]):
         periods, record = sweep.over(speeds[direction])
         original = np.argsort(direction)
-        found.append((periods[original], record[original]))
-    periods, record = (np.stack(part) for part in zip(*found, strict=True))
+        runs.append((periods[original], record[original]))
+    periods, record = (np.stack(part) for part in zip(*runs, strict=True))
     return _dataset(sweep, speeds, harmonics, periods, record, start)
 
 
@@ -225,9 +225,9 @@ def _dataset(
         order = np.arange(1, period_count * harmonics + 1) / period_count
         x, f = (np.stack([_orders(row, period_count, order) for row in values]) for values in record[s, k])
         omega = float(model.omega(group, speeds[k])) * order
-        spins, _, bearing = model.modes.response_to_mesh_forces(omega, (f - sweep.stiffness @ x).T, sweep.rows)
-        errors, at = spins[:, 0], period_count * mesh_orders - 1
-        te[s, k], force[s, k], at_bearings[s, k] = errors[at], f[0, at], bearing[at]
+        te_of_meshes, _, bearing = model.modes.response_to_mesh_forces(omega, (f - sweep.stiffness @ x).T, sweep.rows)
+        errors, positions = te_of_meshes[:, 0], period_count * mesh_orders - 1
+        te[s, k], force[s, k], at_bearings[s, k] = errors[positions], f[0, positions], bearing[positions]
         rms[s, k] = math.sqrt(2 * float((np.abs(errors) ** 2).sum()))
     last = np.where(periods > 0, periods, REPEATS)[..., None, None] >= REPEATS - np.arange(REPEATS)[:, None]
     f = np.where(last, record[:, :, 1, 0], np.nan)
@@ -253,11 +253,11 @@ def _dataset(
         "mesh_frequency": (("speed", "mesh"), speeds[:, None] / 60 * group.rate),
     }
     if names:
-        each = np.moveaxis(at_bearings, 2, -1)[:, :, None]
+        forces = np.moveaxis(at_bearings, 2, -1)[:, :, None]
         dims = (*dims, "bearing", "direction", "harmonic")
         variables |= {
-            "bearing_force_amplitude": (dims, 2 * np.abs(each)),
-            "bearing_force_phase": (dims, np.angle(each)),
+            "bearing_force_amplitude": (dims, 2 * np.abs(forces)),
+            "bearing_force_phase": (dims, np.angle(forces)),
         }
         coords |= {"bearing": ("bearing", list(names)), "direction": ("direction", list(DIRECTIONS))}
     variables |= {k: v for k, v in modal_variables(model, speeds, harmonics).items() if k == "natural_frequency"}
@@ -269,10 +269,10 @@ def _dataset(
 def _remarks(sweep: NonlinearModel, speeds: NDArray, periods: NDArray, rms: NDArray) -> list[str]:
     """Notes for the reader of the sweeps, one line each."""
     lines = []
-    for direction, found in zip(SWEEPS, periods, strict=True):
-        for count in sorted({int(p) for p in found} - {1}):
+    for direction, of_sweep in zip(SWEEPS, periods, strict=True):
+        for count in sorted({int(p) for p in of_sweep} - {1}):
             text = f"repeats after {count} mesh periods" if count else f"does not repeat within {REPEATS} mesh periods"
-            lines.append(f"speed {direction}: the motion {text} at {spans(speeds, found == count)} 1/min")
+            lines.append(f"speed {direction}: the motion {text} at {spans(speeds, of_sweep == count)} 1/min")
     if (differ := np.abs(rms[0] - rms[1]) > APART * float(sweep.model.force[0])).any():
         lines.append(f"rising and falling speed give different responses at {spans(speeds, differ)} 1/min")
     if sweep.curve.backlash <= 0:

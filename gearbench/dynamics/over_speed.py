@@ -12,7 +12,7 @@ from gearbench.contact.batch import BatchSolution
 from gearbench.dynamics.analysis import GROWTH, growth, spans
 from gearbench.dynamics.balance import Excitation
 from gearbench.dynamics.model import Group, Model
-from gearbench.dynamics.scatter import BLOCK, excitation, force_rms
+from gearbench.dynamics.scatter import BLOCK, OWN_FREQUENCY, excitation, force_rms
 from gearbench.errors import GearbenchError, InputError
 from gearbench.robustness.montecarlo import RobustProblem
 from gearbench.scene import Scene
@@ -58,8 +58,7 @@ class ForceOverSpeed:
             key = "effects.manufacturing_errors.centre_distance"
             raise InputError(key, "given", "is not supported for forces over speed: they keep the centre distance")
         if len(group.meshes) > 1:
-            allowed = "the force over speed is for a pair of its own frequency"
-            raise InputError("system.meshes", "of the same mesh frequency", allowed)
+            raise InputError("system.meshes", "of the same mesh frequency", OWN_FREQUENCY)
         if (grows := growth(model, group, self.speeds, self.harmonics) > 1 + GROWTH).any():
             raise GearbenchError(f"no steady response at {spans(self.speeds, grows)} 1/min: parametric instability")
         return group
@@ -79,5 +78,5 @@ class ForceOverSpeed:
     def without_errors(self) -> float:
         """RMS [N] of the scene without errors."""
         mesh = self.model.cycles[0]
-        one = mesh.flanks.orders(mesh.waves(2 * self.harmonics))
-        return float(self._of(one.part(None))[0])
+        orders = mesh.flanks.orders(mesh.waves(2 * self.harmonics))
+        return float(self._of(orders.part(None))[0])

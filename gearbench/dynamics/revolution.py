@@ -22,12 +22,12 @@ from gearbench.effects.base import GapEffect
 from gearbench.errors import InputError
 from gearbench.hunting.cycles import (
     check_cycles,
+    cycle_gap_amounts,
+    cycle_gap_modes,
     order_coefficients,
     require_cycles_memory,
-    teeth_alike,
-    turning_amounts,
-    turning_modes,
-    unlike,
+    tooth_to_tooth_effects,
+    with_equal_teeth,
 )
 from gearbench.results.cycle import MICROMETRES
 from gearbench.results.origin import with_grids
@@ -85,19 +85,19 @@ def revolution(mesh: LoadedMesh, effects: Sequence[GapEffect], harmonics: int) -
     """
     scene, lines = mesh.scene, mesh.lines
     teeth = (abs(gear.teeth) for gear in scene.pair.gears)
-    amounts = turning_amounts(effects, lines, check_cycles(scene.pair.gears))
+    amounts = cycle_gap_amounts(effects, lines, check_cycles(scene.pair.gears))
     cycles = next(P for P in (1, *sorted(teeth), len(amounts)) if _repeats(amounts, P))
     require_cycles_memory(scene, effects, len(lines.mesh_phase), cycles, harmonics)
-    batch = prepare(assemble(scene, lines, mesh.effects), turning_modes(effects, lines))
-    solutions = (solve_one_chunk(batch, each, segments=mesh.rows > 1) for each in chunks(amounts[:cycles]))
-    samples = [mesh.samples(batch, lines, each) for each in solutions]
+    batch = prepare(assemble(scene, lines, mesh.effects), cycle_gap_modes(effects, lines))
+    solutions = (solve_one_chunk(batch, chunk, segments=mesh.rows > 1) for chunk in chunks(amounts[:cycles]))
+    samples = [mesh.samples(batch, lines, solution) for solution in solutions]
     motion, force, stiffness = (
         np.concatenate([getattr(part, name) for part in samples])[:cycles] for name in ("motion", "force", "stiffness")
     )
     mean = FlankState(force=force.mean(axis=0), motion=motion.mean(axis=0), stiffness=stiffness.mean(axis=0))
     mean_orders = mean.orders(mesh.waves(2 * harmonics))
     motion, force = (
-        np.stack([_orders(mesh, row, harmonics) for row in np.moveaxis(each, -1, 0)]) for each in (motion, force)
+        np.stack([_orders(mesh, row, harmonics) for row in np.moveaxis(values, -1, 0)]) for values in (motion, force)
     )
     return Revolution(cycles=cycles, excitation=replace(mean_orders, motion=motion, force=force))
 
@@ -155,21 +155,26 @@ def side_bands(revolution: Revolution, h: NDArray, mean: NDArray) -> tuple[NDArr
     P, H, excitation, M = revolution.cycles, revolution.harmonics, revolution.excitation, len(mean)
     x, f = excitation.motion.copy(), excitation.force.copy()
     mesh_orders = replace(excitation, motion=x[:, ::P], force=f[:, ::P])
-    x[:, ::P], f[:, ::P] = (one[0] for one in solve(mesh_orders, h[None, ::P], mean))
+    x[:, ::P], f[:, ::P] = (values[0] for values in solve(mesh_orders, h[None, ::P], mean))
     # orders n + s/P with n = −H … H − 1 for s = 1 … P/2; negative orders are conjugates
     n, s = np.arange(-H, H), np.arange(1, P // 2 + 1)[:, None]
-    at, size, one = n * P + s + H * P, M * 2 * H, np.eye(2 * H)
+    position, size, identity = n * P + s + H * P, M * 2 * H, np.eye(2 * H)
     K = np.swapaxes(_with_negative_orders(excitation.stiffness)[..., n[:, None] - n + 2 * H], 1, 2).reshape(size, size)
-    receptance = np.einsum("ijsn,nm->sinjm", _with_negative_orders(np.moveaxis(h, 0, -1))[..., at], one).reshape(
-        len(s), size, size
+    receptance = np.einsum(
+        "ijsn,nm->sinjm", _with_negative_orders(np.moveaxis(h, 0, -1))[..., position], identity
+    ).reshape(len(s), size, size)
+    x_s, f_s = (
+        np.swapaxes(_with_negative_orders(values)[:, position], 0, 1).reshape(len(s), size) for values in (x, f)
     )
-    x_s, f_s = (np.swapaxes(_with_negative_orders(each)[:, at], 0, 1).reshape(len(s), size) for each in (x, f))
-    p_s = f_s - x_s @ np.kron(mean, one)
+    p_s = f_s - x_s @ np.kron(mean, identity)
     right = -x_s[..., None] - receptance @ p_s[..., None]
-    y = np.linalg.solve(np.eye(size) + receptance @ (K - np.kron(mean, one)), right)[..., 0]
+    y = np.linalg.solve(np.eye(size) + receptance @ (K - np.kron(mean, identity)), right)[..., 0]
     for values, target in ((x_s + y, x), (f_s + y @ K.T, f)):
         values = np.swapaxes(values.reshape(len(s), M, 2 * H), 0, 1)
-        target[:, at[:, H:] - H * P], target[:, H * P - at[:, :H]] = values[..., H:], np.conj(values[..., :H])
+        target[:, position[:, H:] - H * P], target[:, H * P - position[:, :H]] = (
+            values[..., H:],
+            np.conj(values[..., :H]),
+        )
     return x, f
 
 
@@ -192,8 +197,8 @@ def _over_speed(
     at_bearings = np.empty((len(speeds), bearings, 3, len(order)), dtype=complex)
     for k, omega in enumerate(model.omega(group, speeds)):
         x, f = side_bands(revolution, model.modes.mesh_receptance(omega * np.append(0.0, order), rows), mean)
-        spins, _, bearing = model.modes.response_to_mesh_forces(omega * order, (f - mean @ x)[:, 1:].T, rows)
-        te[k, 1:], forces[k] = spins[:, mesh], f[0]
+        errors, _, bearing = model.modes.response_to_mesh_forces(omega * order, (f - mean @ x)[:, 1:].T, rows)
+        te[k, 1:], forces[k] = errors[:, mesh], f[0]
         if bearings:
             at_bearings[k] = np.moveaxis(bearing, 0, -1)
     over_time = waves.curve(forces, revolution.cycles * waves.points(revolution.harmonics))
@@ -249,18 +254,20 @@ def revolution_response(
 
     start, speeds = time.perf_counter(), check_speeds(speed)
     check_harmonics(harmonics)
-    turning = unlike(scene)
-    if error is None and not turning:
+    tooth_effects = tooth_to_tooth_effects(scene)
+    if error is None and not tooth_effects:
         allowed = (
             "a revolution needs [effects.pitch_errors], [effects.random_pitch], [effects.waviness] or a given error"
         )
         raise InputError("effects", "all teeth alike", allowed)
-    model = Model(scene=teeth_alike(scene))
+    model = Model(scene=with_equal_teeth(scene))
     mesh = model.cycles[0]
-    found = revolution(mesh, turning, harmonics) if error is None else revolution_of_error(mesh, error, harmonics)
+    excited = (
+        revolution(mesh, tooth_effects, harmonics) if error is None else revolution_of_error(mesh, error, harmonics)
+    )
     first = model.groups[0]
     group = Group(meshes=first.meshes[:1], rate=first.rate, phase=first.phase[:1])
-    variables, order = _over_speed(model, group, found, speeds)
+    variables, order = _over_speed(model, group, excited, speeds)
     coords: dict[str, Any] = {
         "mesh": ("mesh", list(model.names[:1])),
         "speed": ("speed", speeds),
@@ -272,7 +279,7 @@ def revolution_response(
             "bearing": ("bearing", list(model.mechanics.bearing_names)),
             "direction": ("direction", list(DIRECTIONS)),
         }
-    lines = _remarks(model, found, speeds, variables)
+    lines = _remarks(model, excited, speeds, variables)
     attrs = provenance(scene, wall_time=time.perf_counter() - start) | {"notes": "\n".join(lines)}
     return with_grids(xr.Dataset(described(variables), coords=described(coords), attrs=attrs), scene)
 

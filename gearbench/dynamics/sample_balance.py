@@ -15,7 +15,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.dynamics.balance import Excitation, block_rows, conjugate_residuals, convolution, real
+from gearbench.dynamics.balance import Excitation, block_rows, convolution, generalised_conjugate_residuals, real
 
 #: Residual over right-hand side at which the balance of a sample is solved, and maximum number of steps.
 SETTLED, STEPS = 3e-4, 40
@@ -57,13 +57,13 @@ class SampleBalance:
         stiffness
             K̄ (row, row) [N/mm].
         """
-        H = block_rows(h)
-        orders = H.shape[-1]
-        H = H.reshape(len(h), len(stiffness) * orders, -1)
-        varying, one = _varying(samples, stiffness).mean(axis=0), np.eye(H.shape[-1])
-        motion = np.linalg.solve(one + H @ varying, H)
+        receptance = block_rows(h)
+        orders = receptance.shape[-1]
+        receptance = receptance.reshape(len(h), len(stiffness) * orders, -1)
+        varying, identity = _varying(samples, stiffness).mean(axis=0), np.eye(receptance.shape[-1])
+        motion = np.linalg.solve(identity + receptance @ varying, receptance)
         total = np.kron(stiffness, np.eye(orders)) + varying
-        force_orders = (one - total @ motion)[:, 1:orders]
+        force_orders = (identity - total @ motion)[:, 1:orders]
         # single precision is enough for scatter
         return cls(
             stiffness=stiffness,
@@ -84,17 +84,17 @@ class SampleBalance:
         deviation, blocked = (varying - self.varying).astype(np.float32), blocked.T[None].astype(np.float32)
 
         def balance(motion: NDArray, e: NDArray) -> NDArray:
-            moved = np.ascontiguousarray((motion @ e).transpose(2, 1, 0))
-            return e + (deviation @ moved).transpose(2, 1, 0)
+            motion_under_e = np.ascontiguousarray((motion @ e).transpose(2, 1, 0))
+            return e + (deviation @ motion_under_e).transpose(2, 1, 0)
 
-        found = []
+        forces = []
         for first in range(0, len(self.motion), SPEEDS):
             block = slice(first, first + SPEEDS)
             apply, right = partial(balance, self.motion[block]), np.repeat(blocked, len(self.motion[block]), axis=0)
             tolerance = SETTLED**2 * _products(right, right)
-            e = conjugate_residuals(apply, right, right - apply(right), _products, tolerance, STEPS)[0]
-            found.append(self.force_orders[block] @ e)
-        return np.concatenate(found)
+            e = generalised_conjugate_residuals(apply, right, right - apply(right), _products, tolerance, STEPS)[0]
+            forces.append(self.force_orders[block] @ e)
+        return np.concatenate(forces)
 
 
 def _varying(samples: Excitation, stiffness: NDArray) -> NDArray:

@@ -32,6 +32,8 @@ if TYPE_CHECKING:
 
 #: Percentiles of the mesh force at each speed.
 PERCENTILES = (5.0, 25.0, 50.0, 75.0, 95.0, 99.0)
+#: Condition on the pair whose mesh force over speed is computed.
+OWN_FREQUENCY = "the force over speed needs a pair whose mesh frequency no other mesh shares"
 #: Speeds solved together.
 BLOCK = 200
 
@@ -46,11 +48,7 @@ def sample_problem(model: Model) -> RobustProblem:
     """
     cycle = model.cycles[0]
     if require_errors(cycle.scene).centre_distance is not None:
-        raise InputError(
-            "effects.manufacturing_errors.centre_distance",
-            "given",
-            "is supported by robust only",
-        )
+        raise InputError("effects.manufacturing_errors.centre_distance", "given", "is supported by robust only")
     phases = cycle.cycle.phases
     scene = replace(cycle.scene, resolution=replace(cycle.scene.resolution, gauss_points=phases.size))
     return prepare_problem(scene, cycle.lines, phases.weight, cycle.solved.problem)
@@ -69,13 +67,16 @@ def sample_cycles(
     problem, mesh = sample_problem(model), model.cycles[0]
     amounts = problem.expansion.amounts(problem.draw(samples, seed, sampler))
 
-    def orders(each: NDArray) -> Excitation:
-        solution = solve_one_chunk(problem.batch, each, segments=mesh.rows > 1)
+    def orders(chunk: NDArray) -> Excitation:
+        solution = solve_one_chunk(problem.batch, chunk, segments=mesh.rows > 1)
         return excitation(mesh, problem, solution, harmonics)
 
-    found = list(on_threads(orders, chunks(amounts), threads))
+    excitations = list(on_threads(orders, chunks(amounts), threads))
     # the last chunk was padded to full length
-    return [*found[:-1], found[-1].part(slice(samples - sum(len(each.motion) for each in found[:-1])))]
+    return [
+        *excitations[:-1],
+        excitations[-1].part(slice(samples - sum(len(chunk.motion) for chunk in excitations[:-1]))),
+    ]
 
 
 def excitation(mesh: LoadedMesh, problem: RobustProblem, solution: BatchSolution, harmonics: int) -> Excitation:
@@ -88,9 +89,9 @@ def force_rms(model: Model, group: Group, samples: Sequence[Excitation], speed: 
     """RMS of the mesh force (speed, sample) [N] by harmonic balance (D5), for chunks of ``samples`` of one mesh."""
     harmonics = samples[0].motion.shape[-1] - 1
     mean = model.stiffness_of(group.meshes)
-    near = SampleBalance.of(samples[0], model.receptances(group, speed, harmonics), mean)
-    found = on_threads(near.forces, samples, threads)
-    return np.concatenate([math.sqrt(2) * np.linalg.norm(f.astype(float), axis=1) for f in found], axis=1)
+    balance = SampleBalance.of(samples[0], model.receptances(group, speed, harmonics), mean)
+    forces = on_threads(balance.forces, samples, threads)
+    return np.concatenate([math.sqrt(2) * np.linalg.norm(f.astype(float), axis=1) for f in forces], axis=1)
 
 
 @single_threaded_blas()
@@ -143,9 +144,7 @@ def robust_response(
     model, workers = Model(scene=scene), threads or default_threads()
     group = model.groups[0]
     if len(group.meshes) > 1:
-        raise InputError(
-            "system.meshes", "of the same mesh frequency", "scatter needs a pair with its own mesh frequency"
-        )
+        raise InputError("system.meshes", "of the same mesh frequency", OWN_FREQUENCY)
     block = min(BLOCK, len(speeds))
     require_each(
         sample_memory(harmonics, block, model.cycles[0].rows),
@@ -170,10 +169,12 @@ def remarks(model: Model, group: Group, harmonics: int, speeds: NDArray, largest
     lines = [f"percentiles averaged over speed are accurate to {2 if on_shafts else 1} %, without relief to 2 %"]
     if (grows := growth(model, group, speeds, harmonics) > 1 + GROWTH).any():
         lines.append(f"parametric instability without scatter at {spans(speeds, grows)} 1/min: no steady response")
-    parts = largest > model.force[group.meshes[0]]
-    if parts.any():
-        where = spans(speeds, parts)
-        lines.append(f"flanks separate: the RMS of samples exceeds the mean force and does not hold at {where} 1/min")
+    separated = largest > model.force[group.meshes[0]]
+    if separated.any():
+        at_speeds = spans(speeds, separated)
+        lines.append(
+            f"flanks separate: the RMS of samples exceeds the mean force and does not hold at {at_speeds} 1/min"
+        )
     return lines
 
 
@@ -182,15 +183,15 @@ def _statistics(
 ) -> tuple[dict[str, tuple[tuple[str, ...], NDArray]], NDArray]:
     """Variables over speed, and the RMS of each sample over all speeds (sample,) [N]."""
     squares = np.zeros(sum(len(chunk.motion) for chunk in cycles))
-    table, moments = np.empty((len(speeds), len(PERCENTILES))), np.empty((3, len(speeds)))
+    percentiles, moments = np.empty((len(speeds), len(PERCENTILES))), np.empty((3, len(speeds)))
     # speeds are solved in blocks, so that memory does not grow with speeds times samples
     for first in range(0, len(speeds), BLOCK):
-        here = slice(first, first + BLOCK)
-        values = force_rms(model, group, cycles, speeds[here], workers)
+        block = slice(first, first + BLOCK)
+        values = force_rms(model, group, cycles, speeds[block], workers)
         squares += (values**2).sum(axis=0) / len(speeds)
-        table[here] = np.percentile(values, PERCENTILES, axis=1).T
-        moments[:, here] = values.mean(axis=1), values.std(axis=1, ddof=1), values.max(axis=1)
+        percentiles[block] = np.percentile(values, PERCENTILES, axis=1).T
+        moments[:, block] = values.mean(axis=1), values.std(axis=1, ddof=1), values.max(axis=1)
     variables = {
         f"mesh_force_rms_{name}": (("speed",), m) for name, m in zip(("mean", "std", "max"), moments, strict=True)
     }
-    return variables | {"mesh_force_percentile": (("speed", "percentile"), table)}, np.sqrt(squares)
+    return variables | {"mesh_force_percentile": (("speed", "percentile"), percentiles)}, np.sqrt(squares)

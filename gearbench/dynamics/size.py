@@ -10,14 +10,14 @@ from gearbench.scene import Scene
 BLOCK = 200_000
 
 
-def in_blocks(count: int, each: int) -> Iterator[slice]:
-    """Slices of ``range(count)`` with about ``BLOCK`` array elements, if one item takes ``each`` elements."""
-    step = max(1, BLOCK // max(each, 1))
+def in_blocks(count: int, elements: int) -> Iterator[slice]:
+    """Slices of ``range(count)`` with about ``BLOCK`` array elements, if one item takes ``elements``."""
+    step = max(1, BLOCK // max(elements, 1))
     return (slice(first, first + step) for first in range(0, count, step))
 
 
 def bearings(scene: Scene) -> int:
-    """Number of bearings of the system of ``scene``; for a coupled train, the number of its bodies."""
+    """Number of bearings of the system of ``scene``; for a coupled train, an upper bound of the number of bodies."""
     if scene.coupled:
         return len(scene.geometry.gears) + 1
     return 0 if scene.system is None else sum(len(shaft.bearings) for shaft in scene.system.shafts)

@@ -46,11 +46,11 @@ def run_up(dataset: xr.Dataset, seconds: float = 10.0, at: str | None = None) ->
     if len(speeds) < 2:
         raise InputError("speed", len(speeds), "a run-up needs two speeds or more")
     amplitude, phase = (_heard(dataset, at, part).fillna(0.0) for part in ("amplitude", "phase"))
-    wave = (amplitude * np.exp(1j * phase)).transpose("speed", "mesh", along, ...)
-    order = np.argsort(speeds)
-    values = wave.values.reshape(*wave.shape[:3], -1)[order]
+    orders = (amplitude * np.exp(1j * phase)).transpose("speed", "mesh", along, ...)
+    ascending = np.argsort(speeds)
+    values = orders.values.reshape(*orders.shape[:3], -1)[ascending]
     t = np.arange(round(seconds * RATE)) / RATE
-    speed = speeds[order[0]] + (speeds[order[-1]] - speeds[order[0]]) * t / seconds
+    speed = speeds[ascending[0]] + (speeds[ascending[-1]] - speeds[ascending[0]]) * t / seconds
     signal = np.zeros(len(t))
     for mesh in range(dataset.sizes["mesh"]):
         per_speed = float(dataset["mesh_frequency"][0, mesh] / speeds[0])
@@ -60,8 +60,10 @@ def run_up(dataset: xr.Dataset, seconds: float = 10.0, at: str | None = None) ->
             if n * per_speed * speed[-1] >= RATE / 2:
                 continue  # above half the sampling rate
             for column in values[:, mesh, k].T:
-                here = np.interp(speed, speeds[order], column.real) + 1j * np.interp(speed, speeds[order], column.imag)
-                signal += (here * np.exp(1j * n * turn)).real
+                level = np.interp(speed, speeds[ascending], column.real) + 1j * np.interp(
+                    speed, speeds[ascending], column.imag
+                )
+                signal += (level * np.exp(1j * n * turn)).real
     return signal
 
 

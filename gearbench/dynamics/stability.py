@@ -76,13 +76,13 @@ def multipliers(modes: Modes, rows: NDArray, omega: NDArray, stiffness: NDArray)
     r, zeta = modes.frequency[kept], modes.damping_ratio[kept]
     dt = 2 * np.pi / omega / stiffness.shape[1]
     kick = np.ascontiguousarray(stiffness - modes.stiffness[np.ix_(rows, rows)])
-    mesh_motion, found = np.ascontiguousarray(modes.mesh[np.ix_(rows, kept)]), np.empty(len(omega))
-    for here in in_blocks(len(omega), (2 * len(r)) ** 2):
-        counts = (np.multiply.outer(dt[here], r) < RESOLVED).sum(axis=1)
-        full, half = (free_motion(r, zeta, share * dt[here, None]) for share in (1.0, 0.5))
-        maps = monodromy(full, half, mesh_motion, kick[here] if len(kick) > 1 else kick, dt[here], r, counts)
-        found[here] = np.abs(np.linalg.eigvals(maps)).max(axis=1)
-    return found
+    mesh_motion, largest = np.ascontiguousarray(modes.mesh[np.ix_(rows, kept)]), np.empty(len(omega))
+    for block in in_blocks(len(omega), (2 * len(r)) ** 2):
+        counts = (np.multiply.outer(dt[block], r) < RESOLVED).sum(axis=1)
+        full, half = (free_motion(r, zeta, share * dt[block, None]) for share in (1.0, 0.5))
+        maps = monodromy(full, half, mesh_motion, kick[block] if len(kick) > 1 else kick, dt[block], r, counts)
+        largest[block] = np.abs(np.linalg.eigvals(maps)).max(axis=1)
+    return largest
 
 
 def free_motion(r: NDArray, zeta: NDArray, dt: NDArray) -> NDArray:

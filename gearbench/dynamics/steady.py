@@ -10,7 +10,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.dynamics.balance import conjugate_residuals, convolution, orders, real, solve
+from gearbench.dynamics.balance import convolution, generalised_conjugate_residuals, orders, real, solve
 from gearbench.dynamics.model import LinearModel
 
 #: A combination is kept if its force reaches this share of the largest order of a mesh force at a sampled speed;
@@ -55,22 +55,17 @@ def steady(model: LinearModel, speeds: NDArray, harmonics: int) -> Steady:
     # quasi-static motions x_s, and the forces p_s = f_s − K̄ x_s; order zero stays 0
     x_s, p_s = np.zeros((2, *equivalent_force.shape[1:]), dtype=complex)
     for g, group in enumerate(groups):
-        rows, own = model.rows_of(group.meshes), slice(1 + g * H, 1 + (g + 1) * H)
+        rows, group_orders = model.rows_of(group.meshes), slice(1 + g * H, 1 + (g + 1) * H)
         excitation, mean = model.excitation(group, H), model.stiffness_of(group.meshes)
         x, f = solve(excitation, model.receptances(group, speeds, H), mean)
         p = excitation.force - mean @ excitation.motion
-        index[own, g] = np.arange(1, H + 1)
-        x_s[rows, own], p_s[rows, own] = (
-            excitation.motion[:, 1:],
-            p[:, 1:],
-        )
-        equivalent_force[:, rows, own], equivalent_force[:, rows, 0] = (
-            (f - mean @ x)[..., 1:],
-            (f - mean @ x - p)[..., 0],
-        )
+        index[group_orders, g] = np.arange(1, H + 1)
+        x_s[rows, group_orders], p_s[rows, group_orders] = excitation.motion[:, 1:], p[:, 1:]
+        equivalent_force[:, rows, group_orders] = (f - mean @ x)[..., 1:]
+        equivalent_force[:, rows, 0] = (f - mean @ x - p)[..., 0]
     omega = _frequencies(model, speeds) @ index.T
-    found = Steady(index=index, omega=omega, equivalent_force=equivalent_force, residual=np.zeros(len(speeds)))
-    return found if len(groups) == 1 else _solve_together(model, speeds, found, x_s, p_s)
+    alone = Steady(index=index, omega=omega, equivalent_force=equivalent_force, residual=np.zeros(len(speeds)))
+    return alone if len(groups) == 1 else _solve_together(model, speeds, alone, x_s, p_s)
 
 
 def _solve_together(model: LinearModel, speeds: NDArray, alone: Steady, x_s: NDArray, p_s: NDArray) -> Steady:
@@ -79,19 +74,19 @@ def _solve_together(model: LinearModel, speeds: NDArray, alone: Steady, x_s: NDA
     The first guess ``alone`` balances each frequency by itself, so a few steps are enough.
     """
     all_rows, H = np.arange(len(model.stiffness)), int(alone.index.max())
-    x = -_moved(model.modes.mesh_receptance(alone.omega, all_rows), alone.equivalent_force)
+    x = -_motion_under(model.modes.mesh_receptance(alone.omega, all_rows), alone.equivalent_force)
     index = np.concatenate([alone.index, _combinations(model, alone, x)])
     omega = _frequencies(model, speeds) @ index.T
     padding = [(0, 0), (0, len(index) - len(alone.index))]
     x_s, p_s = np.pad(x_s, padding), np.pad(p_s, padding)
     h, varying = model.modes.mesh_receptance(omega, all_rows), _varying_stiffness(model, index, H)
     y = np.pad(x, [(0, 0), *padding]) - x_s
-    remainder = -x_s - _moved(h, p_s + varying(y)) - y
-    product, energy = partial(_product, model), _product(model, y, y)
-    y, remainder = conjugate_residuals(
-        lambda step: step + _moved(h, varying(step)), y, remainder, product, SETTLED**2 * energy, STEPS
+    remainder = -x_s - _motion_under(h, p_s + varying(y)) - y
+    product, size = partial(_product, model), _product(model, y, y)
+    y, remainder = generalised_conjugate_residuals(
+        lambda step: step + _motion_under(h, varying(step)), y, remainder, product, SETTLED**2 * size, STEPS
     )
-    residual = np.sqrt(product(remainder, remainder) / energy)
+    residual = np.sqrt(product(remainder, remainder) / size)
     return Steady(index=index, omega=omega, equivalent_force=p_s + varying(y), residual=residual.ravel())
 
 
@@ -99,13 +94,13 @@ def _frequencies(model: LinearModel, speeds: NDArray) -> NDArray:
     return np.stack([model.omega(group, speeds) for group in model.groups], axis=-1)
 
 
-def _moved(h: NDArray, equivalent_force: NDArray) -> NDArray:
-    """ĥ p (speed, row, order)."""
+def _motion_under(h: NDArray, equivalent_force: NDArray) -> NDArray:
+    """Motion ĥ p (speed, row, order) under the forces p."""
     return np.einsum("snij,sjn->sin", h, equivalent_force, optimize=True)
 
 
 def _product(model: LinearModel, a: NDArray, b: NDArray) -> NDArray:
-    """Energy of two motions in the mean stiffnesses (speed, 1, 1)."""
+    """Inner product of two motions, weighted with the diagonal of the mean stiffness (speed, 1, 1)."""
     return np.einsum("sin,i,sin->s", a.conj(), np.diag(model.stiffness), b).real[:, None, None]
 
 
@@ -135,13 +130,13 @@ def _combinations(model: LinearModel, alone: Steady, x: NDArray) -> NDArray:
     """
     sampled = np.unique(np.linspace(0, len(x) - 1, SAMPLED_SPEEDS).round().astype(int))
     x, H, G = x[sampled], int(alone.index.max()), len(model.groups)
-    first = np.arange(len(model.names)) * (len(model.stiffness) // len(model.names))
+    first = np.arange(len(model.names)) * model.rows_per_mesh
     largest = np.abs(alone.equivalent_force[sampled] + np.einsum("ij,sjn->sin", model.stiffness, x))[:, first].max(
         axis=(1, 2)
     )
     rates, k = alone.omega[sampled][:, 1 : 1 + G * H : H], np.diag(model.stiffness)[first]
     n, m = (part.ravel() for part in np.meshgrid(np.arange(1, H + 1), np.r_[-H:0, 1 : H + 1], indexing="ij"))
-    found, sizes = [], []
+    indices, shares = [], []
     for a, b in combinations(range(G), 2):
         index = np.zeros((len(n), G), dtype=int)
         index[:, a], index[:, b] = n, m
@@ -153,7 +148,7 @@ def _combinations(model: LinearModel, alone: Steady, x: NDArray) -> NDArray:
         # the modes amplify a combination like any order
         h = model.modes.mesh_receptance(rates @ index.T, first)
         force = np.abs((np.eye(len(first)) - k[:, None] * h) @ np.moveaxis(equivalent_force, 1, 2)[..., None])[..., 0]
-        found.append(index)
-        sizes.append((force.max(axis=-1) / largest[:, None]).max(axis=0))
-    index, size = np.concatenate(found), np.concatenate(sizes)
+        indices.append(index)
+        shares.append((force.max(axis=-1) / largest[:, None]).max(axis=0))
+    index, size = np.concatenate(indices), np.concatenate(shares)
     return index[[c for c in np.argsort(-size)[:MOST] if size[c] > SMALLEST_SHARE]]

@@ -1,4 +1,4 @@
-"""Shafts and bearings around the meshes: deflection at rest, mode shapes and energies, response to torque ripples."""
+"""Shafts and bearings around the meshes: static deflection, mode shapes and energies, response to torque ripples."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def gear_names(box: Gearbox) -> list[str]:
     return [f"{mesh} {GEARS[index]}" for mesh in box.names for index in (0, 1)]
 
 
-def at_rest(box: Gearbox, settled: tuple[Settled, ...]) -> Variables:
+def static_deflection(box: Gearbox, settled: tuple[Settled, ...]) -> Variables:
     """Deflection and tilt of the axes at the middle of every gear, and the resulting misalignment of every mesh."""
     deflections, tilts, misalignment = [], [], []
     for mesh in box.names:
@@ -52,19 +52,19 @@ def at_rest(box: Gearbox, settled: tuple[Settled, ...]) -> Variables:
 def mode_variables(model: Model, which: NDArray) -> Variables:
     """Shares of the parts in the strain energy, and shapes of the shafts, in the modes ``which`` (indices)."""
     modes, parts, box = model.modes, model.mechanics.parts, model.scene.gearbox
-    moved = [part.rows @ modes.shape for part in parts]
-    energy = [_twice_strain_energy(part.stiffness, rows) for part, rows in zip(parts, moved, strict=True)]
-    each = len(model.stiffness) // len(model.names)
+    motions = [part.rows @ modes.shape for part in parts]
+    energy = [_twice_strain_energy(part.stiffness, rows) for part, rows in zip(parts, motions, strict=True)]
+    row_count = model.rows_per_mesh
     for mesh in range(len(model.names)):
-        rows = slice(each * mesh, each * (mesh + 1))
+        rows = slice(row_count * mesh, row_count * (mesh + 1))
         energy.append(_twice_strain_energy(model.stiffness[rows, rows], modes.mesh[rows]))
     share = np.array(energy)[:, which] / modes.frequency[which] ** 2
     shapes, start = [], 0
     for number, shaft in enumerate(box.models):
-        own = modes.shape[start : start + shaft.size, which].reshape(len(shaft.nodes), 6, len(which))
-        first = next((at for at, (on, _) in box.seats.items() if on == number), None)
-        arc = 1.0 if first is None else abs(box.pairs[first[0]].gears[first[1]].base_radius)
-        shapes.append(own[:, [0, 1, 2, 5]] * np.array([1.0, 1.0, 1.0, arc])[:, None])
+        shape_of_shaft = modes.shape[start : start + shaft.size, which].reshape(len(shaft.nodes), 6, len(which))
+        first_gear = next((gear for gear, (seat, _) in box.seats.items() if seat == number), None)
+        arc = 1.0 if first_gear is None else abs(box.pairs[first_gear[0]].gears[first_gear[1]].base_radius)
+        shapes.append(shape_of_shaft[:, [0, 1, 2, 5]] * np.array([1.0, 1.0, 1.0, arc])[:, None])
         start += shaft.size
     shape = np.moveaxis(np.concatenate(shapes), -1, 0)
     return {
@@ -89,7 +89,7 @@ def ripple_variables(model: Model, speeds: NDArray) -> Variables:
     omega = 2 * np.pi / 60 * np.outer(speeds, list(ripples.values()))
     unit_forces = np.broadcast_to(np.eye(len(ripples)), (len(speeds), *[len(ripples)] * 2))
     te, motion, bearing = modes.response_to_forces(omega, unit_forces, modes.ripples)
-    force = (motion @ model.stiffness.T)[..., :: len(model.stiffness) // len(model.names)]
+    force = (motion @ model.stiffness.T)[..., :: model.rows_per_mesh]
     dims = ("speed", "ripple")
     return {
         "ripple_frequency": (dims, omega / (2 * np.pi)),
@@ -115,7 +115,7 @@ def coords(model: Model) -> dict[str, Any]:
     kinds = ["shaft"] * len(box.models) + ["bearing"] * len(model.mechanics.bearing_names)
     parts = [f"{kind} {part.name}" for kind, part in zip(kinds, model.mechanics.parts, strict=True)]
     parts += [f"mesh {name}" for name in box.names]
-    found = {
+    coordinates = {
         "gear": ("gear", gear_names(box)),
         "tilt": ("tilt", list(TILTS)),
         "part": ("part", [*parts, "couplings and bodies"]),
@@ -123,4 +123,4 @@ def coords(model: Model) -> dict[str, Any]:
         "shaft_position": ("station", np.array([z for _, z in stations])),
         "component": ("component", list(COMPONENTS)),
     }
-    return found | ({"ripple": ("ripple", list(rates))} if (rates := ripple_rates(box)) else {})
+    return coordinates | ({"ripple": ("ripple", list(rates))} if (rates := ripple_rates(box)) else {})

@@ -23,15 +23,15 @@ PANELS, FAINT = 3, 1e-4
 
 
 def draw_modes(figure: Any, dataset: xr.Dataset) -> str:
-    """Draw the members at rest (dashed) and as each mode moves them; a spoke shows their rotation."""
+    """Draw the members in place (dashed) and as each mode moves them; a spoke shows their rotation."""
     scene, kinds = scene_of(dataset), dataset["mode_kind"].values
     assert scene.train is not None
     linkage, f = scene.train.linkage(scene.geometry), dataset["natural_frequency"].values
     train = linkage.train
     radius = train.base_radii
     size = DRAWN_MOTION * min(radius.values())
-    twin = [any(kinds[i] == kinds[k] and f[k] - f[i] < TWIN * f[k] for i in range(k)) for k in range(len(f))]
-    shown = np.flatnonzero(~np.array(twin, dtype=bool))[:DRAWN]
+    is_twin = [any(kinds[i] == kinds[k] and f[k] - f[i] < TWIN * f[k] for i in range(k)) for k in range(len(f))]
+    shown = np.flatnonzero(~np.array(is_twin, dtype=bool))[:DRAWN]
     count = max(len(shown), 1)
     figure.set_size_inches(2.9 * min(count, ROW), 3.2 * math.ceil(count / ROW) + 0.4)
     grid = figure.subplots(math.ceil(count / ROW), min(count, ROW), squeeze=False)
@@ -44,16 +44,16 @@ def draw_modes(figure: Any, dataset: xr.Dataset) -> str:
             x, y, arc = size * dataset["mode_shape"].isel(mode=k).sel(bearing=name).values
             if name == linkage.carrier:
                 r = train.meshes[0].pair.centre_distance
-                own = np.array([train.places[pin] for pin in linkage.carried])
-                ring, centre = np.vstack([own, own[:1]]), np.zeros(2)
+                pins = np.array([train.places[pin] for pin in linkage.carried])
+                curve, centre = np.vstack([pins, pins[:1]]), np.zeros(2)
             else:
                 r, centre = radius[name], train.places[name]
-                ring = centre + r * circle
+                curve = centre + r * circle
             turn = arc / r
             rotation = np.array([[math.cos(turn), math.sin(turn)], [-math.sin(turn), math.cos(turn)]])
-            axes.plot(*ring.T, color="0.75", linewidth=0.7, linestyle="--")
+            axes.plot(*curve.T, color="0.75", linewidth=0.7, linestyle="--")
             colour = {"carrier": "C2", "ring": "0.3", "sun": "C1"}.get(name, "C0")
-            axes.plot(*((ring - centre) @ rotation + centre + (x, y)).T, color=colour, linewidth=1.3)
+            axes.plot(*((curve - centre) @ rotation + centre + (x, y)).T, color=colour, linewidth=1.3)
             spoke = np.array([[0.0, 0.0], [0.0, -r]]) @ rotation + centre + (x, y)
             axes.plot(*spoke.T, color=colour, linewidth=0.9)
         axes.set_aspect("equal")
@@ -79,30 +79,30 @@ def draw_sharing(figure: Any, dataset: xr.Dataset) -> str:
     middle.set_ylabel("RMS F_bt [N]")
     bottom.set(xlabel=speed_label(dataset), ylabel="RMS Δ [µm]")
     legend(figure, middle.get_lines())
-    most, at = peak(factor, speed)
-    return f"the most loaded mesh carries {most:.3g} times its even share at {at:.4g} 1/min"
+    most, at_speed = peak(factor, speed)
+    return f"the most loaded mesh carries {most:.3g} times its even share at {at_speed:.4g} 1/min"
 
 
 def draw_ring(figure: Any, dataset: xr.Dataset) -> str:
     """Draw the side bands of the first mesh orders at a point of the ring, at the speed where they are largest."""
     wave = dataset["ring_wave_amplitude"].sel(harmonic=slice(1, PANELS))
-    at = int(np.argmax(wave.max(["harmonic", "lobes"]).fillna(0.0).values))
-    here, f = wave.isel(speed=at), dataset["ring_wave_frequency"].isel(speed=at)
-    lobes, top = dataset["lobes"].values, 2.0 * float(here.max())
-    grid = figure.subplots(here.sizes["harmonic"], sharex=True, squeeze=False)[:, 0]
-    for axes, order in zip(grid, here["harmonic"], strict=True):
-        for words, inside, colour in (
+    index = int(np.argmax(wave.max(["harmonic", "lobes"]).fillna(0.0).values))
+    amplitude, f = wave.isel(speed=index), dataset["ring_wave_frequency"].isel(speed=index)
+    lobes, top = dataset["lobes"].values, 2.0 * float(amplitude.max())
+    grid = figure.subplots(amplitude.sizes["harmonic"], sharex=True, squeeze=False)[:, 0]
+    for axes, order in zip(grid, amplitude["harmonic"], strict=True):
+        for words, which, colour in (
             ("torsion", lobes == 0, "C0"),
             ("radial force", np.abs(lobes) == 1, "C1"),
             ("bends the ring", np.abs(lobes) > 1, "0.6"),
         ):
-            axes.bar(lobes[inside], here.sel(harmonic=order).values[inside], color=colour, label=words)
+            axes.bar(lobes[which], amplitude.sel(harmonic=order).values[which], color=colour, label=words)
         axes.set(yscale="log", ylim=(FAINT * top, top), ylabel=f"order {int(order)} [N]")
         axes.annotate(f"{float(f.sel(harmonic=order, lobes=0)):.4g} Hz", (0.01, 0.86), xycoords="axes fraction")
     last = grid[-1]
     last.set(
-        xlabel="side band k, at n f_z + k f_c: the wave has |k| lobes and runs ahead of the planets, or k < 0 behind"
+        xlabel="side band k at n f_z + k f_c: |k| lobes that overtake the planets (k > 0) or fall behind them (k < 0)"
     )
     last.set_xticks(lobes)
     legend(figure, last.get_legend_handles_labels()[0])
-    return f"force waves at the ring at {float(dataset['speed'][at]):.5g} 1/min"
+    return f"force waves at the ring at {float(dataset['speed'][index]):.5g} 1/min"

@@ -29,14 +29,14 @@ from gearbench.system.mechanics import Mechanics, steel_disc, steel_gear
 from gearbench.system.shaft_model import INERTIA, METRE
 from gearbench.trains.solve import SolvedTrain, solve_train
 
-#: Central members count as at rest below the share AT_REST of a mode's kinetic energy. Their rotation, or their motion
+#: Central members count as still below the share STILL of a mode's kinetic energy. Their rotation, or their motion
 #: across the axis, counts as absent below the share LITTLE of their energy. These shares never vanish quite, because
 #: unequally loaded planets differ a little.
-AT_REST, LITTLE = 1e-3, 0.02
+STILL, LITTLE = 1e-3, 0.02
 #: Kinds of modes: central members only turn; central members move across the axis; only planets move; others.
 ROTATIONAL, TRANSLATIONAL, PLANET, MIXED = "rotational", "translational", "planet", "mixed"
 #: Maximum number of lobes of force waves round the ring, over the number of planets.
-PASSES = 2
+LOBES_PER_PLANET = 2
 #: A note gives the speed from which gyroscopic effects shift a natural frequency by this share.
 GYROSCOPIC = 0.02
 
@@ -60,7 +60,7 @@ class RigidBody:
 
 def rigid_bodies(tables: TrainTables, linkage: Linkage) -> dict[str, RigidBody]:
     """Bodies by name; gears are steel discs and rings unless the file gives masses and inertias."""
-    found = {}
+    bodies = {}
     for name in linkage.bodies:
         discs = []
         for gear in linkage.train.gears:
@@ -73,41 +73,41 @@ def rigid_bodies(tables: TrainTables, linkage: Linkage) -> dict[str, RigidBody]:
             pair = linkage.train.meshes[0].pair
             discs.append(steel_disc(pair.centre_distance, 0.0, pair.meshing.face_width / 2)[:2])
         mass, inertia = np.sum(discs, axis=0)
-        found[name] = RigidBody(mass=float(mass), inertia=float(inertia))
+        bodies[name] = RigidBody(mass=float(mass), inertia=float(inertia))
     if (planetary := tables.planetary) is None:
-        return found
-    for name, body in found.items():
+        return bodies
+    for name, body in bodies.items():
         given = getattr(planetary.keys.dynamics, "planet" if name in planetary.keys.names else name)
         stiffness = math.inf if name == planetary.keys.held else 0.0
-        found[name] = RigidBody(
+        bodies[name] = RigidBody(
             mass=body.mass if given.mass is None else 1e-3 * given.mass,
             inertia=body.inertia if given.inertia is None else INERTIA * given.inertia,
             torsion=stiffness if given.torsional_stiffness is None else METRE * given.torsional_stiffness,
         )
-    return found
+    return bodies
 
 
 def train_mechanics(linkage: Linkage, bodies: Mapping[str, RigidBody]) -> Mechanics:
     """Matrices of the free motions. The "bearings" are the bodies; their rows are the motions x, y and rotation."""
-    names, elastic = linkage.bodies, linkage.more
+    names, elastic = linkage.bodies, linkage.additional_motions
     turning = [name for name in names if bodies[name].torsion < math.inf]
-    moved = np.zeros((len(turning) + len(elastic), len(names), len(AXES)))
-    for row, name in zip(moved, turning, strict=False):
+    motions = np.zeros((len(turning) + len(elastic), len(names), len(AXES)))
+    for row, name in zip(motions, turning, strict=False):
         row[names.index(name), 2] = 1.0
         for carried in linkage.carried if name == linkage.carrier else ():
             x, y = linkage.train.places[carried]
             row[names.index(carried), :2] = -y, x
-    moved[len(turning) :] = linkage.moved[len(linkage.motions) - len(elastic) :]
+    motions[len(turning) :] = linkage.moved[len(linkage.motions) - len(elastic) :]
     inertia = _inertia(bodies, names)
-    approach = np.einsum("mba,qba->mq", linkage.of_bodies, moved)
+    approach = np.einsum("mba,qba->mq", linkage.of_bodies, motions)
     stiffness = [*(bodies[name].torsion for name in turning), *(motion.stiffness for motion in elastic)]
     return Mechanics(
-        mass=np.einsum("qba,ba,pba->qp", moved, inertia, moved),
+        mass=np.einsum("qba,ba,pba->qp", motions, inertia, motions),
         stiffness=np.diag(stiffness),
-        damping=(np.zeros((0, len(moved))), np.zeros(0)),
+        damping=(np.zeros((0, len(motions))), np.zeros(0)),
         mesh=-approach,
-        spin=np.where(np.arange(len(moved)) < len(turning), -approach, 0.0),
-        bearing=np.moveaxis(moved, 0, -1),
+        rotation=np.where(np.arange(len(motions)) < len(turning), -approach, 0.0),
+        bearing=np.moveaxis(motions, 0, -1),
         bearing_names=names,
     )
 
@@ -125,7 +125,7 @@ def kinds(shape: NDArray, bodies: Mapping[str, RigidBody], carried: tuple[str, .
     across = x + y
     names = np.where(turning > across, ROTATIONAL, TRANSLATIONAL)
     names = np.where(np.minimum(across, turning) > LITTLE * (across + turning), MIXED, names)
-    return tuple(np.where(across + turning < AT_REST, PLANET, names).tolist())
+    return tuple(np.where(across + turning < STILL, PLANET, names).tolist())
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -164,8 +164,8 @@ class TrainModel(LinearModel):
     @cached_property
     def mechanics(self) -> Mechanics:
         """Matrices of the bodies; their supports carry the mean forces of the meshes."""
-        found = train_mechanics(self.linkage, self.bodies)
-        return replace(found, bearing_load=self.linkage.on_bodies(self.force)[:, :2])
+        matrices = train_mechanics(self.linkage, self.bodies)
+        return replace(matrices, bearing_load=self.linkage.on_bodies(self.force)[:, :2])
 
     @property
     def damping_ratio(self) -> float:
@@ -200,7 +200,7 @@ class TrainModel(LinearModel):
             force=(rows[: harmonics + 1] @ balance.force).T,
         )
 
-    def at_rest(self, orders: int) -> NDArray:
+    def quasi_static_approach(self, orders: int) -> NDArray:
         """Orders 0 … n of the quasi-static approach of each mesh, (mesh, n + 1) [mm]."""
         return (order_rows(self.solved.phases, orders) @ self.solved.balance.motion @ self.linkage.rows.T).T
 
@@ -218,30 +218,34 @@ class TrainModel(LinearModel):
         """
         linkage, names = self.linkage, list(self.bodies)
         inertia = _inertia(self.bodies, names)
-        force, moved = np.moveaxis(vibration.force, 1, -1), np.moveaxis(vibration.at_bearings, -1, 1)
+        force, motions = np.moveaxis(vibration.force, 1, -1), np.moveaxis(vibration.at_bearings, -1, 1)
         loads = -np.einsum("snm,mba->snba", force, linkage.of_bodies)
-        loads = loads + vibration.omega[..., None, None] ** 2 * inertia * moved
+        loads = loads + vibration.omega[..., None, None] ** 2 * inertia * motions
         springs = [
-            (names.index(each.moved[0][0]), AXES.index(each.moved[0][1]), each.stiffness) for each in linkage.more
+            (names.index(motion.moved[0][0]), AXES.index(motion.moved[0][1]), motion.stiffness)
+            for motion in linkage.additional_motions
         ]
-        springs += [(at, 2, body.torsion) for at, body in enumerate(self.bodies.values()) if body.torsion < math.inf]
-        pins, deflection = [names.index(name) for name in linkage.carried], moved.copy()
+        springs += [
+            (number, 2, body.torsion) for number, body in enumerate(self.bodies.values()) if body.torsion < math.inf
+        ]
+        pins, deflection = [names.index(name) for name in linkage.carried], motions.copy()
+        carrier = motions[..., -1, :]  # the last body
         for pin in pins:
             x, y = linkage.train.places[names[pin]]
-            deflection[..., pin, :2] -= moved[..., -1, :2] + moved[..., -1, 2:] * np.array([-y, x])
-        for after in (False, True):  # planets first, since they load the carrier
-            for at, axis, stiffness in springs:
-                if (at not in pins) == after:
-                    loads[..., at, axis] = stiffness * deflection[..., at, axis]
-            loads = loads if after else linkage.carried_on(loads)
+            deflection[..., pin, :2] -= carrier[..., :2] + carrier[..., 2:] * np.array([-y, x])
+        for on_planets in (True, False):  # planets first, since they load the carrier
+            for number, axis, stiffness in springs:
+                if (number in pins) == on_planets:
+                    loads[..., number, axis] = stiffness * deflection[..., number, axis]
+            loads = linkage.carried_on(loads) if on_planets else loads
         return np.moveaxis(loads, 1, -1)
 
     def other_variables(self, vibration: Vibration, loads: NDArray, speeds: NDArray) -> Variables:
         """Transmission error of the train, load shares, torques on the supports, force waves round the ring."""
-        error = np.einsum("b,sbn->sn", self._error, vibration.at_bearings[:, :, 2])
-        many = waves.points(vibration.index.shape[0])
-        share = (vibration.mean + waves.highest(vibration.force, vibration.index, many)) / self.solved.even
-        found: Variables = {
+        error = np.einsum("b,sbn->sn", self._transmission_error_rows, vibration.at_bearings[:, :, 2])
+        points = waves.points(vibration.index.shape[0])
+        share = (vibration.mean + waves.highest(vibration.force, vibration.index, points)) / self.solved.even
+        variables: Variables = {
             "train_dynamic_transmission_error_amplitude": (("speed", "harmonic"), 2e3 * np.abs(error)),
             "train_dynamic_transmission_error_phase": (("speed", "harmonic"), np.angle(error)),
             "train_dynamic_transmission_error_rms": (("speed",), 1e3 * waves.rms(waves.with_mean(error))),
@@ -249,10 +253,10 @@ class TrainModel(LinearModel):
             "mesh_load_factor": (("speed",), share.max(axis=1)),
             "bearing_torque_amplitude": (("speed", "bearing", "harmonic"), 2e-3 * np.abs(loads[:, :, 2])),
         }
-        return found | self._ring_waves(vibration, speeds)
+        return variables | self._ring_waves(vibration, speeds)
 
     @property
-    def _error(self) -> NDArray:
+    def _transmission_error_rows(self) -> NDArray:
         """Transmission error of the train, at the first base circle, per rotation of each body (body,) [mm/rad]."""
         linkage = self.linkage
         enters, leaves = linkage.ends
@@ -268,11 +272,11 @@ class TrainModel(LinearModel):
             return {}
         ring = self.linkage.ends[1]
         rate = float(train.rates[carrier] - train.rates[ring]) * (1 if train.clockwise else -1)
-        at = [number for number, mesh in enumerate(train.meshes) if mesh.driven == ring]
-        places = np.array([train.places[train.meshes[number].driver] for number in at])
+        at_ring = [number for number, mesh in enumerate(train.meshes) if mesh.driven == ring]
+        places = np.array([train.places[train.meshes[number].driver] for number in at_ring])
         lobes, harmonic = self.lobes, np.arange(1, vibration.index.shape[0] + 1)
         turn = np.exp(1j * np.sign(rate) * np.outer(lobes, np.arctan2(places[:, 1], places[:, 0])))
-        wave = np.einsum("kj,sjn->snk", turn, vibration.force[:, at])
+        wave = np.einsum("kj,sjn->snk", turn, vibration.force[:, at_ring])
         frequency = np.abs(self.groups[0].rate * harmonic[:, None] + abs(rate) * lobes)
         dims = ("speed", "harmonic", "lobes")
         return {
@@ -282,25 +286,25 @@ class TrainModel(LinearModel):
 
     @property
     def lobes(self) -> NDArray:
-        """Numbers of lobes of the force waves round the ring; waves with negative numbers run behind the planets."""
-        most = PASSES * len(self.linkage.carried)
+        """Numbers of lobes of force waves round the ring; negative for waves that fall behind the planets."""
+        most = LOBES_PER_PLANET * len(self.linkage.carried)
         return np.arange(-most, most + 1)
 
     @property
     def coords(self) -> dict[str, Any]:
         """Coordinates of ``other_variables`` and ``mode_variables``."""
-        found: dict[str, Any] = {"component": ("component", list(AXES))}
-        return found if self.linkage.carrier is None else found | {"lobes": ("lobes", self.lobes)}
+        coordinates: dict[str, Any] = {"component": ("component", list(AXES))}
+        return coordinates if self.linkage.carrier is None else coordinates | {"lobes": ("lobes", self.lobes)}
 
     def mode_variables(self, which: NDArray) -> Variables:
         """Kind and shape of modes; rotation is an arc on the base circle, or on the circle of pins for the carrier."""
         train = self.linkage.train
         radius = dict.fromkeys(self.bodies, train.meshes[0].pair.centre_distance) | train.base_radii
-        own = self.modes.bearing[..., which] * np.array([(1.0, 1.0, radius[name]) for name in self.bodies])[..., None]
-        own = np.moveaxis(own / np.abs(own).max(axis=(0, 1)), -1, 0)
+        shape = self.modes.bearing[..., which] * np.array([(1.0, 1.0, radius[name]) for name in self.bodies])[..., None]
+        shape = np.moveaxis(shape / np.abs(shape).max(axis=(0, 1)), -1, 0)
         return {
             "mode_kind": (("mode",), [self._kinds[mode] for mode in which]),
-            "mode_shape": (("mode", "bearing", "component"), own),
+            "mode_shape": (("mode", "bearing", "component"), shape),
         }
 
     @cached_property
@@ -316,14 +320,14 @@ class TrainModel(LinearModel):
         planetary = self.scene.train and self.scene.train.planetary
         carrier = planetary.keys.dynamics.carrier if planetary else None
         if carrier and None in (carrier.mass, carrier.inertia):
-            own = self.bodies["carrier"]
+            body = self.bodies["carrier"]
             lines.append(
-                f"carrier: assumed to be a steel disc up to the pins, half a gear wide, {1e3 * own.mass:.3g} kg: "
+                f"carrier: assumed to be a steel disc up to the pins, half a gear wide, {1e3 * body.mass:.3g} kg: "
                 "give mass and inertia in [planetary.dynamics.carrier]"
             )
         rotation = abs(float(self.linkage.train.rates[self.linkage.carrier])) / 60
-        each = zip(self.modes.frequency / (2 * np.pi), self._kinds, strict=True)
-        across = [f for f, kind in each if kind != ROTATIONAL]
+        frequencies = self.modes.frequency / (2 * np.pi)
+        across = [f for f, kind in zip(frequencies, self._kinds, strict=True) if kind != ROTATIONAL]
         if across and rotation:
             low, top = min(across), rotation * float(speeds.max())
             lines.append(
@@ -344,7 +348,7 @@ def train_model(scene: Scene) -> TrainModel:
     """
     if max(scene.geometry.periods.values()) > 1:
         key = "meshes" if scene.train is None or scene.train.planetary is None else "planetary.planet_at_ring"
-        raise InputError(key, "given", "has several mesh frequencies: response is for trains of one")
+        raise InputError(key, "given", "has several mesh frequencies: response needs a train with one mesh frequency")
     solved = solve_train(scene)
     idle = [name for name, force in zip(solved.meshes, solved.balance.force.T, strict=True) if not force.any()]
     if idle:

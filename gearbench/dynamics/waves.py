@@ -58,13 +58,13 @@ def highest(orders: NDArray, index: NDArray, points: int) -> NDArray:
     alone = np.count_nonzero(index, axis=1) == 1
     for first in (True, False) if frequencies > 1 else (True,):
         for frequency in range(frequencies):
-            here = np.flatnonzero((index[:, frequency] != 0) & (alone | (not first)))
-            n, others = index[here, frequency], np.delete(index[here], frequency, axis=1)
-            rotated = orders[..., here] * np.exp(1j * np.delete(phase, frequency, axis=-1) @ others.T)
+            orders_of_frequency = np.flatnonzero((index[:, frequency] != 0) & (alone | (not first)))
+            n, others = index[orders_of_frequency, frequency], np.delete(index[orders_of_frequency], frequency, axis=1)
+            rotated = orders[..., orders_of_frequency] * np.exp(1j * np.delete(phase, frequency, axis=-1) @ others.T)
             rotated = np.where(n > 0, rotated, np.conj(rotated))
-            own = np.zeros((*shape, np.abs(n).max(initial=0) + 1), dtype=complex)
+            amplitudes = np.zeros((*shape, np.abs(n).max(initial=0) + 1), dtype=complex)
             for k, order in enumerate(np.abs(n)):
-                own[..., order] += rotated[..., k]
-            at = curve(own, points).argmax(axis=-1)
-            phase[..., frequency] = 2 * np.pi * at / points
+                amplitudes[..., order] += rotated[..., k]
+            step = curve(amplitudes, points).argmax(axis=-1)
+            phase[..., frequency] = 2 * np.pi * step / points
     return 2 * np.real(orders * np.exp(1j * (phase @ index.T))).sum(axis=-1)

@@ -15,7 +15,7 @@ from gearbench.effects.base import ComplianceEffect, Effect, Effects, GapEffect,
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.names import PAIR
 from gearbench.system.gearbox import FACE_POINTS, Gearbox
-from gearbench.system.mechanics import shafts_at_rest
+from gearbench.system.mechanics import static_equilibrium
 from gearbench.system.shaft_model import ShaftModel
 from gearbench.system.static import Settled, twist
 
@@ -240,7 +240,7 @@ def system_effects(box: Gearbox, of_flanks: tuple[NDArray, NDArray] | None = Non
     InputError
         If the shafts and pairs do not fit, or the bearings do not hold a shaft.
     """
-    settled = shafts_at_rest(box, of_flanks)
+    settled = static_equilibrium(box, of_flanks)
     pinion, wheel = (SeatedGear(box=box, gear=index, settled=settled[box.seats[(PAIR, index)][0]]) for index in (0, 1))
     effects: tuple[Effect, ...] = (Shafts(gears=(pinion, wheel)),)
     shafts = [model.shaft for gear in (pinion, wheel) for model in gear.settled.structure.shafts.values()]

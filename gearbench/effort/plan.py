@@ -19,7 +19,7 @@ from gearbench.effects.tooth_bending import ToothBending
 from gearbench.effort.clock import timed
 from gearbench.errors import GearbenchError, InputError
 from gearbench.geometry.action import ContactLines
-from gearbench.hunting.cycles import ORDERS, check_cycles, hunting_memory, turning_amounts, unlike
+from gearbench.hunting.cycles import ORDERS, check_cycles, cycle_gap_amounts, hunting_memory, tooth_to_tooth_effects
 from gearbench.optimisation.problem import evaluate, scene_of
 from gearbench.optimisation.search import Search
 from gearbench.optimisation.study import OptimisationStudy
@@ -166,9 +166,9 @@ def _size(effect: Effect, scene: Scene, lines: ContactLines) -> str:
 def _others(scene: Scene, positions: int) -> dict[str, float]:
     """Memory of the other commands that accept the scene [bytes]."""
     found: dict[str, float] = {}
-    turning = () if scene.has_shafts else unlike(scene)
+    turning = () if scene.has_shafts else tooth_to_tooth_effects(scene)
     if turning:
-        modes = turning_amounts(turning, scene_lines(scene, np.zeros(1)), 1).shape[-1]
+        modes = cycle_gap_amounts(turning, scene_lines(scene, np.zeros(1)), 1).shape[-1]
         with suppress(InputError):  # too many cycles: the command itself reports that
             found["hunting"] = hunting_memory(scene, positions, check_cycles(scene.pair.gears), ORDERS, modes)
     if scene.system is not None:

@@ -52,7 +52,7 @@ class Linkage:
     ----------
     train
         The train, with fixed axes: those of planets are fixed in the frame of their carrier.
-    more
+    additional_motions
         Free motions in addition to the rotations of the shafts: floating gears, flexible pins.
     carrier, carried
         Name of the body that carries the pins (None without one), and names of the shafts on the pins.
@@ -69,7 +69,7 @@ class Linkage:
     """
 
     train: Train
-    more: tuple[Motion, ...] = ()
+    additional_motions: tuple[Motion, ...] = ()
     carrier: str | None = None
     carried: tuple[str, ...] = ()
     coast: bool = False
@@ -88,12 +88,12 @@ class Linkage:
         for mesh in self.train.meshes:
             for gear in mesh.gears:
                 drive.setdefault(self.train.shaft(gear), set()).add(gear == mesh.driver)
-        found = [[shaft for shaft, drives in drive.items() if drives == {side}] for side in (True, False)]
-        for shafts, what in zip(found, ("enters", "leaves"), strict=True):
+        candidates = [[shaft for shaft, drives in drive.items() if drives == {side}] for side in (True, False)]
+        for shafts, verb in zip(candidates, ("enters", "leaves"), strict=True):
             if len(shafts) != 1:
                 given = ", ".join(shafts) or "no shaft"
-                raise InputError("meshes", f"torque {what} at {given}", "must be a single shaft if paths are parallel")
-        return found[0][0], found[1][0]
+                raise InputError("meshes", f"torque {verb} at {given}", "must be a single shaft if paths are parallel")
+        return candidates[0][0], candidates[1][0]
 
     @cached_property
     def rates(self) -> dict[str, float]:
@@ -103,11 +103,11 @@ class Linkage:
 
     @cached_property
     def motions(self) -> tuple[Motion, ...]:
-        """All free motions: rotations of all shafts except the output shaft, which is fixed, then ``more``."""
+        """All free motions: rotations of all shafts but the fixed output shaft, then ``additional_motions``."""
         turning = [name for name in self.bodies if name not in (self.ends[1], self.carrier)]
-        held = ((name, self.twisted.get(name, 0.0)) for name in turning)
-        turns = (Motion(name=f"{name} turn", moved=((name, "turn"),), stiffness=k) for name, k in held)
-        return (*turns, *self.more)
+        stiffnesses = ((name, self.twisted.get(name, 0.0)) for name in turning)
+        turns = (Motion(name=f"{name} turn", moved=((name, "turn"),), stiffness=k) for name, k in stiffnesses)
+        return (*turns, *self.additional_motions)
 
     @cached_property
     def of_bodies(self) -> NDArray:
@@ -119,8 +119,8 @@ class Linkage:
             foot = math.atan2(y, x) - turn * mesh.pair.meshing.alpha_wt
             n = turn * np.array([-math.sin(foot), math.cos(foot)])
             for gear, body, sign in zip(mesh.gears, mesh.pair.gears, (1, -1), strict=True):
-                at = self.bodies.index(self.train.shaft(gear))
-                row[at] += [*(sign * n), turn * body.base_radius]
+                shaft = self.bodies.index(self.train.shaft(gear))
+                row[shaft] += [*(sign * n), turn * body.base_radius]
                 if gear in self.twisted:
                     row[self.bodies.index(gear), 2] += turn * body.base_radius
         return rows
@@ -128,11 +128,11 @@ class Linkage:
     @cached_property
     def moved(self) -> NDArray:
         """Motion of each body per unit of each free motion, (motion, body, 3)."""
-        found = np.zeros((len(self.motions), len(self.bodies), len(AXES)))
-        for row, motion in zip(found, self.motions, strict=True):
+        motions = np.zeros((len(self.motions), len(self.bodies), len(AXES)))
+        for row, motion in zip(motions, self.motions, strict=True):
             for body, axis in motion.moved:
                 row[self.bodies.index(body), AXES.index(axis)] = 1.0
-        return found
+        return motions
 
     @cached_property
     def rows(self) -> NDArray:
@@ -189,11 +189,11 @@ class Linkage:
         B, K = self.rows, self.stiffness
         size = np.sqrt(np.einsum("mq,mq->q", B, B) + np.diag(K) / max(np.diag(K).max(initial=0.0), 1.0))
         size = np.where(size > 0, size, 1.0)
-        whole = B.T @ B + K / max(np.diag(K).max(initial=0.0), 1.0)
-        values, vectors = np.linalg.eigh(whole / np.outer(size, size))
+        total = B.T @ B + K / max(np.diag(K).max(initial=0.0), 1.0)
+        values, vectors = np.linalg.eigh(total / np.outer(size, size))
         if values[0] < _HELD * values[-1]:
             # shafts turn freely too if the gears that hold them float, which are the cause
-            floats = np.array([motion.stiffness == 0 and motion in self.more for motion in self.motions])
+            floats = np.array([motion.stiffness == 0 and motion in self.additional_motions for motion in self.motions])
             worst = self.motions[int(np.argmax(np.abs(vectors[:, 0]) * (floats if floats.any() else 1.0)))]
             raise InputError("gears", worst.name, "nothing holds it: neither its meshes nor a stiffness")
 
@@ -206,16 +206,16 @@ class Linkage:
 
         ``loads`` (…, body, 3) are the forces and torques without this transmission.
         """
-        found = loads.copy()
+        total = loads.copy()
         for name in self.carried:
-            own, (x, y) = found[..., self.bodies.index(name), :], self.train.places[name]
-            found[..., -1, :2] += own[..., :2]
-            found[..., -1, 2] += x * own[..., 1] - y * own[..., 0]
-        return found
+            load, (x, y) = total[..., self.bodies.index(name), :], self.train.places[name]
+            total[..., -1, :2] += load[..., :2]
+            total[..., -1, 2] += x * load[..., 1] - y * load[..., 0]
+        return total
 
     def displaced(self, places: Mapping[str, NDArray]) -> NDArray:
         """Approach of each mesh, (mesh,) [mm], if bodies are displaced by ``places``: body → (x, y) [mm]."""
-        found = np.zeros(len(self.train.meshes))
+        approach = np.zeros(len(self.train.meshes))
         for name, place in places.items():
-            found += self.of_bodies[:, self.bodies.index(name), :2] @ place
-        return found
+            approach += self.of_bodies[:, self.bodies.index(name), :2] @ place
+        return approach

@@ -177,16 +177,16 @@ class Planetary:
 
     def motions(self) -> tuple[Motion, ...]:
         """Free translations of members, in addition to the rotations of the shafts."""
-        held: list[tuple[str, tuple[str, ...], float]] = []
+        supports: list[tuple[str, tuple[str, ...], float]] = []
         for name in (SUN, RING, CARRIER):
             support = getattr(self, f"{name}_support")
             if name in self.floating or support is not None:
-                held.append((name, (name, *(self.names if name == CARRIER else ())), support or 0.0))
+                supports.append((name, (name, *(self.names if name == CARRIER else ())), support or 0.0))
         if self.pin_stiffness is not None:
-            held += [(name, (name,), self.pin_stiffness) for name in self.names]
+            supports += [(name, (name,), self.pin_stiffness) for name in self.names]
         return tuple(
-            Motion(name=f"{name} {axis}", moved=tuple((each, axis) for each in moved), stiffness=1e3 * stiffness)
-            for name, moved, stiffness in held
+            Motion(name=f"{name} {axis}", moved=tuple((body, axis) for body in bodies), stiffness=1e3 * stiffness)
+            for name, bodies, stiffness in supports
             for axis in "xy"
         )
 
@@ -233,7 +233,7 @@ class PlanetarySet:
         """Angles of the planets [rad]: by default multiples of 360° over ``steps``, where teeth fit; else as given."""
         if self.keys.positions is None:
             even = (Fraction(n * self.steps, self.keys.planets) for n in range(self.keys.planets))
-            return tuple(2 * math.pi * math.ceil(each - Fraction(1, 2)) / self.steps for each in even)
+            return tuple(2 * math.pi * math.ceil(step - Fraction(1, 2)) / self.steps for step in even)
         near = [angle * self.steps / 360.0 for angle in self.keys.positions]
         return tuple(2 * math.pi * (round(x) if abs(x - round(x)) < _NEAR else x) / self.steps for x in near)
 
@@ -251,14 +251,16 @@ class PlanetarySet:
     def axes(self) -> dict[str, tuple[float, float]]:
         """Gear → (x, y) of its axis in the frame of the carrier [mm]."""
         a = self.centre_distance
-        own = {name: (a * math.cos(x), a * math.sin(x)) for name, x in zip(self.keys.names, self.angles, strict=True)}
-        return {SUN: (0.0, 0.0), RING: (0.0, 0.0)} | own
+        planets = {
+            name: (a * math.cos(x), a * math.sin(x)) for name, x in zip(self.keys.names, self.angles, strict=True)
+        }
+        return {SUN: (0.0, 0.0), RING: (0.0, 0.0)} | planets
 
     @property
     def spacing_error(self) -> float:
         """Largest deviation of a planet from even spacing, counted from the first planet [°]."""
-        at = np.sort(np.mod(np.subtract(self.angles, self.angles[0]), 2 * math.pi))
-        return float(np.degrees(np.abs(at - 2 * math.pi * np.arange(len(at)) / len(at)).max()))
+        angles = np.sort(np.mod(np.subtract(self.angles, self.angles[0]), 2 * math.pi))
+        return float(np.degrees(np.abs(angles - 2 * math.pi * np.arange(len(angles)) / len(angles)).max()))
 
     def adding(self, sun_teeth: int, waves: int) -> float:
         """Share of the first mesh harmonic that adds up over the planets, as torsion (``waves`` 0) or radial force (1).
@@ -271,9 +273,9 @@ class PlanetarySet:
     def room(self, pairs: Iterable[Pair]) -> float:
         """Smallest clearance [mm] between the tips of neighbouring planets in the ``pairs``; negative: they collide."""
         tip_radius = max(pair.gears[0 if pair.is_internal else 1].tip_radius for pair in pairs)
-        at = np.sort(np.mod(self.angles, 2 * math.pi))
-        apart = np.diff(at, append=at[0] + 2 * math.pi).min() if self.keys.number > 1 else math.pi
-        return 2 * self.centre_distance * math.sin(min(apart, math.pi) / 2) - 2 * tip_radius
+        angles = np.sort(np.mod(self.angles, 2 * math.pi))
+        least_angle = np.diff(angles, append=angles[0] + 2 * math.pi).min() if self.keys.number > 1 else math.pi
+        return 2 * self.centre_distance * math.sin(min(least_angle, math.pi) / 2) - 2 * tip_radius
 
     def check(self, pairs: Iterable[Pair]) -> None:
         """Refuse planets that collide, in the ``pairs`` of the meshes.
@@ -293,7 +295,7 @@ class PlanetarySet:
         keys, k = self.keys, self.keys.planet_torsional_stiffness
         return Linkage(
             train=train,
-            more=keys.motions(),
+            additional_motions=keys.motions(),
             carrier=CARRIER,
             carried=keys.names,
             coast=coast,
@@ -308,41 +310,43 @@ class PlanetarySet:
         """
         train, meshes = linkage.train, linkage.train.meshes
         sense = train.turn(meshes[0].name)
-        found = {}
+        modes = {}
         for name, angle in zip(self.keys.names, self.angles, strict=True):
-            out = np.array([math.cos(angle), math.sin(angle)])
-            ahead = sense * np.array([-out[1], out[0]])
-            found[f"pin_tangential {name}"] = 1e-3 * linkage.displaced({name: ahead})
-            found[f"pin_radial {name}"] = 1e-3 * linkage.displaced({name: out})
+            outwards = np.array([math.cos(angle), math.sin(angle)])
+            ahead = sense * np.array([-outwards[1], outwards[0]])
+            modes[f"pin_tangential {name}"] = 1e-3 * linkage.displaced({name: ahead})
+            modes[f"pin_radial {name}"] = 1e-3 * linkage.displaced({name: outwards})
             # each flank gets half of the thickness deviation, projected on the line of action
-            own = ((name in map(train.shaft, mesh.gears), mesh.pair.gears[0]) for mesh in meshes)
-            half = [on * math.cos(gear.alpha_t) / math.cos(gear.beta) / 2 for on, gear in own]
-            found[f"planet_thickness {name}"] = 1e-3 * np.array(half)
-            spin = [train.turn(m.name) * (m.driven == RING) / m.pair.gears[0].pitch_radius for m in meshes]
-            found[f"planet_timing {name}"] = 1e-3 * np.array(spin) * linkage.of_bodies[:, linkage.bodies.index(name), 2]
+            flanks = ((name in map(train.shaft, mesh.gears), mesh.pair.gears[0]) for mesh in meshes)
+            half = [on_flank * math.cos(gear.alpha_t) / math.cos(gear.beta) / 2 for on_flank, gear in flanks]
+            modes[f"planet_thickness {name}"] = 1e-3 * np.array(half)
+            turns = [train.turn(m.name) * (m.driven == RING) / m.pair.gears[0].pitch_radius for m in meshes]
+            modes[f"planet_timing {name}"] = (
+                1e-3 * np.array(turns) * linkage.of_bodies[:, linkage.bodies.index(name), 2]
+            )
         for name in (SUN, RING, CARRIER, *self.keys.names):
-            for axis, way in zip("xy", np.eye(2), strict=True):
-                moved = self.keys.names if name == CARRIER else (name,)
-                found[f"{name} {axis}"] = 1e-3 * linkage.displaced(dict.fromkeys(moved, way))
-        return found
+            for axis, direction in zip("xy", np.eye(2), strict=True):
+                bodies = self.keys.names if name == CARRIER else (name,)
+                modes[f"{name} {axis}"] = 1e-3 * linkage.displaced(dict.fromkeys(bodies, direction))
+        return modes
 
     @property
     def eccentricities(self) -> dict[str, float]:
         """Eccentricity of each eccentric member [µm]."""
-        own = self.keys.run_out or PlanetaryRunOut()
-        planets = zip(self.keys.names, own.planet or (0.0,) * self.keys.number, strict=True)
-        every = {SUN: own.sun, RING: own.ring, CARRIER: own.carrier} | dict(planets)
-        return {name: amount / 2 for name, amount in every.items() if amount}
+        run_out = self.keys.run_out or PlanetaryRunOut()
+        planets = zip(self.keys.names, run_out.planet or (0.0,) * self.keys.number, strict=True)
+        amounts = {SUN: run_out.sun, RING: run_out.ring, CARRIER: run_out.carrier} | dict(planets)
+        return {name: amount / 2 for name, amount in amounts.items() if amount}
 
     def offset(self, linkage: Linkage) -> NDArray:
         """Approach at time 0 due to deviations of the planets and run-out, (mesh,) [mm]."""
-        modes, found = self.modes(linkage), np.zeros(len(linkage.train.meshes))
+        modes, approach = self.modes(linkage), np.zeros(len(linkage.train.meshes))
         for key in DEVIATIONS:
             for name, amount in zip(self.keys.names, self.keys.each(key), strict=True):
-                found += amount * modes[f"{key} {name}"]
+                approach += amount * modes[f"{key} {name}"]
         for name, amount in self.eccentricities.items():
-            found += amount * modes[f"{name} x"]
-        return found
+            approach += amount * modes[f"{name} x"]
+        return approach
 
 
 def _of_planet(table: Mapping[str, Any], number: int) -> dict[str, Any]:
@@ -361,43 +365,43 @@ def expanded(given: Any) -> tuple[PlanetarySet, dict[str, Any]]:
     InputError
         If a key is missing or wrong; the error names the key.
     """
-    whole = dict(as_table("planetary", given))
-    own = {}
+    table_of_set = dict(as_table("planetary", given))
+    members = {}
     for name in MEMBERS:
-        if name == AT_RING and name not in whole:
+        if name == AT_RING and name not in table_of_set:
             continue
-        if name not in whole:
+        if name not in table_of_set:
             raise InputError(f"planetary.{name}", "missing", "is required: a table with the keys of a gear")
-        own[name] = dict(as_table(f"planetary.{name}", whole.pop(name)))
+        members[name] = dict(as_table(f"planetary.{name}", table_of_set.pop(name)))
         for key in ("shaft",) if name == AT_RING else (*SHARED, "shaft"):
-            if key in own[name]:
-                raise InputError(f"planetary.{name}.{key}", own[name][key], "is not for a single gear of a set")
-        if name != RING and (not isinstance(own[name].get("teeth"), int) or own[name]["teeth"] < 1):
-            raise InputError(f"planetary.{name}.teeth", own[name].get("teeth"), "must be a whole number, 1 or more")
-    found, stepped = read(Planetary, whole, "planetary"), AT_RING in own
-    of_stepped = {key: getattr(found, key) for key in ("planet_timing", "planet_torsional_stiffness")}
-    of_stepped["scatter.planet_timing"] = found.scatter and found.scatter.planet_timing
+            if key in members[name]:
+                raise InputError(f"planetary.{name}.{key}", members[name][key], "is not for a single gear of a set")
+        if name != RING and (not isinstance(members[name].get("teeth"), int) or members[name]["teeth"] < 1):
+            raise InputError(f"planetary.{name}.teeth", members[name].get("teeth"), "must be a whole number, 1 or more")
+    keys, stepped = read(Planetary, table_of_set, "planetary"), AT_RING in members
+    of_stepped = {key: getattr(keys, key) for key in ("planet_timing", "planet_torsional_stiffness")}
+    of_stepped["scatter.planet_timing"] = keys.scatter and keys.scatter.planet_timing
     if alone := [key for key, value in of_stepped.items() if value and not stepped]:
         raise InputError(f"planetary.{alone[0]}", "given", "is for stepped planets: give planetary.planet_at_ring too")
-    second = {key: own[AT_RING].pop(key) for key in SHARED if key in own.get(AT_RING, {})}
-    at_ring = read(Planetary, whole | second, f"planetary.{AT_RING}") if stepped else found
-    m_s, m_r = (each.normal_module / math.cos(math.radians(each.helix_angle)) for each in (found, at_ring))
-    z_s, z_p, z_q = (own[name]["teeth"] for name in (SUN, PLANET, AT_RING if stepped else PLANET))
-    z_r = own[RING].setdefault("teeth", -(round((z_s + z_p) * m_s / m_r) + z_q))
+    second = {key: members[AT_RING].pop(key) for key in SHARED if key in members.get(AT_RING, {})}
+    at_ring = read(Planetary, table_of_set | second, f"planetary.{AT_RING}") if stepped else keys
+    m_s, m_r = (each.normal_module / math.cos(math.radians(each.helix_angle)) for each in (keys, at_ring))
+    z_s, z_p, z_q = (members[name]["teeth"] for name in (SUN, PLANET, AT_RING if stepped else PLANET))
+    z_r = members[RING].setdefault("teeth", -(round((z_s + z_p) * m_s / m_r) + z_q))
     if not isinstance(z_r, int) or z_r >= 0:
         raise InputError("planetary.ring.teeth", z_r, "must be negative: an internal gear (ISO 21771)")
-    if "planets" in whole and found.planets != found.number:
-        allowed = f"conflicts with positions of {found.number} planets: give one of the two"
-        raise InputError("planetary.planets", found.planets, allowed)
-    at_sun, beside = ({key: getattr(each, key) for key in (*SHARED, "face_width")} for each in (found, at_ring))
-    whole_set = PlanetarySet(keys=found, teeth=(z_s, z_p, z_q, z_r), modules=(m_s, m_r), stepped=stepped)
-    gears: dict[str, Mapping[str, Any]] = {SUN: {**at_sun, **own[SUN]}}
-    gears |= {name: {**at_sun, **_of_planet(own[PLANET], n)} for n, name in enumerate(found.names)}
-    seconds = enumerate(whole_set.second_gears.items())
-    gears |= {name: {**beside, "shaft": on, **_of_planet(own[AT_RING], n)} for n, (name, on) in seconds}
-    gears[RING] = {**beside, **own[RING]}
-    a = whole_set.centre_distance
-    meshes = [{"driver": SUN, "driven": name, "centre_distance": a} for name in found.names]
-    drivers = whole_set.second_gears or found.names
+    if "planets" in table_of_set and keys.planets != keys.number:
+        allowed = f"conflicts with positions of {keys.number} planets: give one of the two"
+        raise InputError("planetary.planets", keys.planets, allowed)
+    at_sun, at_ring_mesh = ({key: getattr(each, key) for key in (*SHARED, "face_width")} for each in (keys, at_ring))
+    planetary_set = PlanetarySet(keys=keys, teeth=(z_s, z_p, z_q, z_r), modules=(m_s, m_r), stepped=stepped)
+    gears: dict[str, Mapping[str, Any]] = {SUN: {**at_sun, **members[SUN]}}
+    gears |= {name: {**at_sun, **_of_planet(members[PLANET], n)} for n, name in enumerate(keys.names)}
+    seconds = enumerate(planetary_set.second_gears.items())
+    gears |= {name: {**at_ring_mesh, "shaft": on, **_of_planet(members[AT_RING], n)} for n, (name, on) in seconds}
+    gears[RING] = {**at_ring_mesh, **members[RING]}
+    a = planetary_set.centre_distance
+    meshes = [{"driver": SUN, "driven": name, "centre_distance": a} for name in keys.names]
+    drivers = planetary_set.second_gears or keys.names
     meshes += [{"driver": name, "driven": RING, "centre_distance": a} for name in drivers]
-    return whole_set, {"gears": gears, "meshes": meshes}
+    return planetary_set, {"gears": gears, "meshes": meshes}

@@ -66,14 +66,14 @@ def require_cycles_memory(
     MemoryBudgetError
         With numbers of positions or orders that would fit.
     """
-    modes = turning_amounts(effects, scene_lines(scene, np.zeros(1)), 1).shape[-1]
-    need, limit = hunting_memory(scene, positions, cycles, orders, modes), room()
-    each = hunting_memory(scene, positions + 1, cycles, orders, modes) - need
-    fewer = int((limit - need) / each + positions)
-    lower = orders - (need - limit) / (order_memory() * cycles)
+    modes = cycle_gap_amounts(effects, scene_lines(scene, np.zeros(1)), 1).shape[-1]
+    needed, limit = hunting_memory(scene, positions, cycles, orders, modes), room()
+    per_position = hunting_memory(scene, positions + 1, cycles, orders, modes) - needed
+    fewer = int((limit - needed) / per_position + positions)
+    lower = orders - (needed - limit) / (order_memory() * cycles)
     instead = [f"{fewer} positions"] * (fewer > 0) + [f"{math.floor(10 * lower) / 10:g} orders"] * (lower >= 0.1)
     value = f"{cycles} mesh cycles × {positions} positions, {orders:g} orders of the mesh"
-    require(need, "hunting", value, f"{' or '.join(instead) or 'nothing'} would fit")
+    require(needed, "hunting", value, f"{' or '.join(instead) or 'nothing'} would fit")
 
 
 def check_cycles(gears: Sequence[Gear], key: str = "pair.wheel.teeth", passed: Sequence[int] = (1, 1)) -> int:
@@ -89,35 +89,37 @@ def check_cycles(gears: Sequence[Gear], key: str = "pair.wheel.teeth", passed: S
 
 
 @lru_cache(maxsize=64)
-def unlike(scene: Scene) -> tuple[GapEffect, ...]:
+def tooth_to_tooth_effects(scene: Scene) -> tuple[GapEffect, ...]:
     """Effects of the loaded flank whose gap changes from mesh cycle to mesh cycle."""
-    lines, one = scene_lines(scene, np.zeros(1)), np.zeros(1, dtype=int)
+    lines, first_cycle = scene_lines(scene, np.zeros(1)), np.zeros(1, dtype=int)
     gaps = (effect for effect in scene.flank_effects if isinstance(effect, GapEffect))
-    return tuple(effect for effect in gaps if effect.turning(lines, one) is not None)
+    return tuple(effect for effect in gaps if effect.turning(lines, first_cycle) is not None)
 
 
-def teeth_alike(scene: Scene) -> Scene:
-    """The scene without the effects that change from mesh cycle to mesh cycle."""
-    turning = unlike(scene)
-    flanks = {key: tuple(e for e in getattr(scene, key) if e not in turning) for key in ("effects", "coast")}
-    return changed(scene, **flanks) if turning else scene
+def with_equal_teeth(scene: Scene) -> Scene:
+    """Return the scene without the effects that change from mesh cycle to mesh cycle."""
+    differing = tooth_to_tooth_effects(scene)
+    flanks = {key: tuple(e for e in getattr(scene, key) if e not in differing) for key in ("effects", "coast")}
+    return changed(scene, **flanks) if differing else scene
 
 
-def turning_modes(effects: Sequence[GapEffect], lines: ContactLines) -> GapModes:
+def cycle_gap_modes(effects: Sequence[GapEffect], lines: ContactLines) -> GapModes:
     """Gap modes of the effects; all mesh cycles have the same modes."""
-    return GapModes.on(lines, lambda each: np.concatenate([p.modes for p in _turning(effects, each, 1)], axis=-1))
+    return GapModes.on(
+        lines, lambda lines: np.concatenate([p.modes for p in _gaps_over_cycles(effects, lines, 1)], axis=-1)
+    )
 
 
-def turning_amounts(effects: Sequence[GapEffect], lines: ContactLines, count: int) -> NDArray:
+def cycle_gap_amounts(effects: Sequence[GapEffect], lines: ContactLines, count: int) -> NDArray:
     """Amplitudes of the gap modes in the first ``count`` mesh cycles, (cycle, mode)."""
-    return np.concatenate([part.amounts for part in _turning(effects, lines, count)], axis=-1)
+    return np.concatenate([part.amounts for part in _gaps_over_cycles(effects, lines, count)], axis=-1)
 
 
-def _turning(effects: Sequence[GapEffect], lines: ContactLines, count: int) -> list[GapOverCycles]:
+def _gaps_over_cycles(effects: Sequence[GapEffect], lines: ContactLines, count: int) -> list[GapOverCycles]:
     """Gaps of the effects in the first ``count`` mesh cycles; a single mode of zeros if no effect changes."""
-    found = (effect.turning(lines, np.arange(count)) for effect in effects)
-    none = GapOverCycles(modes=np.zeros((*lines.shape, 1)), amounts=np.zeros((count, 1)))
-    return [part for part in found if part is not None] or [none]
+    gaps = (effect.turning(lines, np.arange(count)) for effect in effects)
+    unchanged = GapOverCycles(modes=np.zeros((*lines.shape, 1)), amounts=np.zeros((count, 1)))
+    return [part for part in gaps if part is not None] or [unchanged]
 
 
 def solve_cycles(scene: Scene, phases: Phases, batch: Batch, amounts: NDArray, threads: int) -> MeshCycle:
@@ -139,9 +141,9 @@ def order_coefficients(phases: Phases, values: NDArray, count: int) -> NDArray:
     """
     N, q = len(values), np.arange(1, count + 1)
     by_phase, parts = np.fft.fft(values, axis=0) / N, -(-count // ORDERS_AT_ONCE)
-    each = ((part, _waves(phases, part / (N * phases.length))) for part in np.array_split(q, parts))
-    found = [np.einsum("qp,qp->q", waves, by_phase[part % N]) for part, waves in each]
-    return np.concatenate(found)
+    waves_of_orders = ((part, _waves(phases, part / (N * phases.length))) for part in np.array_split(q, parts))
+    coefficients = [np.einsum("qp,qp->q", waves, by_phase[part % N]) for part, waves in waves_of_orders]
+    return np.concatenate(coefficients)
 
 
 def _waves(phases: Phases, order: NDArray) -> NDArray:

@@ -15,13 +15,13 @@ from gearbench.errors import InputError
 from gearbench.hunting.cycles import (
     ORDERS,
     check_cycles,
+    cycle_gap_amounts,
+    cycle_gap_modes,
     known_orders,
     order_coefficients,
     require_cycles_memory,
     solve_cycles,
-    turning_amounts,
-    turning_modes,
-    unlike,
+    tooth_to_tooth_effects,
 )
 from gearbench.results.cycle import MeshCycle, Phases
 from gearbench.results.origin import with_grids
@@ -123,13 +123,13 @@ def _all_cycles(scene: Scene, orders: float, threads: int) -> MeshCycle:
         raise InputError("system.shafts", "given", "is not supported by hunting: remove the shafts")
     count = check_cycles(scene.pair.gears)
     phase, weight = mesh_phases(scene)
-    turning = unlike(scene)
+    turning = tooth_to_tooth_effects(scene)
     if not turning:
         raise InputError("effects", "all teeth are alike", "must have pitch_errors, random_pitch or waviness")
     require_cycles_memory(scene, turning, len(phase), count, orders)
     lines = scene_lines(scene, phase)
-    amounts = turning_amounts(turning, lines, count)
+    amounts = cycle_gap_amounts(turning, lines, count)
     others = tuple(effect for effect in scene.flank_effects if effect not in turning)
-    batch = prepare(assemble(scene, lines, others), turning_modes(turning, lines))
+    batch = prepare(assemble(scene, lines, others), cycle_gap_modes(turning, lines))
     phases = Phases(phase=phase, weight=weight, size=scene.resolution.panel_size)
     return solve_cycles(scene, phases, batch, amounts, threads)

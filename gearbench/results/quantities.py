@@ -213,10 +213,10 @@ GROUPS: Mapping[str, Mapping[str, Quantity]] = MappingProxyType(
             "friction_force_amplitude": Quantity(
                 "N", "R_n", "estimate of the friction force across the line of action, coefficient 0.05"
             ),
-            "gear_deflection": Quantity("µm", "u", "deflection of the axis at the middle of a gear, at rest"),
-            "gear_tilt": Quantity("mrad", "φ", "tilt of the axis at the middle of a gear, at rest"),
+            "gear_deflection": Quantity("µm", "u", "static deflection of the axis at the middle of a gear"),
+            "gear_tilt": Quantity("mrad", "φ", "static tilt of the axis at the middle of a gear"),
             "mesh_misalignment": Quantity(
-                "µm", "F_β", "misalignment over the face in the plane of action, by both axes at rest"
+                "µm", "F_β", "static misalignment over the face in the plane of action, due to both axes"
             ),
             "ripple_frequency": Quantity("Hz", "f", "frequency of a ripple"),
             "ripple_transmission_error_amplitude": Quantity(

@@ -203,7 +203,7 @@ class Gearbox:
         first, last = (model.node(self.seats[(mesh, index)][1].position + s * half) for s in (-1, 1))
         return np.arange(first, last + 1)
 
-    def spin(self, mesh: str, index: int, model: ShaftModel) -> NDArray:
+    def rotation(self, mesh: str, index: int, model: ShaftModel) -> NDArray:
         """Row (size,): contribution of the spin of a gear to the transmission error, per unit of the model's motions.
 
         The spin is that of the section of the face at which the torque enters.

@@ -56,8 +56,8 @@ class Mechanics:
     mesh
         a_m, one or two rows per mesh, (row, n). −a_m · q is the relative motion of the gears along the line of action,
         and, with a second row, their relative tilt.
-    spin
-        Rows (mesh, n) for the transmission error of each mesh, with the same sign.
+    rotation
+        Rows (mesh, n) for the part of each approach that is due to the rotation of the gears, with the same sign.
     bearing
         Force on each bearing per unit motion, (bearing, 3, n) [N/mm].
     bearing_names
@@ -74,7 +74,7 @@ class Mechanics:
     stiffness: NDArray
     damping: tuple[NDArray, NDArray]
     mesh: NDArray
-    spin: NDArray
+    rotation: NDArray
     bearing: NDArray
     bearing_names: tuple[str, ...]
     bearing_load: NDArray = field(default_factory=lambda: np.zeros((0, 3)))
@@ -93,7 +93,7 @@ def two_wheels(system: System, pair: Pair) -> Mechanics:
         stiffness=np.zeros((2, 2)),
         damping=(np.zeros((0, 2)), np.zeros(0)),
         mesh=np.array([[-1.0, 1.0]]),
-        spin=np.array([[-1.0, 1.0]]),
+        rotation=np.array([[-1.0, 1.0]]),
         bearing=np.zeros((0, 3, 2)),
         bearing_names=(),
     )
@@ -106,7 +106,7 @@ def steel_disc(radius: float, hole: float, width: float) -> tuple[float, float, 
     return m, m * squares / 2, m * (squares / 4 + width**2 / 12)
 
 
-def shafts_at_rest(box: Gearbox, own: tuple[NDArray, NDArray] | None = None) -> tuple[Settled, ...]:
+def static_equilibrium(box: Gearbox, own: tuple[NDArray, NDArray] | None = None) -> tuple[Settled, ...]:
     """Equilibrium of each shaft in its bearings under mean mesh forces and other loads, in the order of the shafts.
 
     Shafts connected by bodies share one equilibrium. ``own`` are the nodal loads (size,) of "pair" on the shafts of its
@@ -161,18 +161,18 @@ def mechanics(box: Gearbox, settled: tuple[Settled, ...], spread: Sequence[NDArr
         M[spin, spin] += coupling.inertia * INERTIA
         for row, ripple in zip(ripples[len(ripples) - len(model.shaft.ripples) :], model.shaft.ripples, strict=True):
             row[spin] += ripple.torque * METRE if ripple.position is None else 0.0
-    mesh, spin = np.zeros((len(box.names), len(spread[0]), n)), np.zeros((len(box.names), n))
+    mesh, rotation = np.zeros((len(box.names), len(spread[0]), n)), np.zeros((len(box.names), n))
     for k, name in enumerate(box.names):
         for index in (0, 1):
             number = box.seats[(name, index)][0]
             mesh[k, :, structure.motions(number)] += spread[k] @ box.face_rows(name, index, models[number])
-            spin[k, structure.motions(number)] += box.spin(name, index, models[number])
+            rotation[k, structure.motions(number)] += box.rotation(name, index, models[number])
     found = Mechanics(
         mass=M,
         stiffness=K,
         damping=(dampers, constants),
         mesh=mesh.reshape(-1, n),
-        spin=spin,
+        rotation=rotation,
         bearing=np.array([part.stiffness[:3] @ part.rows for part in parts]).reshape(-1, 3, n),
         bearing_names=tuple(part.name for part in parts),
         bearing_load=np.array(
@@ -242,7 +242,7 @@ def _without_massless(found: Mechanics, whole: Structure) -> Mechanics:
         stiffness=T.T @ found.stiffness @ T,
         damping=(found.damping[0] @ T, found.damping[1]),
         mesh=found.mesh @ T,
-        spin=found.spin @ T,
+        rotation=found.rotation @ T,
         bearing=found.bearing @ T,
         ripples=None if found.ripples is None else found.ripples @ T,
         parts=tuple(replace(part, rows=part.rows @ T) for part in found.parts),

@@ -19,7 +19,7 @@ from gearbench.contact.equilibrium import ForceSearch, MeshAt
 from gearbench.errors import InputError
 from gearbench.geometry.gear import Gear
 from gearbench.geometry.planetary import RING
-from gearbench.hunting.cycles import check_cycles, turning_amounts, turning_modes, unlike
+from gearbench.hunting.cycles import check_cycles, cycle_gap_amounts, cycle_gap_modes, tooth_to_tooth_effects
 from gearbench.results.solved import Solved
 from gearbench.results.train_cycle import TrainCycle
 from gearbench.scene import Scene
@@ -82,7 +82,7 @@ def gears_apart(scene: Scene) -> dict[str, Gear]:
     short, found = scene.train.planetary, {}
     apart = set() if short is None else {RING, *short.eccentricities}
     for mesh, own in zip(scene.geometry.meshes, scene.meshes.values(), strict=True):
-        lines, turning = scene_lines(own, np.zeros(1)), unlike(own)
+        lines, turning = scene_lines(own, np.zeros(1)), tooth_to_tooth_effects(own)
         for side, (name, gear) in enumerate(zip(mesh.gears, own.pair.gears, strict=True)):
             teeth = np.arange(abs(gear.teeth))
             for effect in turning:
@@ -138,10 +138,10 @@ def train_cycles(scene: Scene, orders: float, threads: int) -> TrainCycles:
     require(train_cycles_memory(meshes, positions, count, orders), "hunting", size, "fewer positions would fit")
     forces = curves(solved, float(len(solved.meshes)))
     each = zip(mesh_scenes(scene).values(), solved.meshes.values(), strict=True)
-    amounts = [turning_amounts(unlike(own), mesh.lines, count) for own, mesh in each]
+    amounts = [cycle_gap_amounts(tooth_to_tooth_effects(own), mesh.lines, count) for own, mesh in each]
 
     def batch(mesh: Solved, contact: MeshAt) -> Batch:
-        return prepare(contact.problem, turning_modes(unlike(mesh.scene), mesh.lines))
+        return prepare(contact.problem, cycle_gap_modes(tooth_to_tooth_effects(mesh.scene), mesh.lines))
 
     flanks = TrainFlanks.of(solved, levels(float(len(solved.meshes))), forces.approach, batch)
     work = partial(_some_cycles, solved, forces, flanks, amounts)

@@ -66,7 +66,7 @@ def train_point(solved: SolvedTrain, outputs: Sequence[str]) -> Point:
         "turning_error": (("member", "position"), 1e6 * np.multiply.outer(solved.ratios, cycle.input_turn)),
     }
     variables |= {name: ((), response(name).reduce(cycle)) for name in (*USUAL_OF_TRAIN, *own)}
-    if more := linkage.more:
+    if more := linkage.additional_motions:
         coords["motion"] = ("motion",), np.array([motion.name for motion in more])
         variables["motion_amount"] = ("motion", "position"), MICROMETRES * balance.motion[:, -len(more) :].T
     on = np.moveaxis(linkage.on_bodies(balance.force), 0, -1)

@@ -25,7 +25,7 @@ from gearbench.geometry.action import ContactLines
 from gearbench.geometry.linkage import Linkage
 from gearbench.geometry.names import GEARS
 from gearbench.geometry.train import Train
-from gearbench.hunting.cycles import teeth_alike, unlike
+from gearbench.hunting.cycles import tooth_to_tooth_effects, with_equal_teeth
 from gearbench.results.cycle import HARMONICS, MICROMETRES, MeshCycle, Phases
 from gearbench.results.solved import Solved
 from gearbench.results.train_cycle import TrainCycle
@@ -167,7 +167,7 @@ def check_train(scene: Scene) -> Linkage:
     """
     train = scene.geometry
     for own in scene.meshes.values() if max(train.periods.values()) > 1 else ():
-        if turning := unlike(own):
+        if turning := tooth_to_tooth_effects(own):
             allowed = "differs from tooth to tooth, and needs a train whose meshes have one frequency"
             raise InputError(f"effects.{turning[0].name}", "given", allowed)
     assert scene.train is not None
@@ -226,7 +226,9 @@ def solve_train(
     coast = scene.load.coast
     train, scenes = scene.geometry, dict(meshes or (scene.meshes if alike else mesh_scenes(scene)))
     if phases is None:
-        phases = _phases({name: teeth_alike(own) for name, own in scenes.items()} if alike else scenes, train, coast)
+        phases = _phases(
+            {name: with_equal_teeth(own) for name, own in scenes.items()} if alike else scenes, train, coast
+        )
     even = np.array([own.F_bt for own in scenes.values()])
     f = linkage.force(scene.load.torque)
     statics = Statics(rows=linkage.rows, stiffness=linkage.stiffness, force=f, offset=scene.train.offset(linkage))
@@ -266,7 +268,7 @@ def _balanced(
     shift = train.phases(coast=coast)
     for name, scene in scenes.items():
         own, phase = unnamed(scene), phases.phase * train.periods[name] / phases.length + shift[name]
-        phase = phase if unlike(own) else phase % 1.0
+        phase = phase if tooth_to_tooth_effects(own) else phase % 1.0
         others = known.setdefault(own, [])
         again = next((found for other in others if (found := _reordered(other, phase)) is not None), None)
         at[name] = again or _mesh(own, phase, alike)
@@ -351,5 +353,5 @@ def _mesh(scene: Scene, phase: NDArray, alike: bool) -> tuple[ContactLines, Mesh
     """Contact lines and problem of one mesh at its phases; if teeth differ, phase 1 and above is for the next teeth."""
     lines = scene_lines(scene, phase)
     cos_b = float(np.cos(scene.pair.meshing.beta_b))
-    problem = assemble(teeth_alike(scene) if alike else scene, lines)
+    problem = assemble(with_equal_teeth(scene) if alike else scene, lines)
     return lines, MeshAt(problem=problem, nominal=scene.F_bt, cos_b=cos_b)

@@ -58,7 +58,7 @@ def test_part_without_mass_is_named():
         stiffness=np.zeros((2, 2)),
         damping=(np.zeros((0, 2)), np.zeros(0)),
         mesh=np.array([[-1.0, 1.0]]),
-        spin=np.array([[-1.0, 1.0]]),
+        rotation=np.array([[-1.0, 1.0]]),
         bearing=np.zeros((0, 3, 2)),
         bearing_names=(),
     )

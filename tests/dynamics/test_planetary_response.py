@@ -74,7 +74,7 @@ def integrated(model, speed, periods, points=64):
             move[names.index(pin)] += [-y, x, 0.0]
         T.append(move)
     springs = [bodies[name].torsion for name in turning]
-    for motion in linkage.more:
+    for motion in linkage.additional_motions:
         move = np.zeros((len(names), 3))
         for name, axis in motion.moved:
             move[names.index(name), AXES.index(axis)] = 1.0
@@ -102,7 +102,9 @@ def integrated(model, speed, periods, points=64):
 
     # constant torques balance the mean mesh forces, and springs that are not at rest
     f = B.T @ solved.balance.force.mean(axis=0)
-    f[len(turning) :] += springs[len(turning) :] * solved.balance.motion.mean(axis=0)[-len(linkage.more) :]
+    f[len(turning) :] += (
+        springs[len(turning) :] * solved.balance.motion.mean(axis=0)[-len(linkage.additional_motions) :]
+    )
     size, F, k, x = len(M), *at(0.0)
     start = np.linalg.lstsq(K + B.T * k @ B, f - (F - k * x) @ B, rcond=1e-12)[0]
     per_f, per_q, per_v = (np.linalg.solve(M, each) for each in (B.T, K, damping))

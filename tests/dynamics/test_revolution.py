@@ -12,7 +12,7 @@ from gearbench.dynamics.loaded_mesh import loaded_mesh
 from gearbench.dynamics.modes import modes
 from gearbench.dynamics.revolution import Revolution, revolution, revolution_response, side_bands
 from gearbench.errors import InputError
-from gearbench.hunting.cycles import unlike
+from gearbench.hunting.cycles import tooth_to_tooth_effects
 from gearbench.results.cycle import Phases, fourier_rows
 from gearbench.scene_file import parse_scene
 from tests.support.systems import series, shafts, wheels
@@ -46,7 +46,7 @@ def scene(system=None, teeth=(7, 11), **errors):
 def test_excitation_is_that_of_every_pair_of_teeth(errors, cycles):
     """Mean and orders of a revolution from ``simulate`` of each of its mesh cycles."""
     own, H = scene({}, **errors), 2
-    found = revolution(loaded_mesh(scene({})), unlike(own), H)
+    found = revolution(loaded_mesh(scene({})), tooth_to_tooth_effects(own), H)
     assert found.cycles == cycles
     orders = np.zeros(H * cycles + 1, complex)
     for i in range(cycles):
@@ -63,7 +63,7 @@ def test_revolution_of_a_pair_with_a_ring(gear, cycles):
     """The deviations of one gear repeat after its own revolution; their mean is that of the gaps of all cycles."""
     teeth, own = (18, -41), RNG.uniform(-3, 3, cycles).tolist()
     plain, H = scene({}, teeth), 1
-    found = revolution(loaded_mesh(plain), unlike(scene({}, teeth, **{gear: own})), H)
+    found = revolution(loaded_mesh(plain), tooth_to_tooth_effects(scene({}, teeth, **{gear: own})), H)
     assert found.cycles == cycles
     at_once = found.excitation.motion[0, 1:cycles]
     assert np.abs(at_once).max() > 1e-4

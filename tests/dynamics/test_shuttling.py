@@ -16,7 +16,7 @@ from gearbench.effects.base import ComplianceEffect, LineLaw
 from gearbench.effects.shafts import factor
 from gearbench.results.cycle import Phases, fourier_matrix
 from gearbench.system.gearbox import FACE_POINTS
-from gearbench.system.mechanics import mechanics, shafts_at_rest
+from gearbench.system.mechanics import mechanics, static_equilibrium
 from tests.support.systems import shafts, spur_scene
 
 SUPPORT = {"radial_stiffness": 250.0, "axial_stiffness": 150.0}
@@ -91,7 +91,7 @@ def test_bearing_forces_are_those_of_many_slices(helix):
     model = Model(scene=scene)
     data = response(scene, speed=speeds, harmonics=H)
     box, (η, weight) = scene.gearbox, FACE_POINTS
-    system = mechanics(box, shafts_at_rest(box), [np.eye(len(η))])
+    system = mechanics(box, static_equilibrium(box), [np.eye(len(η))])
     # length of all lines in each slice, over the phases
     meshing, tau = scene.pair.meshing, (np.arange(512) + 0.5) / 512
     b, pairs = meshing.face_width, np.arange(-4, 6)

@@ -1,4 +1,4 @@
-"""Shafts at rest, energies of modes, ripples, damping by mode, friction: closed forms and limits."""
+"""Static deflection of shafts, energies of modes, ripples, damping by mode, friction: closed forms and limits."""
 
 import math
 import re
@@ -23,7 +23,7 @@ STIFF = {"sections": [{"length": 200.0, "diameter": 200.0}]}
 SPRINGS = [{"position": p, "radial_stiffness": 50.0, "axial_stiffness": 50.0} for p in (0.0, 200.0)]
 
 
-def test_axes_at_rest_are_those_of_a_rigid_shaft_on_two_springs():
+def test_static_deflection_is_that_of_a_rigid_shaft_on_two_springs():
     """Deflection and slope under F at p of L: reactions F (1 − p/L) and F p/L over the stiffness."""
     scene = spur_scene(shafts(STIFF | {"bearings": SPRINGS}))
     data = response(scene, speed=1000.0, harmonics=2)
@@ -122,7 +122,7 @@ def test_orders_whose_excitation_is_uncertain_are_named():
     """All orders that finer phases and segments change by more than a tenth are among them, and there are some."""
     scene = read_scene("examples/shafts.toml")
     finer = replace(scene, resolution=Resolution(segments=45, gauss_points=9))
-    found, expected = (2 * np.abs(Model(scene=each).at_rest(10)[0, 1:]) for each in (scene, finer))
+    found, expected = (2 * np.abs(Model(scene=each).quasi_static_approach(10)[0, 1:]) for each in (scene, finer))
     wrong = np.flatnonzero(np.abs(found / expected - 1) > 0.1) + 1
     (line,) = (each for each in Model(scene=scene).remarks(np.array([1000.0]), 10) if "noise floor" in each)
     named = {int(each) for each in re.findall(r"\d+", line.partition(" of its")[0])}

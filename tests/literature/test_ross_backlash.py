@@ -45,7 +45,7 @@ def answer(openings):
         stiffness=np.diag([SUPPORT, SUPPORT, 0.0] * 2),
         damping=(np.vstack([np.eye(6)[[0, 1, 3, 4]], a]), np.array([SUPPORT_DAMPING] * 4 + [damping])),
         mesh=a,
-        spin=a,
+        rotation=a,
         bearing=np.zeros((0, 3, 6)),
         bearing_names=(),
     )

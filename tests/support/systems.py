@@ -19,7 +19,7 @@ def wheels(mass, meshes=1):
         stiffness=np.zeros((2, 2)),
         damping=(np.zeros((0, 2)), np.zeros(0)),
         mesh=np.tile([-1.0, 1.0], (meshes, 1)),
-        spin=np.tile([-1.0, 1.0], (meshes, 1)),
+        rotation=np.tile([-1.0, 1.0], (meshes, 1)),
         bearing=np.zeros((0, 3, 2)),
         bearing_names=(),
     )
