@@ -80,8 +80,8 @@ class Archive:
         self.first_generations += [len(self.asked) + 1] * len(unknown)
         self.asked.append(self.numbers(designs))
         self.evaluated.append(len(unknown))
-        before = (self.feasible_found or [0])[-1]
-        self.feasible_found.append(before + sum(new[design].feasible for design in unknown))
+        feasible_before = (self.feasible_found or [0])[-1]
+        self.feasible_found.append(feasible_before + sum(new[design].feasible for design in unknown))
         self._update_front({first + i: new[design] for i, design in enumerate(unknown)})
         return [self.results[number] for number in self.asked[-1]]
 
@@ -97,9 +97,9 @@ class Archive:
         F = np.concatenate([self.front_objectives, added.reshape(len(new), len(self.study.objectives))])
         if np.isnan(self.reference_point).any():
             self.reference_point = MARGIN * F.max(axis=0)
-        keep = non_dominated(F)
-        self.front = [i for i, kept in zip(candidates, keep, strict=True) if kept]
-        self.front_objectives = F[keep]
-        self.hypervolumes.append(hypervolume(F[keep] / self.reference_point))
+        on_front = non_dominated(F)
+        self.front = [i for i, is_on_front in zip(candidates, on_front, strict=True) if is_on_front]
+        self.front_objectives = F[on_front]
+        self.hypervolumes.append(hypervolume(F[on_front] / self.reference_point))
         self.responses |= {number: result.values for number, result in new.items() if result.values is not None}
         self.responses = {i: self.responses[i] for i in self.front if i in self.responses}

@@ -84,14 +84,14 @@ def parse_condition(text: str) -> Condition:
     InputError
         If the text is not a condition.
     """
-    found = _CONDITION.fullmatch(text)
-    if found is None:
+    match = _CONDITION.fullmatch(text)
+    if match is None:
         raise InputError("where", text, "must be NAME <= NUMBER (or < > >= == !=), or NAME == TEXT")
-    name, comparison, given = found.groups()
+    name, comparison, limit_text = match.groups()
     try:
-        limit: float | str = float(given)
+        limit: float | str = float(limit_text)
     except ValueError:
-        limit = given.strip("\"'")
+        limit = limit_text.strip("\"'")
     if isinstance(limit, float) and not math.isfinite(limit):
         raise InputError("where", text, "must compare with a finite number")
     return Condition(name=name, comparison=comparison, limit=limit)
@@ -108,17 +108,17 @@ def parse_ranking(text: str) -> dict[str, float]:
     weights: dict[str, float] = {}
     position = 0
     while position < len(text):
-        found = _TERM.match(text, position)
-        if found is None or (position > 0 and not found[1]):
+        match = _TERM.match(text, position)
+        if match is None or (position > 0 and not match[1]):
             break
-        sign, factor, name = found.groups()
+        sign, factor, name = match.groups()
         weight = (-1.0 if sign == "-" else 1.0) * float(factor or 1.0)
         if name in weights:
             raise InputError("rank", name, "given twice")
         if weight == 0 or not math.isfinite(weight):
             raise InputError("rank", text, f"the weight of {name} must be finite and not 0")
         weights[name] = weight
-        position = found.end()
+        position = match.end()
     if position < len(text) or not weights:
         raise InputError("rank", text, "must be NAME + 2*NAME + …, with a minus sign where more is better")
     return weights
@@ -132,8 +132,8 @@ def parse_band(key: str, text: str) -> tuple[float, float]:
     InputError
         If the text is not a range of positive numbers.
     """
-    found = _BAND.fullmatch(text)
-    low, high = (float(x) for x in found.groups()) if found else (math.nan, math.nan)
+    match = _BAND.fullmatch(text)
+    low, high = (float(x) for x in match.groups()) if match else (math.nan, math.nan)
     if not low <= high or not math.isfinite(high):
         raise InputError(key, text, "must be LOW:HIGH, e.g. 900:1100")
     return low, high

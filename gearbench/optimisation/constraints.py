@@ -46,23 +46,22 @@ def constrained(
     cost: float = math.nan,
     force: Callable[[Scene], float] = lambda _: math.nan,
 ) -> dict[str, float]:
-    """Compute the limited quantities of ``scene`` by name; NaN where they were not computed.
+    """Compute the limited quantities of ``scene`` by name, in order of cost: geometry, scene, solved scene.
 
-    Quantities are computed in order of cost: geometry, scene, solved scene. A later group is computed only if the
-    limits of the earlier groups hold. ``solved`` returns the solved scene; by default this function solves it. With
-    several loads, every load is solved here and the worst value counts. ``cost`` is the cost of the design's
-    variables, ``force`` returns the mesh force over the study's speeds.
+    A later group is left out if a limit of an earlier group is violated. ``solved`` returns the solved scene; by
+    default this function solves it. With several loads, every load is solved here and the worst value counts. ``cost``
+    is the cost of the design's variables, ``force`` returns the mesh force over the study's speeds.
     """
     if scene.loads:
         return _worst_of_loads(scene, limits, cost, force)
     solved = solved or cache(partial(solve_scene, scene))
-    of = partial(numbers_of, scene=scene, solved=solved, cost=cost)
-    values = dict.fromkeys(limits, math.nan)
+    numbers = partial(numbers_of, scene=scene, solved=solved, cost=cost)
+    values: dict[str, float] = {}
     cheap = (COST, *GEOMETRIC)
     for names in (cheap, OF_SCENE, [name for name in limits if name not in cheap and name not in OF_SCENE]):
         if judge(values, limits)[0] == 0:
             values |= {
-                name: force(scene) if is_over_speed(name) else limits[name].worst(of(name))
+                name: force(scene) if is_over_speed(name) else limits[name].worst(numbers(name))
                 for name in limits
                 if name in names
             }
@@ -84,10 +83,11 @@ def numbers_of(
         return [GEOMETRIC[name](mesh.pair) for mesh in each_mesh(scene)]
     if name in OF_SCENE:
         return [OF_SCENE[name](scene)]
-    found = solved()
+    solution = solved()
     if name in UNDER_LOAD:
-        return [UNDER_LOAD[name](mesh) for mesh in ([found] if isinstance(found, Solved) else found.meshes.values())]
-    return [float(response(name).reduce(found.cycle))]
+        meshes = [solution] if isinstance(solution, Solved) else solution.meshes.values()
+        return [UNDER_LOAD[name](mesh) for mesh in meshes]
+    return [float(response(name).reduce(solution.cycle))]
 
 
 def solve_roughly(scene: Scene) -> Solved:
@@ -106,24 +106,22 @@ def may_be_rough(scene: Scene, limits: Iterable[str]) -> bool:
 
 def decided(values: Mapping[str, float], limits: Mapping[str, Limit]) -> bool:
     """Whether rough ``values`` are so far from their limits that exact values could not change the verdict."""
-    ends = ((values[n], end) for n in limits if n in UNDER_LOAD for end in (limits[n].min, limits[n].max))
-    return not any(end is not None and abs(value - end) <= ROUGH * abs(end) for value, end in ends)
+    rough = [name for name in limits if name in UNDER_LOAD and name in values]
+    bounds = ((values[name], bound) for name in rough for bound in (limits[name].min, limits[name].max))
+    return not any(bound is not None and abs(value - bound) <= ROUGH * abs(bound) for value, bound in bounds)
 
 
 def _worst_of_loads(
     scene: Scene, limits: Mapping[str, Limit], cost: float, force: Callable[[Scene], float]
 ) -> dict[str, float]:
     """Compute ``constrained`` under every load and keep the worst values."""
-    found = [constrained(each, limits, cost=cost, force=force) for each in scene.each_load]
-    known = {name: [values[name] for values in found if not math.isnan(values[name])] for name in limits}
-    return {name: limits[name].worst(values) if values else math.nan for name, values in known.items()}
+    by_load = [constrained(loaded, limits, cost=cost, force=force) for loaded in scene.each_load]
+    computed = {name: [values[name] for values in by_load if name in values] for name in limits}
+    return {name: limits[name].worst(values) for name, values in computed.items() if values}
 
 
 def judge(values: Mapping[str, float], limits: Mapping[str, Limit]) -> tuple[float, str]:
-    """Sum of the relative violations, and a text that names the violated limits ("" if there are none)."""
-    broken = {
-        name: limit.violation(values[name])
-        for name, limit in limits.items()
-        if not math.isnan(values[name]) and limit.violation(values[name]) > 0
-    }
-    return sum(broken.values()), "; ".join(limits[name].describe(name, values[name]) for name in broken)
+    """Sum of the relative violations of computed ``values``, and a text that names the violated limits ("" if none)."""
+    violations = {name: limits[name].violation(values[name]) for name in limits if name in values}
+    violated = [name for name, violation in violations.items() if violation > 0]
+    return sum(violations.values()), "; ".join(limits[name].describe(name, values[name]) for name in violated)

@@ -29,7 +29,7 @@ def designs_dataset(
 
     codes = np.array(designs, dtype=float).reshape(len(designs), len(study.variables))
     objectives = np.array([result.objectives(study) for result in results]).reshape(len(results), -1)
-    known: dict[str, tuple] = {
+    results_by_name: dict[str, tuple] = {
         "code": (("design", "variable"), codes),
         "objective": (("design", "objective_name"), objectives),
         **{name: ("design", [r.statistics[i] for r in results]) for i, name in enumerate(study.statistics)},
@@ -40,17 +40,17 @@ def designs_dataset(
         "evaluated_samples": ("design", np.array([r.samples for r in results], dtype="int64")),
         "first_generation": ("design", np.array(first, dtype="int64")),
     }
-    variables = described(known)
-    shown = [values_of(study, design) for design in designs]
+    variables = described(results_by_name)
+    values_by_design = [values_of(study, design) for design in designs]
     for i, variable in enumerate(study.variables):
         attrs = {"long_name": variable.name, "paths": ", ".join(variable.paths)}
         # the type that holds all values of the variable, so that every generation has the same
         kind = np.array(variable.grid or [0.0]).dtype
-        values = np.array([row[i] for row in shown], dtype=kind)
+        values = np.array([row[i] for row in values_by_design], dtype=kind)
         variables[variable.name] = ("design", values.astype("int8") if values.dtype == bool else values, attrs)
     for name, limit in study.constraints.items():
-        given = {"limit_min": limit.min, "limit_max": limit.max}
-        variables[name][2].update({key: value for key, value in given.items() if value is not None})
+        limits = {"limit_min": limit.min, "limit_max": limit.max}
+        variables[name][2].update({key: value for key, value in limits.items() if value is not None})
     coords = {
         "variable": np.array([variable.name for variable in study.variables], dtype=object),
         "objective_name": np.array([objective.label for objective in study.objectives], dtype=object),
@@ -82,8 +82,8 @@ def read_designs(dataset: xr.Dataset, study: OptimisationStudy) -> list[tuple[De
     kinds = [float if variable.kind == "real" else int for variable in study.variables]
     names = ("code", "violation", "reason", "evaluated_samples")
     constraints, statistics = (
-        np.array([dataset[name].values for name in some]).reshape(len(some), -1).T
-        for some in (study.constraints, study.statistics)
+        np.array([dataset[name].values for name in group]).reshape(len(group), -1).T
+        for group in (study.constraints, study.statistics)
     )
     constraints = constraints.reshape(dataset.sizes["design"], len(study.constraints))
     rows = zip(*(dataset[name].values for name in names), constraints, statistics, strict=True)
@@ -93,13 +93,13 @@ def read_designs(dataset: xr.Dataset, study: OptimisationStudy) -> list[tuple[De
             Evaluation(
                 violation=float(violation),
                 reason=str(reason),
-                constraints=tuple(map(float, limited)),
+                constraints=tuple(map(float, constraint_values)),
                 # a number that is also limited is stored for infeasible designs too: drop it here
-                statistics=tuple(float(x) if violation == 0 else math.nan for x in known),
+                statistics=tuple(float(x) if violation == 0 else math.nan for x in stored),
                 samples=int(samples),
             ),
         )
-        for codes, violation, reason, samples, limited, known in rows
+        for codes, violation, reason, samples, constraint_values, stored in rows
     ]
 
 

@@ -31,14 +31,14 @@ def _addendum(tables: Mapping[str, Any], pair_of: Callable[[Mapping[str, Any]], 
 
 def _any_pair(table: Mapping[str, Any], pair_of: Callable[[Mapping[str, Any]], Pair]) -> Pair:
     """Pair with the greatest valid addendum; pitch and base circles, which alone are needed, do not depend on it."""
-    faults = []
+    errors = []
     for tenths in range(10, 0, -1):
         members = {name: {**table.get(name, {}), "addendum": tenths / 10} for name in ("pinion", "wheel")}
         try:
             return pair_of({**table, **members})
-        except InputError as fault:
-            faults.append(fault)
-    raise faults[0]
+        except InputError as error:
+            errors.append(error)
+    raise errors[0]
 
 
 def unit_contact_addendum(pair: Pair) -> float:
@@ -62,9 +62,9 @@ def unit_contact_addendum(pair: Pair) -> float:
 
 
 def _ring_teeth(tables: Mapping[str, Any], _: Callable[[Mapping[str, Any]], Pair], value: float) -> dict[str, Any]:
-    own = tables["planetary"]
-    sun, planet = (own.get(name, {}).get("teeth", 0) for name in ("sun", "planet"))
-    at_ring = own.get("planet_at_ring", {}).get("teeth", planet)
+    planetary = tables["planetary"]
+    sun, planet = (planetary.get(name, {}).get("teeth", 0) for name in ("sun", "planet"))
+    at_ring = planetary.get("planet_at_ring", {}).get("teeth", planet)
     return {"planetary.ring.teeth": -(sun + planet + at_ring + round(value))}
 
 

@@ -58,8 +58,8 @@ class Designs:
     def study(self) -> OptimisationStudy:
         """The study that was run."""
         text = str(self.dataset.attrs["study"])
-        found = sha256(text.encode(errors="surrogatepass")).hexdigest()
-        if self.dataset.attrs.get("study_sha256") not in (None, found):
+        digest = sha256(text.encode(errors="surrogatepass")).hexdigest()
+        if self.dataset.attrs.get("study_sha256") not in (None, digest):
             raise InputError("", self.source, "is damaged or changed: its study does not match its digest")
         try:
             return parse_study(tomllib.loads(text))
@@ -70,8 +70,8 @@ class Designs:
     def names(self) -> tuple[str, ...]:
         """Names of all quantities that have one value per design."""
         stored = [str(name) for name, v in self.dataset.data_vars.items() if v.dims == ("design",)]
-        other = OF_PAIR if self.study.of_set else tuple(OF_SET)
-        return tuple(dict.fromkeys((*stored, *(name for name in OF_SCENE if name not in other))))
+        not_defined = OF_PAIR if self.study.of_set else tuple(OF_SET)
+        return tuple(dict.fromkeys((*stored, *(name for name in OF_SCENE if name not in not_defined))))
 
     def find(self, key: str, name: str) -> str:
         """Full name of a quantity, given in full or by its last parts if they are unambiguous.
@@ -83,11 +83,11 @@ class Designs:
         """
         if name in self.names:
             return name
-        found = [full for full in self.names if full.endswith(f".{name}")]
-        if len(found) == 1:
-            return found[0]
-        if found:
-            raise InputError(key, name, f"is ambiguous: {' or '.join(found)}")
+        matches = [full for full in self.names if full.endswith(f".{name}")]
+        if len(matches) == 1:
+            return matches[0]
+        if matches:
+            raise InputError(key, name, f"is ambiguous: {' or '.join(matches)}")
         raise InputError(key, name, f"unknown quantity; known: {', '.join(self.names)}")
 
     def values(self, name: str, numbers: NDArray) -> NDArray:
@@ -145,7 +145,7 @@ class Designs:
         return "" if unit == "1" else unit
 
     def support(self, rows: Iterable[int]) -> str:
-        """Support of the teeth of the designs ``rows``, as text."""
+        """Tooth support of the designs ``rows``, as text."""
         return " or ".join(sorted({support(self.scene(int(row))) for row in rows}))
 
 

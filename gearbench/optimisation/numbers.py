@@ -1,6 +1,6 @@
 """Numbers of a design that do not depend on the manufacturing errors, for objectives and limits.
 
-In order of cost they come from the variables, the geometry, the scene and the solved scene. Responses, which do
+In order of cost they come from the variables, the geometry, the scene and the solved scene. Metrics, which do
 depend on the errors, are in ``gearbench.results.responses``.
 """
 
@@ -46,8 +46,11 @@ def planetary_set(scene: Scene) -> PlanetarySet | None:
 
 def each_mesh(scene: Scene) -> tuple[Scene, ...]:
     """Scenes of the distinct meshes: sun-planet and planet-ring of a planetary set; otherwise the scene itself."""
-    own = planetary_set(scene)
-    return (scene,) if own is None else tuple(scene.meshes.values())[:: own.keys.number]
+    planetary = planetary_set(scene)
+    if planetary is None:
+        return (scene,)
+    # meshes of the sun with all planets come first, then those of the ring: the first of each kind
+    return tuple(scene.meshes.values())[:: planetary.keys.number]
 
 
 def mass(scene: Scene) -> float:
@@ -57,18 +60,18 @@ def mass(scene: Scene) -> float:
     """
     from gearbench.compliance.outline import tooth_outline
 
-    own, meshes, total = planetary_set(scene), each_mesh(scene), 0.0
+    planetary, meshes, total = planetary_set(scene), each_mesh(scene), 0.0
     count = dict.fromkeys((name for mesh in meshes for name in mesh.gear_names), 1)
-    if own is not None:
-        count |= {name: own.keys.number for name in count if name not in (SUN, RING)}
+    if planetary is not None:
+        count |= {name: planetary.keys.number for name in count if name not in (SUN, RING)}
     for mesh in meshes:
         gears = zip(mesh.gear_names, mesh.pair.gears, mesh.pair.members, mesh.pair.materials, strict=True)
         for name, gear, member, material in gears:
             _, weight, half_width, _ = tooth_outline(gear, POINTS)
-            held = member.bore_diameter if gear.teeth > 0 else member.outer_diameter or 2 * abs(gear.root_radius)
-            body = math.pi * abs(gear.root_radius**2 - ((held or 0.0) / 2) ** 2)
-            one = gear.face_width * (body + abs(gear.teeth) * 2 * float(weight @ half_width)) * material.density
-            total += count.pop(name, 0) * one  # a planet is in two meshes
+            bore_or_rim = member.bore_diameter if gear.teeth > 0 else member.outer_diameter or 2 * abs(gear.root_radius)
+            body = math.pi * abs(gear.root_radius**2 - ((bore_or_rim or 0.0) / 2) ** 2)
+            area = body + abs(gear.teeth) * 2 * float(weight @ half_width)
+            total += count.pop(name, 0) * area * gear.face_width * material.density  # a planet is in two meshes
     return 1e-6 * total
 
 
@@ -115,8 +118,8 @@ def largest_root_stress(scene: Scene) -> float:
 
 def _of_set(number: Callable[[PlanetarySet, Scene], float]) -> Callable[[Scene], float]:
     def of_scene(scene: Scene) -> float:
-        own = planetary_set(scene)
-        return math.nan if own is None else number(own, scene)
+        planetary = planetary_set(scene)
+        return math.nan if planetary is None else number(planetary, scene)
 
     return of_scene
 
@@ -124,10 +127,10 @@ def _of_set(number: Callable[[PlanetarySet, Scene], float]) -> Callable[[Scene],
 #: Numbers from the tooth counts and planet positions of a planetary set.
 OF_SET: Mapping[str, Callable[[Scene], float]] = MappingProxyType(
     {
-        "planet_room": _of_set(lambda own, scene: own.room(mesh.pair for mesh in each_mesh(scene))),
-        "spacing_error": _of_set(lambda own, _: own.spacing_error),
-        "torsion_share": _of_set(lambda own, scene: own.adding(scene.pair.pinion.teeth, 0)),
-        "radial_share": _of_set(lambda own, scene: own.adding(scene.pair.pinion.teeth, 1)),
+        "planet_room": _of_set(lambda planetary, scene: planetary.room(mesh.pair for mesh in each_mesh(scene))),
+        "spacing_error": _of_set(lambda planetary, _: planetary.spacing_error),
+        "torsion_share": _of_set(lambda planetary, scene: planetary.adding(scene.pair.pinion.teeth, 0)),
+        "radial_share": _of_set(lambda planetary, scene: planetary.adding(scene.pair.pinion.teeth, 1)),
     }
 )
 #: Numbers from the scene.

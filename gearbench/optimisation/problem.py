@@ -104,16 +104,16 @@ def evaluate(study: OptimisationStudy, design: Design, incumbents: Incumbents | 
         unknown = limited.constraints
         if not limited.feasible:
             return limited
-        found = candidate.feasible()
-        if candidate.may_be_rough and found.samples == study.robustness.samples:
+        sampled = candidate.feasible()
+        if candidate.may_be_rough and sampled.samples == study.robustness.samples:
             limited = candidate.limited(roughly=False)  # no incumbent beats it: check its limits exactly
-        return replace(found, constraints=limited.constraints) if limited.feasible else limited
+        return replace(sampled, constraints=limited.constraints) if limited.feasible else limited
     except MemoryBudgetError:
         raise
     except (InputError, GearbenchError, ArithmeticError, np.linalg.LinAlgError) as error:
         reason = " ".join(str(error).split()) or type(error).__name__
-        nothing = (math.nan,) * len(study.statistics)
-        return Evaluation(violation=NO_GEAR, reason=reason, constraints=unknown, statistics=nothing)
+        unknown_statistics = (math.nan,) * len(study.statistics)
+        return Evaluation(violation=NO_GEAR, reason=reason, constraints=unknown, statistics=unknown_statistics)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -157,10 +157,11 @@ class _Candidate:
         solved = (lambda: self.rough) if roughly else (lambda: self.solved)
         values = constrained(self.scene, limits, solved, self.cost, lambda scene: self.force(scene).without_errors)
         violation, reason = judge(values, limits)
+        constraints = tuple(values.get(name, math.nan) for name in limits)
         if roughly and violation > 0 and not decided(values, limits):
             return self.limited(roughly=False)
-        nothing = (math.nan,) * len(self.study.statistics)
-        return Evaluation(violation=violation, reason=reason, constraints=tuple(values.values()), statistics=nothing)
+        unknown_statistics = (math.nan,) * len(self.study.statistics)
+        return Evaluation(violation=violation, reason=reason, constraints=constraints, statistics=unknown_statistics)
 
     def feasible(self) -> Evaluation:
         """Evaluate the statistics of a design that keeps its limits; the values of the limits are left out."""
@@ -182,22 +183,22 @@ class _Candidate:
 
     def _without_errors(self) -> Evaluation:
         """Evaluate the scene without error samples: its responses count as means, and other statistics are NaN."""
-        found = dict(zip(self.study.numbers, self._numbers(), strict=True))
+        values = dict(zip(self.study.numbers, self._numbers(), strict=True))
         if self._over_speed:
-            each = [self.force(one).without_errors for one in self.scene.each_load]
-            found["mesh_force_mean"] = float(_over_loads(self.study, each))
+            forces = [self.force(loaded).without_errors for loaded in self.scene.each_load]
+            values["mesh_force_mean"] = float(_over_loads(self.study, forces))
         if names := self._on_cycles:
             if self.scene.coupled:
-                dataset, ending = {name: response(name).reduce(self.solved.cycle) for name in names}, ""
+                results, suffix = {name: response(name).reduce(self.solved.cycle) for name in names}, ""
             elif self.scene.loads:
                 from gearbench.sweeps.run import sweep
 
-                dataset, ending = sweep(self.scene, outputs=names, threads=1), f"_load_{self.study.over_loads}"
+                results, suffix = sweep(self.scene, outputs=names, threads=1), f"_load_{self.study.over_loads}"
             else:
-                dataset, ending = simulate(self.scene, outputs=names), ""
-            found |= {f"{name}_mean": float(dataset[f"{name}{ending}"]) for name in names}
-        known = tuple(found.get(name, math.nan) for name in self.study.statistics)
-        return Evaluation(violation=0.0, reason="", constraints=(), statistics=known)
+                results, suffix = simulate(self.scene, outputs=names), ""
+            values |= {f"{name}_mean": float(results[f"{name}{suffix}"]) for name in names}
+        statistics_values = tuple(values.get(name, math.nan) for name in self.study.statistics)
+        return Evaluation(violation=0.0, reason="", constraints=(), statistics=statistics_values)
 
     def _of_samples(self) -> Evaluation:
         """Evaluate stage by stage over the error samples, until an incumbent beats the design or all are computed."""
@@ -207,13 +208,15 @@ class _Candidate:
         values = np.empty((len(study.responses), 0))
         for stop in stages(study) if incumbents is not None else (r.samples,):
             values = np.hstack([values, answer(unit[values.shape[1] : stop])])
-            if incumbents is not None and stop < r.samples and (by := incumbents.beating(values, numbers)) is not None:
-                found, kept = incumbents.estimate(values, by, numbers), None
+            if incumbents is None or stop == r.samples:
+                continue
+            if (incumbent := incumbents.beating(values, numbers)) is not None:
+                of_statistics, stored = incumbents.estimate(values, incumbent, numbers), None
                 break
         else:
-            found, kept = statistics(values, numbers), values if r.racing else None
-        known, count = tuple(map(float, found)), values.shape[1]
-        return Evaluation(violation=0.0, reason="", constraints=(), statistics=known, samples=count, values=kept)
+            of_statistics, stored = statistics(values, numbers), values if r.racing else None
+        estimates, count = tuple(map(float, of_statistics)), values.shape[1]
+        return Evaluation(violation=0.0, reason="", constraints=(), statistics=estimates, samples=count, values=stored)
 
     def _sampled_pair(self) -> tuple[int, Callable[[NDArray], NDArray]]:
         """Number of errors of a pair, and a function from unit-cube points (sample, error) to (response, sample)."""
@@ -223,8 +226,8 @@ class _Candidate:
 
         def answer(unit: NDArray) -> NDArray:
             errors = kinds.draw(unit, self.scene.pair)
-            under = [self._responses(one, problem, errors) for one, problem in zip(loads, problems, strict=True)]
-            return _over_loads(self.study, under)
+            by_load = [self._responses(*loaded, errors) for loaded in zip(loads, problems, strict=True)]
+            return _over_loads(self.study, by_load)
 
         return len(kinds.variables(self.scene.pair)), answer
 
@@ -234,8 +237,8 @@ class _Candidate:
         train, names = sampled_train(self.scene, self.solved), self.study.responses
 
         def answer(unit: NDArray) -> NDArray:
-            found = train.respond(train.draw(unit), names)
-            return np.array([found[name] for name in names])
+            responses = train.respond(train.draw(unit), names)
+            return np.array([responses[name] for name in names])
 
         return len(train.error_names), answer
 
@@ -249,7 +252,7 @@ class _Candidate:
             return [prepare_scene(self.scene)]
         from gearbench.sweeps.loads import Shared, under_loads
 
-        shared, torques = Shared(), [each.load.torque for each in self.scene.each_load]
+        shared, torques = Shared(), [loaded.load.torque for loaded in self.scene.each_load]
         return [problem for group in under_loads(self.scene, torques) for problem in shared.samples(group)]
 
     def _responses(self, scene: Scene, problem: RobustProblem, errors: NDArray) -> NDArray:
@@ -270,11 +273,11 @@ class _Candidate:
 
     def _numbers(self) -> tuple[float, ...]:
         """Numbers of the design that the objectives use, combined over the loads as ``over_loads`` says."""
-        study, found = self.study, []
-        for one in self.scene.each_load if study.numbers else ():
-            solved = cache(partial(solve_scene, one)) if self.scene.loads else lambda: self.solved
-            found.append([number(name, one, solved, self.cost) for name in study.numbers])
-        return tuple(map(float, _over_loads(study, found))) if found else ()
+        study, by_load = self.study, []
+        for loaded in self.scene.each_load if study.numbers else ():
+            solved = cache(partial(solve_scene, loaded)) if self.scene.loads else lambda: self.solved
+            by_load.append([number(name, loaded, solved, self.cost) for name in study.numbers])
+        return tuple(map(float, _over_loads(study, by_load))) if by_load else ()
 
 
 def scene_of(study: OptimisationStudy, design: Design) -> Scene:
@@ -285,15 +288,15 @@ def scene_of(study: OptimisationStudy, design: Design) -> Scene:
     InputError
         If the design is not a valid gear.
     """
-    asked = dict(assignments(study, design))
-    given = {path: value for path, value in asked.items() if value is not None}
-    tables = with_values(study.base, {path: value for path, value in given.items() if path not in DERIVED})
+    assigned = dict(assignments(study, design))
+    set_keys = {path: value for path, value in assigned.items() if value is not None}
+    tables = with_values(study.base, {path: value for path, value in set_keys.items() if path not in DERIVED})
     if "effects" in tables:
-        absent = {path for path, value in asked.items() if value is None}
+        absent = {path for path, value in assigned.items() if value is None}
         tables["effects"] = {name: t for name, t in tables["effects"].items() if f"effects.{name}" not in absent}
     for path, derive in DERIVED.items():
-        if path in given:
-            tables = with_values(tables, derive(tables, pair_of, float(given[path])))
+        if path in set_keys:
+            tables = with_values(tables, derive(tables, pair_of, float(set_keys[path])))
     return parse_scene(tables if study.of_set else tables | {"pair": pair_of(tables.get("pair", {}))})
 
 
@@ -302,29 +305,29 @@ def assignments(study: OptimisationStudy, design: Design) -> tuple[tuple[str, Va
 
     An effect with amount or length 0 is left out: ("effects.<name>", None) replaces its keys.
     """
-    given: dict[str, Value | None] = {
+    assigned: dict[str, Value | None] = {
         path: value
         for variable, code in zip(study.variables, design, strict=True)
         for path, value in variable.assigned(code).items()
     }
-    for effect in {".".join(path.split(".")[:2]) for path in given if path.startswith("effects.")}:
+    for effect in {".".join(path.split(".")[:2]) for path in assigned if path.startswith("effects.")}:
         table = study.base.get("effects", {}).get(effect.removeprefix("effects."), {})
-        own = {path.removeprefix(f"{effect}."): v for path, v in given.items() if path.startswith(f"{effect}.")}
-        if any({**table, **own}.get(key) == 0 for key in ("amount", "length", "length_fraction")):
-            given = {path: value for path, value in given.items() if not path.startswith(f"{effect}.")}
-            given[effect] = None
-    return tuple(sorted(given.items()))
+        keys = {path.removeprefix(f"{effect}."): v for path, v in assigned.items() if path.startswith(f"{effect}.")}
+        if any({**table, **keys}.get(key) == 0 for key in ("amount", "length", "length_fraction")):
+            assigned = {path: value for path, value in assigned.items() if not path.startswith(f"{effect}.")}
+            assigned[effect] = None
+    return tuple(sorted(assigned.items()))
 
 
 def values_of(study: OptimisationStudy, design: Design) -> tuple[Value, ...]:
     """Values of the variables in the gear; a number is 0 if its effect is left out."""
     absent = {path for path, value in assignments(study, design) if value is None}
-    found: list[Value] = []
+    values: list[Value] = []
     for variable, code in zip(study.variables, design, strict=True):
         value = variable.value(code)
-        idle = all(".".join(path.split(".")[:2]) in absent for path in variable.paths)
-        found.append(type(value)(0) if idle and isinstance(value, int | float) else value)
-    return tuple(found)
+        is_absent = all(".".join(path.split(".")[:2]) in absent for path in variable.paths)
+        values.append(type(value)(0) if is_absent and isinstance(value, int | float) else value)
+    return tuple(values)
 
 
 def macro_geometry(study: OptimisationStudy, design: Design) -> tuple[tuple[str, str], ...]:
@@ -340,10 +343,10 @@ def pair_of(table: Mapping[str, Any]) -> Pair:
     InputError
         If the table is not a valid pair.
     """
-    found = _pair(json.dumps(table, sort_keys=True, default=str))
-    if isinstance(found, InputError):
-        raise found
-    return found
+    pair = _pair(json.dumps(table, sort_keys=True, default=str))
+    if isinstance(pair, InputError):
+        raise pair
+    return pair
 
 
 @lru_cache(maxsize=1024)
@@ -356,16 +359,16 @@ def _pair(text: str) -> Pair | InputError:
 
 def cost_of(study: OptimisationStudy, design: Design) -> float:
     """Cost of a design: the sum over the values of its variables. Numbers of an absent effect count as 0."""
-    given = dict(zip((v.name for v in study.variables), values_of(study, design), strict=True))
-    return sum(costs.get(str(given[name]), 0.0) for name, costs in study.costs.items())
+    values = dict(zip((v.name for v in study.variables), values_of(study, design), strict=True))
+    return sum(costs.get(str(values[name]), 0.0) for name, costs in study.costs.items())
 
 
-def _over_loads(study: OptimisationStudy, found: Sequence) -> NDArray:
+def _over_loads(study: OptimisationStudy, by_load: Sequence) -> NDArray:
     """Combine values (load, …), torques ascending, into one (…): the weighted mean or the maximum over the loads."""
-    if len(found) == 1:
-        return np.array(found[0])
+    if len(by_load) == 1:
+        return np.array(by_load[0])
     loads = read_loads(study.base["loads"], "base.loads")
-    return np.max(found, axis=0) if study.over_loads == "max" else np.tensordot(load_weights(loads), found, axes=1)
+    return np.max(by_load, axis=0) if study.over_loads == "max" else np.tensordot(load_weights(loads), by_load, axes=1)
 
 
 @lru_cache(maxsize=16)

@@ -43,10 +43,10 @@ MOST_INCUMBENTS = 64
 def stages(study: OptimisationStudy) -> tuple[int, ...]:
     """Number of samples after each stage; the last stage has all of them."""
     r = study.robustness
-    found = [FIRST] if r.racing else []
-    while found and found[-1] * GROWTH < r.samples:
-        found.append(found[-1] * GROWTH)
-    return (*(n for n in found if n < r.samples), r.samples)
+    sizes = [FIRST] if r.racing else []
+    while sizes and sizes[-1] * GROWTH < r.samples:
+        sizes.append(sizes[-1] * GROWTH)
+    return (*(n for n in sizes if n < r.samples), r.samples)
 
 
 def statistics(values: NDArray, numbers: Sequence[float] = ()) -> NDArray:
@@ -92,7 +92,7 @@ class Incumbents:
         steps = stages(study)
         if len(steps) == 1 or not values:
             return None
-        early = np.array([each[:, : steps[-2]] for each in values])
+        early = np.array([samples[:, : steps[-2]] for samples in values])
         return cls(study=study, early=early, known=np.array(known))
 
     def beating(self, values: NDArray, numbers: Sequence[float] = ()) -> int | None:
@@ -120,32 +120,32 @@ class Incumbents:
         D, influence = np.zeros(len(self.known)), np.zeros((len(self.known), n))
         for name, weight in objective.weights.items():
             if name in self.study.numbers:
-                theirs = self.known[:, self.study.statistics.index(name)]
-                D += weight * (numbers[self.study.numbers.index(name)] - theirs)
+                of_incumbents = self.known[:, self.study.statistics.index(name)]
+                D += weight * (numbers[self.study.numbers.index(name)] - of_incumbents)
                 continue
             i, statistic = self._where(name)
             x, y = values[i], self.early[:, i, :n]
             if statistic == "max":
                 D += weight * (x.max() - self.known[:, self.study.statistics.index(name)])
                 continue
-            of = _mean if statistic == "mean" else _std
-            (mine, on_mine), (theirs, on_theirs) = of(x), of(y)
-            D += weight * (mine - theirs)
-            influence += weight * (on_mine - on_theirs)
+            statistic_of = _mean if statistic == "mean" else _std
+            (of_design, influence_design), (of_incumbents, influence_incumbents) = statistic_of(x), statistic_of(y)
+            D += weight * (of_design - of_incumbents)
+            influence += weight * (influence_design - influence_incumbents)
         return D, influence.std(axis=1, ddof=1) * math.sqrt(1 / n - 1 / self.study.robustness.samples)
 
     def _where(self, name: str) -> tuple[int, str]:
         """Index of the response, and statistic ("mean", "std" or "max"), of a statistic's name."""
-        found = split_statistic(name)
-        assert found is not None
-        return self.study.responses.index(found[0]), found[1]
+        parts = split_statistic(name)
+        assert parts is not None
+        return self.study.responses.index(parts[0]), parts[1]
 
     def estimate(self, values: NDArray, incumbent: int, numbers: Sequence[float] = ()) -> NDArray:
         """Estimate the statistics over all samples, (statistic,), of a design that ``incumbent`` beats."""
-        mine = statistics(values, numbers)
-        theirs = statistics(self.early[incumbent][:, : values.shape[1]], numbers)
-        certain = np.array([name.endswith("_max") or name in self.study.numbers for name in self.study.statistics])
-        return np.where(certain, mine, np.maximum(self.known[incumbent] + (mine - theirs), 0.0))
+        of_design = statistics(values, numbers)
+        of_incumbent = statistics(self.early[incumbent][:, : values.shape[1]], numbers)
+        exact = np.array([name.endswith("_max") or name in self.study.numbers for name in self.study.statistics])
+        return np.where(exact, of_design, np.maximum(self.known[incumbent] + (of_design - of_incumbent), 0.0))
 
 
 def _mean(x: NDArray) -> tuple[NDArray, NDArray]:

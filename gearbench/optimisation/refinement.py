@@ -100,12 +100,12 @@ def polish(
     F = designs.dataset["objective"].values[numbers]
     extent = np.where(np.ptp(F, axis=0) > 0, np.ptp(F, axis=0), np.abs(F).max(axis=0))
     work = partial(refine_design, study, extent=extent, evaluations=evaluations)
-    found: dict[Design, tuple[Design, Evaluation, Evaluation]] = {}
+    answers: dict[Design, tuple[Design, Evaluation, Evaluation]] = {}
     with worker_processes(threads or default_threads()) as workers:
         for design, answer in side_by_side(workers, study, work, [[design] for design in first]):
-            found[design] = answer
-            progress(len(found), len(first))
-    dataset = _dataset(study, numbers, [found[design] for design in first], designs.dataset["reference_point"].values)
+            answers[design] = answer
+            progress(len(answers), len(first))
+    dataset = _dataset(study, numbers, [answers[design] for design in first], designs.dataset["reference_point"].values)
     return dataset.assign_attrs(wall_time_s=time.perf_counter() - start)
 
 
@@ -171,18 +171,18 @@ class _Refinement:
 
     def codes(self, x: NDArray) -> Design:
         """Convert x to the codes of a design."""
-        found = list(self.design)
+        codes = list(self.design)
         for (i, low, span), share in zip(self._real, x, strict=True):
-            found[i] = low + span * float(np.clip(share, 0.0, 1.0))
-        return tuple(found)
+            codes[i] = low + span * float(np.clip(share, 0.0, 1.0))
+        return tuple(codes)
 
     def evaluated(self, x: NDArray) -> Evaluation:
         """Evaluate x, with a cache."""
         key = np.asarray(x, dtype=float).tobytes()
         if key not in self.seen:
             # the start design keeps its codes to the bit
-            known = self.design if np.array_equal(x, self.start) else self.codes(x)
-            self.seen[key] = replace(evaluate(self.study, known), values=None)
+            design = self.design if np.array_equal(x, self.start) else self.codes(x)
+            self.seen[key] = replace(evaluate(self.study, design), values=None)
         return self.seen[key]
 
     def objectives(self, x: NDArray) -> NDArray:
@@ -206,20 +206,20 @@ class _Refinement:
 
 
 def _dataset(
-    study: OptimisationStudy, numbers: NDArray, found: Sequence[tuple[Design, Evaluation, Evaluation]], box: NDArray
+    study: OptimisationStudy, numbers: NDArray, answers: Sequence[tuple[Design, Evaluation, Evaluation]], box: NDArray
 ) -> xr.Dataset:
     """Dataset of the refined designs; ``box`` is the reference point of the front."""
     from gearbench.results.provenance import run_provenance
 
-    refined = [design for design, _, _ in found]
-    dataset = designs_dataset(study, refined, [after for _, after, _ in found], [1] * len(found))
-    before = np.array([each.objectives(study) for _, _, each in found])
+    refined = [design for design, _, _ in answers]
+    dataset = designs_dataset(study, refined, [after for _, after, _ in answers], [1] * len(answers))
+    before = np.array([evaluation.objectives(study) for _, _, evaluation in answers])
     after = dataset["objective"].values
-    more = {
+    further = {
         "objective_before": (("design", "objective_name"), before),
         "number": ("design", numbers),
         "on_front": ("design", non_dominated(after).astype("int8")),
         "reference_point": ("objective_name", box),
     }
     attrs = {"hypervolume_before": hypervolume(before / box), "hypervolume_after": hypervolume(after / box)}
-    return dataset.assign(described(more)).assign_attrs(attrs | run_provenance(wall_time=0.0))
+    return dataset.assign(described(further)).assign_attrs(attrs | run_provenance(wall_time=0.0))

@@ -156,8 +156,8 @@ def select(
     numbers = designs.require_feasible()
     ranking = _ranking(designs, rank if rank is not None else _objectives(designs), worst_case)
     # quantities computed from the scene come last, because by then fewer designs are left
-    found = [replace(c, name=designs.find("where", c.name)) for c in where]
-    ordered = sorted(found, key=lambda c: c.name not in designs.dataset)
+    conditions = [replace(c, name=designs.find("where", c.name)) for c in where]
+    ordered = sorted(conditions, key=lambda c: c.name not in designs.dataset)
     kept = [("feasible", numbers)]
     for condition in ordered:
         numbers = numbers[condition.holds(designs.values(condition.name, numbers))]
@@ -183,20 +183,20 @@ def _objectives(designs: Designs) -> dict[str, float]:
 
 def _ranking(designs: Designs, rank: Mapping[str, float], worst_case: bool) -> dict[str, float]:
     """Weights by full name; for the worst case, maxima replace the statistics."""
-    full: dict[str, float] = {}
+    weights: dict[str, float] = {}
     for name, weight in rank.items():
-        found = designs.find("rank", name)
-        if worst_case and (statistic := split_statistic(found)):
-            found = f"{statistic[0]}_max"
-        full[found] = full.get(found, 0.0) + weight
-    for name in full:
+        full_name = designs.find("rank", name)
+        if worst_case and (statistic := split_statistic(full_name)):
+            full_name = f"{statistic[0]}_max"
+        weights[full_name] = weights.get(full_name, 0.0) + weight
+    for name in weights:
         if name in designs.dataset and designs.dataset[name].dtype.kind not in "iufb":
             raise InputError("rank", name, "must be a number")
-    return full
+    return weights
 
 
 def _score(designs: Designs, numbers: NDArray, ranking: Mapping[str, float]) -> NDArray:
-    """Score Σ w (x − best)/(worst − best) / Σ|w|, with best and worst on the study's front; infinite if x is NaN."""
+    """Score Σ |w| (x − best)/(worst − best) / Σ |w|, with best and worst on the study's front; infinite if x is NaN."""
     front = np.flatnonzero(designs.dataset["on_front"].values)
     score = np.zeros(len(numbers))
     for name, weight in ranking.items():
@@ -204,9 +204,9 @@ def _score(designs: Designs, numbers: NDArray, ranking: Mapping[str, float]) -> 
         on_front = on_front[np.isfinite(on_front)]
         if on_front.size == 0:
             raise InputError("rank", name, "is unknown for this front: it needs error samples")
-        spread = float(np.ptp(on_front)) or 1.0
+        extent = float(np.ptp(on_front)) or 1.0
         best = float(on_front.min() if weight > 0 else on_front.max())
-        score += weight * (designs.values(name, numbers).astype(float) - best) / spread
+        score += weight * (designs.values(name, numbers).astype(float) - best) / extent
     return np.where(np.isnan(score), np.inf, score / sum(map(abs, ranking.values())))
 
 
@@ -240,7 +240,7 @@ def markdown_text(selection: Selection, top: int | None = None) -> str:
     designs, table = selection.designs, selection.table(top)
     lines = [f"# {markdown_name(designs.study.name) or 'study'}: selected designs", ""]
     lines += [f"- {condition}: {left} designs left" for condition, left in selection.steps]
-    lines.append(f"- support of the teeth: {designs.support(selection.numbers[:top]) or '–'}")
+    lines.append(f"- tooth support: {designs.support(selection.numbers[:top]) or '–'}")
     lines += ["", f"Ranked by {ranking_text(selection)}, each from its best to its worst on the front.", ""]
     heads = [heading(selection, name) for name in table]
     lines.append("| " + " | ".join(map(_cell, heads)) + " |")

@@ -66,14 +66,15 @@ class Store:
         self._lock.release()
 
     def _check(self, names: Sequence[str], resume: bool) -> None:
-        kept = [name for name in names if name != LOCK and not is_part(name)]
-        same = STUDY in kept and (self.folder / STUDY).read_text(encoding="utf-8") == self._study.to_toml()
-        if not kept or (same and (resume or kept == [STUDY])):  # a run that ended before its first generation
+        content = [name for name in names if name != LOCK and not is_part(name)]
+        same_study = STUDY in content and (self.folder / STUDY).read_text(encoding="utf-8") == self._study.to_toml()
+        ended_early = content == [STUDY]  # before its first generation
+        if not content or (same_study and (resume or ended_early)):
             return
         if not resume:
-            instead = "continue its search with --resume" if STUDY in kept else "name another one"
+            instead = "continue its search with --resume" if STUDY in content else "name another one"
             raise InputError("output", str(self.folder), f"the folder is not empty: {instead}")
-        if STUDY not in kept:
+        if STUDY not in content:
             raise InputError("output", str(self.folder), f"holds no optimisation: there is no {STUDY}")
         raise InputError("output", str(self.folder), f"belongs to another study: see its {STUDY}")
 

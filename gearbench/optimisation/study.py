@@ -56,7 +56,7 @@ class Objective:
             raise InputError("weights", "none", "must name at least one statistic")
         for name in self.weights:
             if split_statistic(name) is None and name not in NUMBERS:
-                every = [f"{each}_{statistic}" for each in responses() for statistic in STATISTICS]
+                every = [f"{metric}_{statistic}" for metric in responses() for statistic in STATISTICS]
                 raise InputError(name, "unknown statistic", one_of(name, (*every, *NUMBERS)))
 
     @property
@@ -239,12 +239,12 @@ class OptimisationStudy:
 
     def _check_kind(self) -> None:
         """Refuse numbers of a pair if the base is a planetary set, and the other way round."""
-        asked = [(f"constraints.{name}", name) for name in self.constraints]
-        asked += [("objectives", name) for objective in self.objectives for name in objective.weights]
-        for key, name in asked:
-            of, statistic = split_statistic(name) or (name, "")
-            of_set = of in OF_SET if of in NUMBERS else is_of_train(of)
-            if of_set != self.of_set and (of_set or of in OF_PAIR or of not in NUMBERS):
+        used = [(f"constraints.{name}", name) for name in self.constraints]
+        used += [("objectives", name) for objective in self.objectives for name in objective.weights]
+        for key, name in used:
+            quantity, statistic = split_statistic(name) or (name, "")
+            of_set = quantity in OF_SET if quantity in NUMBERS else is_of_train(quantity)
+            if of_set != self.of_set and (of_set or quantity in OF_PAIR or quantity not in NUMBERS):
                 known = RESPONSES_OF_SET if self.of_set else RESPONSES
                 other = f"{known[1]}_{statistic}" if statistic else known[1]
                 kinds = ("a planetary set", "a pair") if of_set else ("a pair", "a planetary set")
@@ -258,15 +258,15 @@ class OptimisationStudy:
         return "planetary" in self.base
 
     def _check_speeds(self) -> None:
-        asked = [name for name in (*self.responses, *self.constraints) if is_over_speed(name)]
-        if not asked and self.speeds is not None:
+        used = [name for name in (*self.responses, *self.constraints) if is_over_speed(name)]
+        if not used and self.speeds is not None:
             raise InputError("speeds", "given", "need an objective or a limit of mesh_force")
-        if not asked or self.speeds is None:
-            if asked:
-                raise InputError("speeds", "missing", f"{asked[0]} needs [speeds]: lowest and highest [1/min]")
+        if not used or self.speeds is None:
+            if used:
+                raise InputError("speeds", "missing", f"{used[0]} needs [speeds]: lowest and highest [1/min]")
             return
         if "system" not in self.base:
-            raise InputError("base.system", "missing", f"{asked[0]} needs it: shafts, or inertias of the two wheels")
+            raise InputError("base.system", "missing", f"{used[0]} needs it: shafts, or inertias of the two wheels")
         positions = self.base.get("resolution", {}).get("positions")
         if positions is not None and positions <= 4 * self.speeds.harmonics:
             allowed = f"must be more than {4 * self.speeds.harmonics} for {self.speeds.harmonics} orders, or left out"
@@ -275,8 +275,8 @@ class OptimisationStudy:
     @cached_property
     def responses(self) -> tuple[str, ...]:
         """Names of the responses computed for every design."""
-        asked = [split_statistic(name) for objective in self.objectives for name in objective.weights]
-        names = [found[0] for found in asked if found]
+        parts = [split_statistic(name) for objective in self.objectives for name in objective.weights]
+        names = [part[0] for part in parts if part]
         return tuple(dict.fromkeys((*(RESPONSES_OF_SET if self.of_set else RESPONSES), *names)))
 
     @cached_property

@@ -122,27 +122,27 @@ def changed_keys(variable: Variable) -> tuple[str, ...]:
         If one of its paths is not a key of a scene, or its values do not have the type of that key. A value outside the
         limits of the key is accepted: the design is then an invalid gear.
     """
-    at = f"variables.{variable.name}"
-    found: list[str] = []
+    table = f"variables.{variable.name}"
+    changed: list[str] = []
     for path in variable.paths:
         if path in DERIVED:
             if variable.sets is None and variable.kind == "choice":
-                raise InputError(at, variable.values, f"{path} must be a number")
-            found += SETS[path]
+                raise InputError(table, variable.values, f"{path} must be a number")
+            changed += SETS[path]
             continue
         try:
             key = scene_key(path)
         except InputError as error:
-            raise error.within(at) from None
+            raise error.within(table) from None
         if key is None:
             allowed = f"must be a key of a scene, e.g. pair.helix_angle, or one of {', '.join(DERIVED)}"
-            raise InputError(at, path, allowed)
+            raise InputError(table, path, allowed)
         listed = variable.grid if variable.values is not None or variable.sets is not None else None
         for code in variable.bounds if listed is None else range(len(listed)):
             if fault := key.fault(value := variable.assigned(code)[path]):
-                raise InputError(at, repr(value), fault.replace("must", f"{path} must", 1))
-        found.append(path)
-    return tuple(found)
+                raise InputError(table, repr(value), fault.replace("must", f"{path} must", 1))
+        changed.append(path)
+    return tuple(changed)
 
 
 def _check_loads(base: Mapping[str, Any], driven: Mapping[str, str]) -> None:
@@ -158,27 +158,28 @@ def _check_base(base: Mapping[str, Any], driven: Mapping[str, str]) -> None:
     """Check the tables of the base; ``driven`` maps the keys that variables set to the names of the variables."""
     effects = as_table("base.effects", base.get("effects", {}))
     later = {path.split(".")[1]: {} for path in driven if path.startswith("effects.")}
-    own = KINDS["planetary" in base]
+    geometry = KINDS["planetary" in base]
     for path in driven:
-        if (head := path.partition(".")[0]) in KINDS and head != own:
-            raise InputError(f"variables.{driven[path]}", path, f"is not a key of base.{own}")
-    tables: dict[str, Any] = {own: {}} | ({} if "loads" in base else {"load": {}})
+        if (head := path.partition(".")[0]) in KINDS and head != geometry:
+            raise InputError(f"variables.{driven[path]}", path, f"is not a key of base.{geometry}")
+    tables: dict[str, Any] = {geometry: {}} | ({} if "loads" in base else {"load": {}})
     tables |= {name: table for name, table in base.items() if name not in ("name", "effects", "loads")}
     tables |= {f"effects.{name}": table for name, table in {**later, **effects}.items()}
-    left: Collection[str] = driven
-    if own == "planetary":
-        whole = as_table("base.planetary", tables[own])
-        tables[own] = {name: value for name, value in whole.items() if name not in MEMBERS}
-        left = [path for path in driven if path.split(".")[:2] not in [[own, name] for name in MEMBERS]]
-        given = {*whole, *(path.split(".")[1] for path in driven if path.startswith(f"{own}.{AT_RING}."))}
-        _check_gears({name: whole.get(name, {}) for name in MEMBERS if name != AT_RING or name in given}, driven)
+    remaining: Collection[str] = driven
+    if geometry == "planetary":
+        planetary = as_table("base.planetary", tables[geometry])
+        tables[geometry] = {name: value for name, value in planetary.items() if name not in MEMBERS}
+        remaining = [path for path in driven if path.split(".")[:2] not in [[geometry, name] for name in MEMBERS]]
+        given = {*planetary, *(path.split(".")[1] for path in driven if path.startswith(f"{geometry}.{AT_RING}."))}
+        _check_gears({name: planetary.get(name, {}) for name in MEMBERS if name != AT_RING or name in given}, driven)
     try:
-        kinds = [Planetary if name == "planetary" else table_class(name) for name in tables]
+        classes = [Planetary if name == "planetary" else table_class(name) for name in tables]
     except InputError as error:
         raise error.within("base") from None
-    for (name, table), kind in zip(tables.items(), kinds, strict=True):
+    for (name, table), kind in zip(tables.items(), classes, strict=True):
         try:
-            check(kind, table, f"base.{name}", [p.removeprefix(f"{name}.") for p in left if p.startswith(f"{name}.")])
+            set_keys = [path.removeprefix(f"{name}.") for path in remaining if path.startswith(f"{name}.")]
+            check(kind, table, f"base.{name}", set_keys)
         except InputError as error:
             missing = error.value == "missing"
             raise InputError(error.key, error.value, error.allowed + ", here or as a variable" * missing) from None

@@ -68,15 +68,16 @@ class Variable:
         else:
             self._check_range()
 
-    def _check_listed(self, one: str, others: tuple[str, ...]) -> None:
-        if not getattr(self, one):
-            raise InputError(one, "none", "must hold at least one value")
+    def _check_listed(self, given: str, others: tuple[str, ...]) -> None:
+        if not getattr(self, given):
+            raise InputError(given, "none", "must hold at least one value")
         for key in others:
             if getattr(self, key) is not None:
-                raise InputError(key, getattr(self, key), f"conflicts with {one}: give one of the two")
+                raise InputError(key, getattr(self, key), f"conflicts with {given}: give one of the two")
         for name, keys in (self.sets or {}).items():
             if keys.keys() != set(self.paths):
-                raise InputError(f"sets.{name}", ", ".join(keys), f"must set {', '.join(self.paths)}, like others")
+                allowed = f"must set the same keys as the other sets: {', '.join(self.paths)}"
+                raise InputError(f"sets.{name}", ", ".join(keys), allowed)
 
     def _check_range(self) -> None:
         for key in ("min", "max"):

@@ -71,12 +71,12 @@ def verify(
     start = time.perf_counter()
     study = reference_study(designs.study, accuracy)
     chosen = _numbers(designs, numbers)
-    found = [designs.design(int(number)) for number in chosen]
-    models = _prepare(designs, chosen, study, found, progress)
+    chosen_designs = [designs.design(int(number)) for number in chosen]
+    models = _prepare(designs, chosen, study, chosen_designs, progress)
     progress(f"{len(chosen)} designs with the compliance of the finite elements")
     with worker_processes(threads or default_threads()) as workers:
-        known = dict(evaluations(workers, study, list(dict.fromkeys(found))))
-    results = [known[design] for design in found]
+        evaluated = dict(evaluations(workers, study, list(dict.fromkeys(chosen_designs))))
+    results = [evaluated[design] for design in chosen_designs]
     if not any(result.feasible for result in results):
         raise GearbenchError(f"finite elements gave no answer: {results[0].reason}")
     result = _dataset(designs, chosen, results)
@@ -131,14 +131,14 @@ def _prepare(
     designs: Designs,
     chosen: NDArray,
     study: OptimisationStudy,
-    found: Sequence[Design],
+    chosen_designs: Sequence[Design],
     progress: Callable[[str], None],
 ) -> int:
     """Compute the compliance of every macro-geometry one after the other; return their number.
 
     Without this, several workers that meet the same new pair would all mesh it.
     """
-    first = {macro_geometry(study, design): int(number) for design, number in zip(found, chosen, strict=True)}
+    first = {macro_geometry(study, design): int(number) for design, number in zip(chosen_designs, chosen, strict=True)}
     effects = study.base["effects"]
     by_name = {GearBody.name: GearBody()} if GearBody.name in effects else {}
     reference = ToothBending(**effects[ToothBending.name])
@@ -183,8 +183,8 @@ def _dataset(designs: Designs, chosen: NDArray, results: Sequence[Evaluation]) -
 def _attrs(study: OptimisationStudy, reference: OptimisationStudy, models: int, wall_time: float) -> dict[str, Any]:
     from gearbench.results.provenance import run_provenance
 
-    given = {"study": study.to_toml(), "study_sha256": study.digest, "macro_geometries": models}
-    given["variables"] = ", ".join(variable.name for variable in study.variables)
+    attrs = {"study": study.to_toml(), "study_sha256": study.digest, "macro_geometries": models}
+    attrs["variables"] = ", ".join(variable.name for variable in study.variables)
     effects = reference.base["effects"]
-    given["support"] = "finite_elements" if GearBody.name in effects else "clamped"
-    return given | effects[ToothBending.name] | run_provenance(wall_time=wall_time)
+    attrs["support"] = "finite_elements" if GearBody.name in effects else "clamped"
+    return attrs | effects[ToothBending.name] | run_provenance(wall_time=wall_time)

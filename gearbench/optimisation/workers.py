@@ -192,10 +192,10 @@ def require_same(asked_by: dict[str, str]) -> None:
     InputError
         If the software differs; names the machine, and the versions if they differ.
     """
-    ours = identity()
-    if asked_by == ours:
+    this_process = identity()
+    if asked_by == this_process:
         return
-    fault = "has other source files of gearbench"
-    if asked_by["versions"] != ours["versions"]:
-        fault = f"has {ours['versions']}, the search {asked_by['versions']}"
-    raise InputError("worker", f"on {platform.node()}", f"{fault}: install the same there, and restart it")
+    difference = "has other source files of gearbench"
+    if asked_by["versions"] != this_process["versions"]:
+        difference = f"has {this_process['versions']}, the search {asked_by['versions']}"
+    raise InputError("worker", f"on {platform.node()}", f"{difference}: install the same there, and restart it")

@@ -108,7 +108,7 @@ def _rows(quick: bool) -> xr.Dataset:
             "row_ours": (("row", "column"), np.array(answers)),
             "row_tool": ("row", [tools[r.module] for r in rows]),
             "row_feasible": ("row", [int(judge(values, limits)[0] == 0) for values in kept]),
-            "row_pressure": ("row", [values["contact_pressure"] for values in kept], {"units": "MPa"}),
+            "row_pressure": ("row", [values.get("contact_pressure", np.nan) for values in kept], {"units": "MPa"}),
         },
         coords={"row": [r.gear for r in rows], "column": list(COLUMNS)},
     )

@@ -55,7 +55,7 @@ def test_limited_quantities_are_those_of_the_pair_and_of_strength():
         "contact_pressure": largest_pressure(solve_scene(scene)),
         "root_stress": max(root_stress(scene)),
     }
-    assert evaluate(STUDY, GOOD).constraints == tuple(values.values())
+    assert evaluate(STUDY, GOOD).constraints == tuple(values[name] for name in STUDY.constraints)
 
 
 def test_a_broken_limit_is_named_and_measured():
@@ -74,6 +74,12 @@ def test_violations_add_up():
     violation, reason = judge({"total_contact_ratio": 1.0, "overlap_ratio": 1.0}, limits)
     assert violation == 0.5 + 1.0
     assert reason.count(";") == 1
+
+
+def test_a_limited_quantity_that_is_not_a_number_breaks_its_limit():
+    limits = {"cost": Limit(max=2.0), "overlap_ratio": Limit(max=0.5)}
+    assert judge({"cost": math.nan}, limits) == (1000.0, "cost nan above 2")
+    assert judge({"cost": 1.0}, limits) == (0, ""), "a quantity that was not computed breaks no limit"
 
 
 def test_a_gear_that_does_not_exist_is_an_answer_with_its_reason():
