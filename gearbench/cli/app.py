@@ -66,8 +66,8 @@ def _command(name: str, function: Callable[..., None]) -> Callable[..., None]:
 
     @wraps(function)
     def run(*args: Any, **options: Any) -> None:
-        shown = shows_progress(quiet=options.get("quiet", False), json=options.get("json", False))
-        if shown and name not in _QUICK and is_first_run():
+        show_progress = shows_progress(quiet=options.get("quiet", False), json=options.get("json", False))
+        if show_progress and name not in _QUICK and is_first_run():
             print("first run: the solver is compiled, once after an installation; about a minute", file=sys.stderr)
         try:
             function(*args, **options)
@@ -91,8 +91,8 @@ class Interrupted(BaseException):
     """Interruption that no command has handled; typer would handle a ``KeyboardInterrupt`` itself."""
 
 
-def _version(wanted: bool) -> None:
-    if wanted:
+def _version(requested: bool) -> None:
+    if requested:
         from gearbench import __version__
 
         print(f"gearbench {__version__}")
@@ -131,7 +131,7 @@ def main() -> None:
     except Exception as error:
         if (message := getattr(error, "format_message", None)) is not None:  # from typer, e.g. an unknown option
             text = re.sub(
-                r"Input should be a valid (\w+).*", lambda found: f"must be {_KINDS.get(found[1], found[1])}", message()
+                r"Input should be a valid (\w+).*", lambda match: f"must be {_KINDS.get(match[1], match[1])}", message()
             )
             text = text.replace("Input should", "must").replace("greater than or equal to", "at least")
             _end(f"{text.rstrip('.')}; see gearbench {' '.join([*called, '--help'])}", BAD_INPUT)

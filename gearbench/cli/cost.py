@@ -67,8 +67,8 @@ def _print_json(scene: Scene, dataset: xr.Dataset, written: list[Path]) -> None:
         for row in (dataset.isel(setting=i) for i in range(dataset.sizes["setting"]))
     ]
     orders = {
-        str(each["knob"].values): dict(zip(names, each.values.tolist(), strict=True))
-        for each in dataset["observed_order"].transpose("knob", "quantity")
+        str(orders["knob"].values): dict(zip(names, orders.values.tolist(), strict=True))
+        for orders in dataset["observed_order"].transpose("knob", "quantity")
     }
     print_json(scene, dataset, observed_order=orders, settings=rows, files=written)
 

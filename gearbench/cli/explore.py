@@ -85,10 +85,10 @@ def _opened(
     from gearbench.explore.stored import open_results
 
     designs = catalogue(open_results(results))
-    found = [
+    summary = [
         {"label": result.label, "designs": int((designs.study == i).sum())} for i, result in enumerate(designs.results)
     ]
-    return {"designs": len(designs), "results": found}, lambda: partial(Session, designs), partial(html, designs)
+    return ({"designs": len(designs), "results": summary}, lambda: partial(Session, designs), partial(html, designs))
 
 
 def _scenes(results: list[Path], stage: str | None) -> list[Scene]:
@@ -107,10 +107,10 @@ def _scenes(results: list[Path], stage: str | None) -> list[Scene]:
         from gearbench.explore.bench.session import example
 
         return [example()]
-    found = [_scene(path, stage) for path in results]
-    scenes = [scene for scene in found if scene is not None]
-    if scenes and len(scenes) < len(found):
-        raise InputError("", str(results[found.index(None)]), "is a study: open scenes and studies separately")
+    scene_or_none = [_scene(path, stage) for path in results]
+    scenes = [scene for scene in scene_or_none if scene is not None]
+    if scenes and len(scenes) < len(scene_or_none):
+        raise InputError("", str(results[scene_or_none.index(None)]), "is a study: open scenes and studies separately")
     return scenes
 
 

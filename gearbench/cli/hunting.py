@@ -60,8 +60,8 @@ def hunting(
     elif not quiet:
         title = f"{summary.pair_line(loaded)}, {dataset.sizes['cycle']} mesh cycles"
         rows = [
-            (f"order {order:.5g} of the mesh, {', '.join(own)}", f"{value:.4g}", "µm")
-            for order, value, own in _largest(dataset)
+            (f"order {order:.5g} of the mesh, {', '.join(gear_orders)}", f"{value:.4g}", "µm")
+            for order, value, gear_orders in _largest(dataset)
         ]
         summary.print_table(title, rows)
         for line in (*summary.warnings(dataset), *(f"wrote {path}" for path in written)):
@@ -76,5 +76,5 @@ def _largest(dataset: xr.Dataset) -> list[tuple[float, float, list[str]]]:
 
     order, value = (dataset[name].values for name in ("mesh_order", f"{curve_of(dataset)}_order_amplitude"))
     largest, gears = np.sort(np.argsort(-value, kind="stable")[:SHOWN]), orders_of_gears(dataset)
-    own = [[f"{each[i]:.5g} of {name}" for name, each in gears.items()] for i in largest]
-    return list(zip(order[largest].tolist(), value[largest].tolist(), own, strict=True))
+    gear_orders = [[f"{orders[i]:.5g} of {name}" for name, orders in gears.items()] for i in largest]
+    return list(zip(order[largest].tolist(), value[largest].tolist(), gear_orders, strict=True))

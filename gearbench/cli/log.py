@@ -11,17 +11,17 @@ _FORMAT = "%(relativeCreated)7.0f ms  %(message)s"
 _NAME = "gearbench.cli"
 
 
-def begin(wanted: bool) -> bool:
+def begin(verbose: bool) -> bool:
     """Show the log from now on, if ``wanted``, and return ``wanted``; times count from the import of ``logging``."""
     end()
-    if wanted:
+    if verbose:
         handler = logging.StreamHandler(sys.stderr)
         handler.set_name(_NAME)
         handler.setFormatter(logging.Formatter(_FORMAT))
         for name in _LOGGERS:
             logging.getLogger(name).addHandler(handler)
             logging.getLogger(name).setLevel(logging.DEBUG)
-    return wanted
+    return verbose
 
 
 def end() -> None:

@@ -115,7 +115,7 @@ def _print_front(dataset: xr.Dataset) -> None:
     on_front = dataset["on_front"].values.nonzero()[0]
     front = dataset.isel(design=on_front[dataset["objective"].values[on_front, 0].argsort(kind="stable")])
     names = [str(name) for name in front["variable"].values]
-    held = Designs(dataset).support(on_front)
+    support = Designs(dataset).support(on_front)
     headings = [name.replace(".", ".\n").replace("_", "_\n") for name in names]
     headings += [_heading(i, str(label)) for i, label in enumerate(front["objective_name"].values)]
     rows = []
@@ -123,7 +123,7 @@ def _print_front(dataset: xr.Dataset) -> None:
         row = front.isel(design=number)
         values = [f"{row[v].item():g}" if row[v].dtype.kind in "if" else str(row[v].item()) for v in names]
         rows.append([*values, *(f"{x:.4g}" for x in row["objective"].values)])
-    print_columns(f"front, support: {held}", headings, rows, left=())
+    print_columns(f"front, support: {support}", headings, rows, left=())
 
 
 def _heading(number: int, label: str) -> str:

@@ -39,13 +39,13 @@ def polish(
     )
     files = [] if output is None else [save(dataset, output)]
     before, after = (dataset.attrs[f"hypervolume_{when}"] for when in ("before", "after"))
-    moved = int((dataset["objective"] < dataset["objective_before"]).any("objective_name").sum())
+    improved = int((dataset["objective"] < dataset["objective_before"]).any("objective_name").sum())
     count = dataset.sizes["design"]
     if json:
         volumes = {"hypervolume_before": before, "hypervolume_after": after}
-        print_mapping({"designs": count, "improved": moved, **volumes, "files": files})
+        print_mapping({"designs": count, "improved": improved, **volumes, "files": files})
     elif not quiet:
         name = designs.study.name or "study"
-        say(f"{name}: {moved} of {count} designs improved, hypervolume {before:.4f} → {after:.4f}")
+        say(f"{name}: {improved} of {count} designs improved, hypervolume {before:.4f} → {after:.4f}")
         for path in files:
             say(f"wrote {path}")

@@ -135,12 +135,12 @@ def _kind(
 
     asked = [
         name
-        for name, wanted in (
+        for name, is_chosen in (
             ("--nonlinear", nonlinear),
             ("--revolution", revolution),
             ("--samples", samples is not None),
         )
-        if wanted
+        if is_chosen
     ]
     if len(asked) > 1:
         raise InputError(asked[1], "given", f"conflicts with {asked[0]}: give one of the two")
@@ -215,12 +215,12 @@ def _train_rows(dataset: xr.Dataset) -> Iterator[tuple[str, str, str]]:
     ]
     for text, curve, unit in curves:
         if not np.isnan(curve).all():
-            at = int(np.nanargmax(curve.values))
-            yield f"{text}, at {float(dataset['speed'][at]):.5g} 1/min", f"{float(curve[at]):.4g}", unit
+            index = int(np.nanargmax(curve.values))
+            yield f"{text}, at {float(dataset['speed'][index]):.5g} 1/min", f"{float(curve[index]):.4g}", unit
     kinds, frequency = dataset["mode_kind"].values, dataset["natural_frequency"].values
     for kind in dict.fromkeys(kinds):
-        own = frequency[kinds == kind]
-        yield f"{kind} modes, the first {min(len(own), 6)}", " ".join(f"{f:.0f}" for f in own[:6]), "Hz"
+        of_kind = frequency[kinds == kind]
+        yield f"{kind} modes, the first {min(len(of_kind), 6)}", " ".join(f"{f:.0f}" for f in of_kind[:6]), "Hz"
 
 
 def _rows(dataset: xr.Dataset) -> Iterator[tuple[str, str, str]]:
@@ -231,9 +231,9 @@ def _rows(dataset: xr.Dataset) -> Iterator[tuple[str, str, str]]:
 
     if "percentile" in dataset.dims:
         high = dataset["mesh_force_percentile"].sel(percentile=95.0)
-        at = int(np.argmax(high.values))
-        yield "95 % of the samples: largest RMS of the mesh force", f"{float(high[at]):.4g}", "N"
-        yield "  at a speed of", f"{float(dataset['speed'][at]):.5g}", "1/min"
+        index = int(np.argmax(high.values))
+        yield "95 % of the samples: largest RMS of the mesh force", f"{float(high[index]):.4g}", "N"
+        yield "  at a speed of", f"{float(dataset['speed'][index]):.5g}", "1/min"
         for name, text in (("mean", "mean"), ("std", "standard deviation"), ("max", "largest")):
             yield f"RMS over all speeds, {text} of the samples", f"{float(dataset[f'mesh_force_{name}']):.4g}", "N"
     if "mode_kind" in dataset:
@@ -241,14 +241,14 @@ def _rows(dataset: xr.Dataset) -> Iterator[tuple[str, str, str]]:
     for mesh in dataset["mesh"].values if "mesh" in dataset.dims and "mode_kind" not in dataset else []:
         one = dataset.sel(mesh=mesh)
         for sweep in one["sweep"].values if "sweep" in one.dims else [None]:
-            here = one if sweep is None else one.sel(sweep=sweep)
-            factor = here["dynamic_factor"].values
+            of_sweep = one if sweep is None else one.sel(sweep=sweep)
+            factor = of_sweep["dynamic_factor"].values
             if np.isnan(factor).all():
                 continue
-            at = int(np.nanargmax(factor))
+            index = int(np.nanargmax(factor))
             of = "" if sweep is None else f", speed {'rising' if sweep == 'up' else 'falling'}"
-            yield f"mesh {mesh}: largest dynamic factor{of}", f"{factor[at]:.3f}", "1"
-            yield "  at a speed of", f"{float(dataset['speed'][at]):.5g}", "1/min"
-            yield "  RMS of the mesh force there", f"{float(here['mesh_force_rms'][at]):.4g}", "N"
+            yield f"mesh {mesh}: largest dynamic factor{of}", f"{factor[index]:.3f}", "1"
+            yield "  at a speed of", f"{float(dataset['speed'][index]):.5g}", "1/min"
+            yield "  RMS of the mesh force there", f"{float(of_sweep['mesh_force_rms'][index]):.4g}", "N"
     value, unit = duration(dataset.attrs["wall_time_s"]).split()
     yield "computing time", value, unit

@@ -61,9 +61,9 @@ def load_any(
 
         document = read_document(path)
         chosen = find_stage(document, stage)
-        found = stage_scene(document, chosen, torque=torque, load_case=load_case)
+        stage_data = stage_scene(document, chosen, torque=torque, load_case=load_case)
         by_id = (f"{stage} is the id of stage {chosen.number}",) if stage not in (None, str(chosen.number)) else ()
-        return scene_of(document, found), (*by_id, *found.notes)
+        return scene_of(document, stage_data), (*by_id, *stage_data.notes)
     from gearbench.scene_file import read_scene
 
     for name, value in (("stage", stage), ("load-case", load_case)):
@@ -150,25 +150,25 @@ def _write_scene(
     from gearbench.files import check_target, write_text
 
     check_target(target)
-    found = stage_scene(document, find_stage(document, stage), torque=torque, load_case=load_case)
-    scene, notes = scene_of(document, found), found.notes
+    stage_data = stage_scene(document, find_stage(document, stage), torque=torque, load_case=load_case)
+    scene, notes = scene_of(document, stage_data), stage_data.notes
     files = {target: scene}
     try:
-        whole, notes = system_scene(document, stage, torque=torque, load_case=load_case)
+        scene_on_shafts, notes = system_scene(document, stage, torque=torque, load_case=load_case)
     except InputError as error:
         notes = (*notes, f"without shafts and bearings: {error.key} = {error.value}: {error.allowed}")
     else:
-        files = {target: whole}
+        files = {target: scene_on_shafts}
     if (system := files[target].system) is not None:
-        whole = files[target]
+        scene_on_shafts = files[target]
         paths = [target.with_name(f"{target.stem}_{mesh.name.replace(' ', '_')}.toml") for mesh in system.meshes]
         meshes = tuple(replace(mesh, scene=path.name) for mesh, path in zip(system.meshes, paths, strict=True))
-        files = {target: replace(whole, system=replace(system, meshes=meshes))}
-        files |= dict(zip(paths, whole.further, strict=True))
+        files = {target: replace(scene_on_shafts, system=replace(system, meshes=meshes))}
+        files |= dict(zip(paths, scene_on_shafts.further, strict=True))
     remarks = "".join(f"# {note}\n" for note in notes)
-    for path, each in files.items():
-        own = remarks if path == target else ""
-        write_text(path, f"# from {document.path.name}, REXS {document.version}\n{own}{each.to_toml()}")
+    for path, written in files.items():
+        head = remarks if path == target else ""
+        write_text(path, f"# from {document.path.name}, REXS {document.version}\n{head}{written.to_toml()}")
     return list(files), notes
 
 
@@ -217,11 +217,11 @@ def _row(document: RexsDocument, stage: Stage, torque: float | None, load_case: 
 
     row = {"stage": stage.number, "id": stage.component.id, "name": stage.component.name, "notes": []}
     try:
-        found = stage_scene(document, stage, torque=torque, load_case=load_case)
-        pair = pair_of(document, found)
+        stage_data = stage_scene(document, stage, torque=torque, load_case=load_case)
+        pair = pair_of(document, stage_data)
     except InputError as error:
         return row | {"notes": [str(error)]}
-    table = found.tables.get("planetary") or found.tables["pair"]
+    table = stage_data.tables.get("planetary") or stage_data.tables["pair"]
     gears = [table[name] for name in ("pinion", "wheel", "sun", "planet", "ring") if name in table]
     return row | {
         "teeth": "/".join(str(gear["teeth"]) for gear in gears),
@@ -229,8 +229,8 @@ def _row(document: RexsDocument, stage: Stage, torque: float | None, load_case: 
         "helix": pair.helix_angle,
         "face_width": pair.meshing.face_width,
         "distance": pair.centre_distance,
-        "torque": found.tables.get("load", {}).get("torque"),
+        "torque": stage_data.tables.get("load", {}).get("torque"),
         "ε_α": pair.meshing.transverse_contact_ratio,
         "ε_β": pair.meshing.overlap_ratio,
-        "notes": list(found.notes),
+        "notes": list(stage_data.notes),
     }

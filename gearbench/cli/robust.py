@@ -65,18 +65,18 @@ def robust(
 
     loaded = with_accuracy(read_scene(scene), accuracy)
     folder = plot_folder(plots)
-    wanted = samples or (None if loaded.resolution.accuracy is not None else SAMPLES)
+    count = samples or (None if loaded.resolution.accuracy is not None else SAMPLES)
     with progress_line(quiet=quiet, json=json) as tell:
         more: dict[str, Any] = {"sampler": sampler, "threads": threads, "responses": response or ()}
-        advance = lambda done: tell(f"{done} of {wanted or 'some'} samples")  # noqa: E731
+        advance = lambda done: tell(f"{done} of {count or 'some'} samples")  # noqa: E731
         dataset = run(loaded, samples=samples, seed=seed, progress=advance, **more)
     written = [save(dataset, output)] if output is not None else []
     done = dataset.sizes["sample"]
     if folder is not None and done > 1:
         from gearbench.plotting import draw_robust
 
-        for each, at in _by_load(dataset, folder) if loaded.loads else [(dataset, folder)]:
-            written += draw_robust(each, at)
+        for part, target in _by_load(dataset, folder) if loaded.loads else [(dataset, folder)]:
+            written += draw_robust(part, target)
     if json:
         answer = {"complete": bool(dataset.attrs["complete"]), "tighten_first": tighten_first(dataset)}
         summary.print_json(loaded, dataset, samples=done, files=written, **answer)
@@ -91,13 +91,13 @@ def robust(
         for line in (*summary.warnings(dataset), *(f"wrote {path}" for path in written)):
             say(line)
     if not dataset.attrs["complete"]:
-        print(f"gearbench: interrupted after {done} of {wanted or 'more'} samples; they are kept", file=sys.stderr)
+        print(f"gearbench: interrupted after {done} of {count or 'more'} samples; they are kept", file=sys.stderr)
         raise typer.Exit(130)
 
 
 def _by_load(dataset: xr.Dataset, folder: Path) -> Iterator[tuple[xr.Dataset, Path]]:
     """Yield the Dataset of every load, and the folder of its plots."""
     for torque in dataset["torque"].values:
-        at = folder / f"{torque:g}_Nm"
-        at.mkdir(exist_ok=True)
-        yield dataset.sel(torque=torque), at
+        load_folder = folder / f"{torque:g}_Nm"
+        load_folder.mkdir(exist_ok=True)
+        yield dataset.sel(torque=torque), load_folder

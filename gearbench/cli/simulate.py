@@ -79,14 +79,16 @@ def simulate(
     if report is not None:
         loaded = loaded.one_load
     folder = plot_folder(plots)
-    by_rack = all(gear.blank == RACK for each in loaded.meshes.values() for gear in each.pair.gears)
+    by_rack = all(gear.blank == RACK for mesh in loaded.meshes.values() for gear in mesh.pair.gears)
     shown = (*SHOWN, ROOT_STRESS) if by_rack else SHOWN
     asked = tuple(dict.fromkeys((*DEFAULT_OUTPUTS, *(also or ()), *shown)))
     dataset = run(with_accuracy(loaded, accuracy), outputs=asked)
     each = {name: single_mesh(dataset, name) for name in loaded.meshes}
     kinds = _kinds(loaded)
-    said = (line for name, own in each.items() for line in warnings(kinds[loaded.meshes[name].pair], own))
-    cautions = [*dict.fromkeys(said)]
+    mesh_warnings = (
+        line for name, of_mesh in each.items() for line in warnings(kinds[loaded.meshes[name].pair], of_mesh)
+    )
+    cautions = [*dict.fromkeys(mesh_warnings)]
     written = [save(dataset, output)] if output is not None else []
     if folder is not None:
         written += _draw(loaded, dataset, folder, scale)
@@ -98,7 +100,7 @@ def simulate(
     if json:
         more: dict[str, object] = {"files": written, "notes": [*cautions, *notes]}
         if loaded.train is not None:
-            more["meshes"] = {name: summary.scalars(own) for name, own in each.items()}
+            more["meshes"] = {name: summary.scalars(of_mesh) for name, of_mesh in each.items()}
         summary.print_json(loaded, dataset, **more)
     elif not quiet:
         _print(loaded, dataset)
@@ -131,24 +133,24 @@ def _draw(scene: Scene, dataset: xr.Dataset, folder: Path, scale: float | None) 
 
 def _kinds(scene: Scene) -> dict[Pair, Scene]:
     """Pair → scene of its first mesh: meshes of several planets have the same pair."""
-    found: dict[Pair, Scene] = {}
-    for each in scene.meshes.values():
-        found.setdefault(each.pair, each)
-    return found
+    kinds: dict[Pair, Scene] = {}
+    for mesh in scene.meshes.values():
+        kinds.setdefault(mesh.pair, mesh)
+    return kinds
 
 
 def _notes(scene: Scene) -> list[str]:
     """Notes on the conventions and models behind the numbers."""
-    found = []
+    lines = []
     if any(getattr(effect, "positive", "") == "missing" for effect in scene.effects):
-        found.append('topography: positive deviations are missing material; for excess: positive = "excess"')
+        lines.append('topography: positive deviations are missing material; for excess: positive = "excess"')
     if scene.has_shafts:
-        found.append("transmission error and mesh stiffness include the deflections of shafts and bearings")
+        lines.append("transmission error and mesh stiffness include the deflections of shafts and bearings")
     short = None if scene.train is None else scene.train.planetary
     if short is not None and short.keys.positions is None and short.spacing_error > 1e-9:
         teeth = f"teeth fit at {short.steps} angles, not a multiple of {short.keys.planets}"
-        found.append(f"planets stand up to {short.spacing_error:.3g}° beside even spacing: {teeth}")
-    return found
+        lines.append(f"planets are up to {short.spacing_error:.3g}° away from even spacing: {teeth}")
+    return lines
 
 
 def _print(scene: Scene, dataset: xr.Dataset) -> None:

@@ -59,7 +59,7 @@ def _for_json(value: Any) -> Any:
 
 
 def pair_line(scene: Scene) -> str:
-    """One line with name, pair or train, torque, and support of the teeth."""
+    """One line with name, pair or train, torque, and tooth support."""
     pair = scene.pair
     kind = "spur" if pair.helix_angle == 0 else f"helical {pair.helix_angle:g}°"
     loads = ", ".join(f"{each.load.torque:g}" for each in scene.each_load)
@@ -110,7 +110,7 @@ def geometry_rows(scene: Scene) -> list[tuple[str, str, str, str]]:
         rows.append((name, _number(value), "", unit))
     for name, force in forces(scene).items():
         rows.append((name, f"{force:.5g}", "", "N"))
-    rows.append(("teeth stand on", support(scene), "", ""))
+    rows.append(("tooth support", support(scene), "", ""))
     return rows
 
 
@@ -122,11 +122,11 @@ def _number(value: float) -> str:
 def _sliding(pair: Pair) -> list[float]:
     """Specific sliding ζ of both gears at the start of their active profiles, where it is largest."""
     line = pair.meshing.centre_distance * math.sin(pair.meshing.alpha_wt)
-    found = []
+    sliding = []
     for gear, mate, ends in zip(pair.gears, pair.gears[::-1], pair.meshing.active_radii, strict=True):
-        own = float(gear.roll_length(ends[0]))
-        found.append(1 - (line - own) / own * gear.teeth / mate.teeth if own else -math.inf)
-    return found
+        roll = float(gear.roll_length(ends[0]))
+        sliding.append(1 - (line - roll) / roll * gear.teeth / mate.teeth if roll else -math.inf)
+    return sliding
 
 
 def forces(scene: Scene) -> dict[str, float]:
@@ -194,17 +194,17 @@ def result_rows(dataset: xr.Dataset) -> list[tuple[str, str, str]]:
     """Rows of all scalar variables, of variables of both gears, and of the first orders, with units."""
     rows, orders = [], []
     for name, values in dataset.data_vars.items():
-        what, unit = str(values.attrs.get("long_name", name)), str(values.attrs.get("units", "1"))
+        label, unit = str(values.attrs.get("long_name", name)), str(values.attrs.get("units", "1"))
         symbol = str(values.attrs.get("symbol", ""))
         if values.dims == ("harmonic",) and str(name).endswith("_amplitude"):
             numbers = "  ".join(f"{value:.5g}" for value in values[:ORDERS].values)
             n = ", ".join(f"{order:.4g}" for order in dataset["harmonic"][:ORDERS].values)
-            orders.append((f"{what}, orders {n}", numbers, unit))
+            orders.append((f"{label}, orders {n}", numbers, unit))
             continue
-        if values.dims not in ((), ("gear",)) or "standard error" in what:
+        if values.dims not in ((), ("gear",)) or "standard error" in label:
             continue
-        what = f"{what}, {symbol}" if "_" in symbol else what
-        rows.append((what, "  ".join(f"{value:.5g}" for value in np.atleast_1d(values.values)), unit))
+        label = f"{label}, {symbol}" if "_" in symbol else label
+        rows.append((label, "  ".join(f"{value:.5g}" for value in np.atleast_1d(values.values)), unit))
     return rows + orders
 
 

@@ -60,15 +60,15 @@ def validate(
     if contact:
         _contact(scenes, output, phases, quiet=quiet, json=json)
         return
-    wanted = None if accuracy is None else share(accuracy)
-    if wanted is not None and not 1e-4 <= wanted <= 0.1:
+    requested_accuracy = None if accuracy is None else share(accuracy)
+    if requested_accuracy is not None and not 1e-4 <= requested_accuracy <= 0.1:
         raise InputError("accuracy", accuracy, "must lie between 0.01% and 10%")
     loaded = [read_scene(path) for path in scenes]
     for path, scene in zip(scenes, loaded, strict=True):
         check(scene, str(path))
     folder = make_folder("output", output)
     report = progress_lines(quiet=quiet, json=json)
-    dataset = run(loaded, wanted, lambda line: report(f"{line} …"))
+    dataset = run(loaded, requested_accuracy, lambda line: report(f"{line} …"))
     written = write(dataset, folder)
     if json:
         _print_json(dataset, written)
@@ -90,15 +90,15 @@ def _contact(paths: list[Path], output: Path, phases: int, *, quiet: bool, json:
         check(scene, str(path))
     folder = make_folder("output", output)
     report = progress_lines(quiet=quiet, json=json)
-    found = []
+    comparisons = []
     for path, scene in zip(paths, loaded, strict=True):
         name = scene.name or path.stem
-        found.append(compare_contact(scene, phases, lambda part, name=name: report(f"{name}: {part} …")))
-    written = write(found, folder)
+        comparisons.append(compare_contact(scene, phases, lambda part, name=name: report(f"{name}: {part} …")))
+    written = write(comparisons, folder)
     if json:
-        print_mapping({"findings": [findings(each) for each in found], "files": written})
+        print_mapping({"findings": [findings(comparison) for comparison in comparisons], "files": written})
     elif not quiet:
-        for dataset, path in zip(found, paths, strict=True):
+        for dataset, path in zip(comparisons, paths, strict=True):
             for line in findings(dataset):
                 print(f"{dataset.attrs['name'] or path.stem}: {line}")
         for path in written:

@@ -67,23 +67,27 @@ def catalogue(results: Sequence[Stored]) -> Catalogue:
     joined = [_join(results, title) for title in titles]
     study = np.concatenate([np.full(len(result.numbers), i) for i, result in enumerate(results)])
     number = np.concatenate([result.numbers for result in results])
-    drawn = np.all([np.isfinite(c.values) for c in joined if c.name in (ACROSS, UP)], axis=0)
+    complete = np.all([np.isfinite(c.values) for c in joined if c.name in (ACROSS, UP)], axis=0)
     columns = tuple(
-        Column(name=c.name, label=c.label, unit=c.unit, kind=c.kind, values=c.values[drawn], categories=c.categories)
+        Column(name=c.name, label=c.label, unit=c.unit, kind=c.kind, values=c.values[complete], categories=c.categories)
         for c in joined
     )
     return Catalogue(
-        results=tuple(results), study=study[drawn], number=number[drawn], columns=columns, left_out=int((~drawn).sum())
+        results=tuple(results),
+        study=study[complete],
+        number=number[complete],
+        columns=columns,
+        left_out=int((~complete).sum()),
     )
 
 
 def _join(results: Sequence[Stored], title: str) -> Column:
     """Join one column over all results; columns of texts get a common list of categories."""
-    found = [next((c for c in result.columns if c.title == title), None) for result in results]
-    first = next(c for c in found if c is not None)
-    categories = tuple(sorted({text for c in found if c is not None for text in c.categories}))
+    by_result = [next((c for c in result.columns if c.title == title), None) for result in results]
+    first = next(c for c in by_result if c is not None)
+    categories = tuple(sorted({text for c in by_result if c is not None for text in c.categories}))
     parts = []
-    for result, column in zip(results, found, strict=True):
+    for result, column in zip(results, by_result, strict=True):
         values = np.full(len(result.numbers), np.nan) if column is None else column.values
         if column is not None and column.categories:
             values = np.array([categories.index(text) for text in column.categories])[values.astype(int)]
@@ -94,14 +98,14 @@ def _join(results: Sequence[Stored], title: str) -> Column:
     )
 
 
-def fronts(catalogue: Catalogue, kept: NDArray | None = None) -> NDArray:
-    """Indices of the Pareto-optimal designs of every result among those ``kept``, (design,); by result, then by x."""
+def fronts(catalogue: Catalogue, selected: NDArray | None = None) -> NDArray:
+    """Indices of the Pareto-optimal designs of every result among the ``selected``, (design,); by result, then by x."""
     x, y = catalogue.column(ACROSS).values, catalogue.column(UP).values
-    kept = np.ones(len(catalogue), dtype=bool) if kept is None else kept
-    found = []
+    selected = np.ones(len(catalogue), dtype=bool) if selected is None else selected
+    by_result = []
     for study in range(len(catalogue.results)):
-        numbers = np.flatnonzero(kept & (catalogue.study == study))
+        numbers = np.flatnonzero(selected & (catalogue.study == study))
         order = numbers[np.lexsort((y[numbers], x[numbers]))]
         lowest = np.minimum.accumulate(np.concatenate([[np.inf], y[order]]))
-        found.append(order[y[order] < lowest[:-1]])
-    return np.concatenate(found)
+        by_result.append(order[y[order] < lowest[:-1]])
+    return np.concatenate(by_result)

@@ -37,7 +37,7 @@ def sources(catalogue: Catalogue) -> Sources:
 
 
 def front_data(catalogue: Catalogue, numbers: NDArray) -> dict[str, Any]:
-    """Columns of the front: values, σ, width and height of the 2σ boxes (0 if not drawn), results, numbers, colours."""
+    """Columns of the front: values, σ, width and height of the ±σ boxes (0 if not drawn), results, numbers, colours."""
     every = max(1, math.ceil(len(numbers) / BOXES))
     drawn, labelled = (np.arange(len(numbers)) % step == 0 for step in (every, 3 * every))
     x, y, sx, sy = (catalogue.column(n).values[numbers] for n in (ACROSS, UP, SCATTER_ACROSS, SCATTER_UP))
@@ -59,8 +59,8 @@ def front_data(catalogue: Catalogue, numbers: NDArray) -> dict[str, Any]:
 def cloud(catalogue: Catalogue, data: Sources) -> Any:
     """Make the figure: all designs as one image, which ``js/filter.js`` paints; fronts and boxes as glyphs."""
     across, up = catalogue.column(ACROSS), catalogue.column(UP)
-    without = f", {catalogue.left_out:,} without both objectives left out" if catalogue.left_out else ""
-    title = f"Fronts with 2σ boxes; {len(catalogue):,} designs".replace(",", " ") + without
+    without = f", {catalogue.left_out:,} without the two objectives left out" if catalogue.left_out else ""
+    title = f"Fronts with ±σ boxes, {len(catalogue):,} designs".replace(",", " ") + without
     tools: dict[str, Any] = {"tools": "pan,wheel_zoom,box_zoom,box_select,lasso_select,reset,save"}
     ranges: dict[str, Any] = {"x_range": fixed(*_room(across, data, "x")), "y_range": fixed(*_room(up, data, "y"))}
     plot = chart(title, across.title, up.title, height=490, active_scroll="wheel_zoom", **tools, **ranges)
@@ -79,12 +79,12 @@ def cloud(catalogue: Catalogue, data: Sources) -> Any:
     scatter = [("σ across, up", f"@sx{{0.000}} {across.unit}, @sy{{0.000}} {up.unit}")]
     plot.add_tools(HoverTool(renderers=[front], tooltips=[*tips, *scatter]))
     # the legend has separate glyphs, because a filter may empty a front
-    nowhere = ColumnDataSource({"x": [np.nan], "y": [np.nan]})
-    named = [
-        LegendItem(label=result.label, renderers=[plot.scatter("x", "y", source=nowhere, size=8, color=colour(i))])
+    no_points = ColumnDataSource({"x": [np.nan], "y": [np.nan]})
+    entries = [
+        LegendItem(label=result.label, renderers=[plot.scatter("x", "y", source=no_points, size=8, color=colour(i))])
         for i, result in enumerate(catalogue.results)
     ]
-    plot.add_layout(Legend(items=named, label_text_font_size="12px", background_fill_alpha=0.8), "center")
+    plot.add_layout(Legend(items=entries, label_text_font_size="12px", background_fill_alpha=0.8), "center")
     return plot
 
 
@@ -101,5 +101,5 @@ def _room(column: Column, data: Sources, axis: str) -> tuple[float, float]:
     front = {key: np.asarray(values) for key, values in data["front"].data.items()}
     half = front["w" if axis == "x" else "h"] / 2
     low, high = min(column.range[0], *(front[axis] - half)), max(column.range[1], *(front[axis] + half))
-    room = 0.03 * (high - low) or 0.1 * abs(high) or 1.0
-    return low - room, high + room
+    margin = 0.03 * (high - low) or 0.1 * abs(high) or 1.0
+    return low - margin, high + margin

@@ -66,10 +66,10 @@ def variable_column(name: str, paths: Sequence[str], values: NDArray) -> Column:
 
 def known_column(name: str, kind: Kind, values: NDArray) -> Column:
     """Column of a limited quantity or of a statistic over the error samples, e.g. "mesh_stiffness_rms_std"."""
-    found = quantity(name)
-    assert found is not None, name
-    label = found.symbol if kind == "statistic" else found.label
-    return Column(name=name, label=label, unit=found.unit, kind=kind, values=values.astype(float))
+    of_name = quantity(name)
+    assert of_name is not None, name
+    label = of_name.symbol if kind == "statistic" else of_name.label
+    return Column(name=name, label=label, unit=of_name.unit, kind=kind, values=values.astype(float))
 
 
 def _tails(path: str) -> tuple[str, ...]:

@@ -62,23 +62,23 @@ class Conversation:
             self._wanted = False
             self._newer.clear()
             answers, rest = self._answers(self._question.data, lambda: self._wanted), self._rest
-            while not self._wanted and (found := await asyncio.to_thread(_next, answers)) is not None:
+            while not self._wanted and (answer := await asyncio.to_thread(_next, answers)) is not None:
                 shown = asyncio.Event()
-                self._document.add_next_tick_callback(lambda found=found, shown=shown: self._show(found, shown))
+                self._document.add_next_tick_callback(lambda answer=answer, shown=shown: self._show(answer, shown))
                 await shown.wait()
                 with suppress(TimeoutError):
                     await asyncio.wait_for(self._newer.wait(), rest)
                 rest = 0.0
         self._running = False
 
-    def _show(self, found: dict[str, Any], shown: asyncio.Event) -> None:
-        self._answer.data = found
+    def _show(self, answer: dict[str, Any], shown: asyncio.Event) -> None:
+        self._answer.data = answer
         shown.set()
 
 
 def _next(answers: Iterator[dict[str, Any]]) -> dict[str, Any] | None:
-    found = next(answers, None)
-    return None if found is None else packed(found)
+    answer = next(answers, None)
+    return None if answer is None else packed(answer)
 
 
 def packed(answer: dict[str, Any]) -> dict[str, list[str]]:

@@ -21,14 +21,14 @@ def sliders(catalogue: Catalogue) -> dict[int, RangeSlider]:
 def _slider(number: int, column: Column) -> RangeSlider:
     low, high = column.range
     # slightly wider than the values, so that rounding never hides a design at an end
-    room = 1e-6 * (high - low)
+    margin = 1e-6 * (high - low)
     texts = "".join(f" {i}: {text}" for i, text in enumerate(column.categories))
     return RangeSlider(
         title=column.title + texts,
-        start=low - room,
-        end=high + room,
-        value=(low - room, high + room),
-        step=(high - low + 2 * room) / 200,
+        start=low - margin,
+        end=high + margin,
+        value=(low - margin, high + margin),
+        step=(high - low + 2 * margin) / 200,
         format="0[.]000" if high < 1000 else "0",
         width=SIDE - 50,
         bar_color=PALETTE[5],
@@ -41,6 +41,6 @@ def panel(catalogue: Catalogue, by_column: dict[int, RangeSlider]) -> Stack:
     """Arrange the sliders below a heading for each kind."""
     parts: list = []
     for kind, head in _HEADS.items():
-        ours = [s for i, s in by_column.items() if catalogue.columns[i].kind == kind]
-        parts += [Div(text=f"<b>{head}</b>"), *ours] if ours else []
+        of_kind = [s for i, s in by_column.items() if catalogue.columns[i].kind == kind]
+        parts += [Div(text=f"<b>{head}</b>"), *of_kind] if of_kind else []
     return Stack(children=parts, width=SIDE - 20, name="filters")

@@ -34,8 +34,8 @@ WORDS = {
     "stiffness": ("Mesh stiffness", "mesh phase τ [mesh periods]", "k [N/µm]"),
     "ste_orders": ("Orders of δ", "mesh order [–]", "amplitude of δ [µm]"),
     "stiffness_orders": ("Orders of k", "mesh order [–]", "amplitude of k [N/µm]"),
-    "ste_density": ("RMS δ over the errors", "RMS δ [µm]", "density [1/µm]"),
-    "stiffness_density": ("RMS k over the errors", "RMS k [%]", "density [1/%]"),
+    "ste_density": ("RMS δ over the error samples", "RMS δ [µm]", "density [1/µm]"),
+    "stiffness_density": ("RMS k over the error samples", "RMS k [%]", "density [1/%]"),
     "harris": ("Harris map: STE less its mean", "mesh phase τ [mesh periods]", "δ − mean [µm]"),
     "torque": ("STE over torque", "torque on the pinion [N·m]", "STE [µm]"),
 }
@@ -44,8 +44,8 @@ WORDS_OF_TRAIN = {
     "stiffness": ("Stiffness of the train", "mesh phase τ [mesh periods]", "k [N/µm]"),
     "ste_orders": ("Orders of Δ", "mesh order [–]", "amplitude of Δ [µm]"),
     "stiffness_orders": ("Orders of k", "mesh order [–]", "amplitude of k [N/µm]"),
-    "ste_density": ("RMS Δ over the errors", "RMS Δ [µm]", "density [1/µm]"),
-    "sharing_density": ("K_γ over the errors", "K_γ [–]", "density [–]"),
+    "ste_density": ("RMS Δ over the error samples", "RMS Δ [µm]", "density [1/µm]"),
+    "sharing_density": ("K_γ over the error samples", "K_γ [–]", "density [–]"),
     "harris": ("Harris map: Δ less its mean", "mesh phase τ [mesh periods]", "Δ − mean [µm]"),
     "torque": ("Δ over torque", "torque on the first gear [N·m]", "Δ [µm]"),
     "sharing": ("Load shares", "mesh phase τ [mesh periods]", "share L [–]"),
@@ -70,8 +70,8 @@ class GearPanel:
         self.now = {name: ColumnDataSource(table, name=f"now {name}") for name, table in now.items()}
         self.words = WORDS_OF_TRAIN if "sharing" in now else WORDS
         compared = [name for name in COMPARED if name in now]
-        first: Tables = now if baseline else {name: {key: [] for key in now[name]} for name in compared}
-        self.before = {name: ColumnDataSource(first[name], name=f"before {name}") for name in compared}
+        baseline_tables: Tables = now if baseline else {name: {key: [] for key in now[name]} for name in compared}
+        self.before = {name: ColumnDataSource(baseline_tables[name], name=f"before {name}") for name in compared}
         empty = {"xs": [], "ys": [], "fluctuations": [], "colour": [], "label": []}
         self.kept = {name: ColumnDataSource(dict(empty), name=f"kept {name}") for name in OVERLAID if name in now}
         self.phase = Slider(start=0, end=1, value=0, step=0.01, title="mesh phase τ", width=250, name="phase")

@@ -24,19 +24,19 @@ from gearbench.trains.scatter import STUDIED
 Tables = dict[str, dict[str, Any]]
 #: Mesh orders listed in the table of numbers and drawn over torque.
 ORDERS = (1, 2, 3)
-#: Response → figure of its density over the errors.
+#: Metric → figure of its density over the error samples.
 DENSITIES = {
     "transmission_error_rms": "ste_density",
     "mesh_stiffness_rms": "stiffness_density",
     "train_transmission_error_rms": "ste_density",
     "mesh_load_factor": "sharing_density",
 }
-#: The same responses in the table of numbers.
+#: The same metrics in the table of numbers.
 OVER_ERRORS = {
-    "transmission_error_rms": "RMS STE over the errors [µm]",
-    "mesh_stiffness_rms": "RMS of k over the errors [%]",
-    "train_transmission_error_rms": "RMS Δ over the errors [µm]",
-    "mesh_load_factor": "K_γ over the errors",
+    "transmission_error_rms": "RMS STE, mean ± σ of the error samples [µm]",
+    "mesh_stiffness_rms": "RMS of k, mean ± σ of the error samples [%]",
+    "train_transmission_error_rms": "RMS Δ, mean ± σ of the error samples [µm]",
+    "mesh_load_factor": "K_γ, mean ± σ of the error samples",
 }
 #: Colours of the load shares, one for each planet.
 SHARES = PALETTE[1:4] + PALETTE[:1] + PALETTE[5:]
@@ -49,7 +49,7 @@ def tables(picture: Picture, *, teeth: bool = True) -> Tables:
     computed yet.
     """
     ste, k = picture.transmission_error, picture.mesh_stiffness
-    found: Tables = {
+    curve_tables: Tables = {
         "ste": _curve(ste),
         "stiffness": _curve(k),
         "ste_orders": _orders(ste),
@@ -57,13 +57,13 @@ def tables(picture: Picture, *, teeth: bool = True) -> Tables:
     }
     scatter = numbers(picture) if picture.unfinished else densities(picture)
     if isinstance(picture.load, Sharing):
-        own, shapes = _sharing(picture.load), _gears(picture.load) if teeth else {}
+        load_tables, shapes = _sharing(picture.load), _gears(picture.load) if teeth else {}
     else:
-        own, shapes = _pressure(picture.load, picture.scene), _teeth(picture) if teeth else {}
+        load_tables, shapes = _pressure(picture.load, picture.scene), _teeth(picture) if teeth else {}
     return {
-        **_short(found),
+        **_short(curve_tables),
         **scatter,
-        **own,
+        **load_tables,
         **shapes,
         "scene": {"text": [picture.scene.to_toml()], "tables": [json.dumps(picture.scene.to_mapping())]},
     }
@@ -73,18 +73,18 @@ def densities(picture: Picture) -> Tables:
     """Tables of the densities of the scatter (empty without scatter) and of the numbers."""
     drawn: Tables = {}
     for name in _scattered(picture):
-        both = ([], []) if picture.scatter is None else density(picture.scatter[name])
-        drawn[DENSITIES[name]] = dict(zip(("value", "density"), both, strict=True))
+        curve = ([], []) if picture.scatter is None else density(picture.scatter[name])
+        drawn[DENSITIES[name]] = dict(zip(("value", "density"), curve, strict=True))
     return {**_short(drawn), **numbers(picture)}
 
 
 def _scattered(picture: Picture) -> tuple[str, ...]:
-    """Responses whose scatter over the errors is shown."""
+    """Metrics whose scatter over the error samples is shown."""
     return STUDIED if isinstance(picture.load, Sharing) else RMS_VALUES
 
 
-def _short(found: Tables) -> Tables:
-    return {name: {key: np.asarray(v, dtype="float32") for key, v in table.items()} for name, table in found.items()}
+def _short(tables: Tables) -> Tables:
+    return {name: {key: np.asarray(v, dtype="float32") for key, v in table.items()} for name, table in tables.items()}
 
 
 def _curve(cycle: CycleCurve) -> dict[str, Any]:
@@ -99,8 +99,8 @@ def _periods(phase: np.ndarray, values: np.ndarray, length: int) -> tuple[np.nda
 
 
 def _orders(cycle: CycleCurve) -> dict[str, Any]:
-    known = np.isfinite(cycle.amplitude)
-    return {"order": cycle.orders[known], "amplitude": cycle.amplitude[known]}
+    finite = np.isfinite(cycle.amplitude)
+    return {"order": cycle.orders[finite], "amplitude": cycle.amplitude[finite]}
 
 
 def _pressure(pressure: FlankPressure, scene: Scene) -> Tables:
@@ -118,17 +118,17 @@ def _pressure(pressure: FlankPressure, scene: Scene) -> Tables:
 def _sharing(load: Sharing) -> Tables:
     """Load shares of the paths over the mesh cycle, and the largest over a revolution of the carrier."""
     phases, paths = load.cycle.phases, _paths(load)
-    first = [paths.index(path) for path in dict.fromkeys(paths)]
-    parts = [curves(phases, values, 12) for values in load.cycle.sharing.T[first]]
-    xs, ys = ([np.concatenate([each[i] for each in part]) for part in parts] for i in (0, 1))
-    over = load.over_turns[first] if load.over_turns.size else load.over_turns
-    found = {
+    mesh_of_path = [paths.index(path) for path in dict.fromkeys(paths)]
+    share_curves = [curves(phases, values, 12) for values in load.cycle.sharing.T[mesh_of_path]]
+    xs, ys = ([np.concatenate([piece[i] for piece in share]) for share in share_curves] for i in (0, 1))
+    over_turns = load.over_turns[mesh_of_path] if load.over_turns.size else load.over_turns
+    points_by_table = {
         "sharing": tuple(zip(*(_periods(x, y, phases.length) for x, y in zip(xs, ys, strict=True)), strict=True)),
-        "revolution": ([load.turns] * len(over), list(over)),
+        "revolution": ([load.turns] * len(over_turns), list(over_turns)),
     }
     return {
         name: {"xs": [x.astype("f4") for x in xs], "ys": [y.astype("f4") for y in ys], "colour": _colours(len(ys))}
-        for name, (xs, ys) in found.items()
+        for name, (xs, ys) in points_by_table.items()
     }
 
 
@@ -137,8 +137,8 @@ def _paths(load: Sharing) -> list[str]:
     train, carried = load.cycle.linkage.train, load.cycle.linkage.carried
     shafts = ([train.shaft(gear) for gear in mesh.gears] for mesh in train.meshes)
     return [
-        next((each for each in own if each in carried), mesh.name)
-        for own, mesh in zip(shafts, train.meshes, strict=True)
+        next((shaft for shaft in of_mesh if shaft in carried), mesh.name)
+        for of_mesh, mesh in zip(shafts, train.meshes, strict=True)
     ]
 
 
@@ -156,9 +156,9 @@ def _gears(load: Sharing) -> Tables:
     inside = [is_internal(train, gear) for gear in train.gears]
     axes = np.array([train.places[train.shaft(gear)] for gear in train.gears])
     tops = [each[:, 1].min() if internal else y for each, internal, (_, y) in zip(points, inside, axes, strict=True)]
-    at, paths = [train.pitch_point(mesh.name) for mesh in train.meshes], _paths(load)
-    known = list(dict.fromkeys(paths))
-    labels = np.array([train.places.get(path, at[paths.index(path)]) for path in known])
+    pitch_points, paths = [train.pitch_point(mesh.name) for mesh in train.meshes], _paths(load)
+    path_names = list(dict.fromkeys(paths))
+    labels = np.array([train.places.get(path, pitch_points[paths.index(path)]) for path in path_names])
     low, high = (np.array(each) for each in zip(*((p.min(axis=0), p.max(axis=0)) for p in points), strict=True))
     return {
         "gears": {
@@ -171,31 +171,35 @@ def _gears(load: Sharing) -> Tables:
             "top": tops,
             "alpha": [0.0 if internal else 0.35 for internal in inside],
         },
-        "marks": {"x": [x for x, _ in at], "y": [y for _, y in at], "path": [known.index(path) for path in paths]},
-        "paths": {"x": labels[:, 0], "y": labels[:, 1], "colour": _colours(len(known))},
+        "marks": {
+            "x": [x for x, _ in pitch_points],
+            "y": [y for _, y in pitch_points],
+            "path": [path_names.index(path) for path in paths],
+        },
+        "paths": {"x": labels[:, 0], "y": labels[:, 1], "colour": _colours(len(path_names))},
         "extent": {"low": low.min(axis=0), "high": high.max(axis=0), "cycle": [load.cycle.phases.length] * 2},
     }
 
 
 def _teeth(picture: Picture) -> Tables:
     """Tooth outlines at mesh phase 0 about the gear centres, path of contact, and data of the rotation."""
-    drawn = mesh(picture.scene.pair)
-    pitch_point = drawn.on_path(np.array([picture.scene.pair.meshing.pitch_point]))[0]
-    half = 1.15 * max(g.tooth_height for g in picture.scene.pair.gears) + 0.15 * drawn.pitch
-    path = drawn.on_path(np.array(drawn.path))
+    mesh_shape = mesh(picture.scene.pair)
+    pitch_point = mesh_shape.on_path(np.array([picture.scene.pair.meshing.pitch_point]))[0]
+    half = 1.15 * max(g.tooth_height for g in picture.scene.pair.gears) + 0.15 * mesh_shape.pitch
+    path = mesh_shape.on_path(np.array(mesh_shape.path))
     return {
-        "pinion": {"x": drawn.pinion[:, 0], "y": drawn.pinion[:, 1]},
-        "wheel": {"x": drawn.wheel[:, 0], "y": drawn.wheel[:, 1]},
+        "pinion": {"x": mesh_shape.pinion[:, 0], "y": mesh_shape.pinion[:, 1]},
+        "wheel": {"x": mesh_shape.wheel[:, 0], "y": mesh_shape.wheel[:, 1]},
         "path": {"x": path[:, 0], "y": path[:, 1]},
         "motion": {
-            "pinion_base": [drawn.radii[0]],
-            "wheel_base": [drawn.radii[1]],
-            "pitch": [drawn.pitch],
-            "angle": [drawn.angle],
-            "distance": [drawn.distance],
-            "first": [drawn.first],
-            "start": [drawn.path[0]],
-            "end": [drawn.path[1]],
+            "pinion_base": [mesh_shape.radii[0]],
+            "wheel_base": [mesh_shape.radii[1]],
+            "pitch": [mesh_shape.pitch],
+            "angle": [mesh_shape.angle],
+            "distance": [mesh_shape.distance],
+            "first": [mesh_shape.first],
+            "start": [mesh_shape.path[0]],
+            "end": [mesh_shape.path[1]],
             "middle": [float(pitch_point[1])],
             "half": [half],
         },
@@ -215,7 +219,7 @@ def numbers(picture: Picture) -> Tables:
         ("mean stiffness k [N/µm]", f"{k.mean:.1f}"),
         ("RMS of k [%]", f"{k.rms:.2f}"),
         *(_of_pair(load, picture.scene) if isinstance(load, FlankPressure) else _of_train(load, picture.scene)),
-        ("teeth stand on", support(picture.scene).replace("_", " ")),
+        ("tooth support", support(picture.scene).replace("_", " ")),
     ]
     if picture.scatter is not None or picture.unfinished:
         rows += [(OVER_ERRORS[name], _scatter(picture, name)) for name in _scattered(picture)]
@@ -249,11 +253,12 @@ def _of_train(load: Sharing, scene: Scene) -> Iterator[tuple[str, str]]:
     yield f"teeth z of {', '.join(teeth)}", "/".join(teeth.values())
     pair = scene.pair
     yield "m_n [mm], β [°]", f"{pair.normal_module:g}, {pair.helix_angle:g}"
-    unlike = dict.fromkeys(mesh.pair for mesh in train.meshes)
-    yield "contact ratios ε_α of the meshes", ", ".join(f"{p.meshing.transverse_contact_ratio:.3f}" for p in unlike)
+    different_pairs = dict.fromkeys(mesh.pair for mesh in train.meshes)
+    ratios = ", ".join(f"{pair.meshing.transverse_contact_ratio:.3f}" for pair in different_pairs)
+    yield "contact ratios ε_α of the meshes", ratios
     yield "overlap ratio ε_β", f"{pair.meshing.overlap_ratio:.3f}"
-    apart = [phases[mesh.name] for mesh in train.meshes if mesh.driver == train.meshes[0].driver]
-    yield f"mesh phases of {train.meshes[0].driver}", ", ".join(f"{each:.3g}" for each in apart)
+    driver_phases = [phases[mesh.name] for mesh in train.meshes if mesh.driver == train.meshes[0].driver]
+    yield f"mesh phases of {train.meshes[0].driver}", ", ".join(f"{phase:.3g}" for phase in driver_phases)
     yield f"torque on {train.meshes[0].driver} [N·m]", f"{scene.load.torque:g}"
 
 

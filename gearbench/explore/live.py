@@ -18,7 +18,7 @@ from gearbench.explore.page import Page, answer_data, knee
 
 
 class Session:
-    """One open page. A question is a design; it gets its curves, then the scatter over the errors."""
+    """One open page. A question is a design; it gets its curves, then the scatter over the error samples."""
 
     def __init__(self, catalogue: Catalogue, document: Document) -> None:
         self._catalogue = catalogue

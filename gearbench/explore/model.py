@@ -49,16 +49,16 @@ def flank_map(solved: Solved, values: NDArray, size: tuple[int, int] = SIZE) -> 
     lines, meshing = solved.lines, solved.scene.pair.meshing
     active = lines.active
     order = np.argsort((lines.mesh_phase[:, None] + lines.index)[active])
-    u, y, length, own = (each[active][order] for each in (lines.u, lines.y, lines.length, values))
+    u, y, length, flank_values = (each[active][order] for each in (lines.u, lines.y, lines.length, values))
     (first, last), (across, up) = flank_range(solved), size
     path = first + (np.arange(up) + 0.5) / up * (last - first)
     face = (np.arange(across) + 0.5) / across * meshing.face_width
-    return over_flank(u, y, length * math.cos(meshing.beta_b), own, path, face)
+    return over_flank(u, y, length * math.cos(meshing.beta_b), flank_values, path, face)
 
 
 #: Number of samples of a train that are computed together. Between them a newer question may end the scatter.
 TOGETHER = 16
-#: Responses of a pair whose scatter is shown; those of a train are ``STUDIED``.
+#: Metrics of a pair whose scatter is shown; those of a train are ``STUDIED``.
 RMS_VALUES = ("transmission_error_rms", "mesh_stiffness_rms")
 #: Number of error samples.
 SAMPLES = 256
@@ -142,7 +142,7 @@ class Picture:
     load
         Pressure on the flank of a pair, or load sharing of a train.
     scatter
-        Response → its values for the error samples, (sample,): RMS values, K_γ of a train. None if the scene has no
+        Metric → its values for the error samples, (sample,): RMS values, K_γ of a train. None if the scene has no
         random errors, or if they are not computed yet.
     seconds
         Wall time.
@@ -183,7 +183,7 @@ def outline(scene: Scene) -> tuple[Picture, Solved | SolvedTrain]:
         scene = replace(scene, resolution=Resolution())
     scene = scene.under(scene.load) if scene.loads else scene
     solved, cycle, load = _train(scene) if scene.coupled else _pair(scene)
-    found = Picture(
+    without_scatter = Picture(
         scene=scene,
         transmission_error=_curve(cycle, "transmission_error"),
         mesh_stiffness=_curve(cycle, "mesh_stiffness"),
@@ -191,7 +191,7 @@ def outline(scene: Scene) -> tuple[Picture, Solved | SolvedTrain]:
         scatter=None,
         seconds=time.perf_counter() - start,
     )
-    return found, solved
+    return without_scatter, solved
 
 
 def _pair(scene: Scene) -> tuple[Solved, MeshCycle, FlankPressure]:
@@ -204,8 +204,10 @@ def _train(scene: Scene) -> tuple[SolvedTrain, MeshCycle, Sharing]:
     solved = solve_train(scene)
     error = solved.cycle.transmission_error
     cycle = MeshCycle(phases=solved.phases, transmission_error=error, mesh_stiffness=solved.stiffness)
-    coords, over = revolution_columns(solved)
-    turns, over_turns = (values for _, values in (*coords.values(), *over.values())) if over else np.empty((2, 0))
+    coords, variables = revolution_columns(solved)
+    turns, over_turns = (
+        (values for _, values in (*coords.values(), *variables.values())) if variables else np.empty((2, 0))
+    )
     return solved, cycle, Sharing(cycle=solved.cycle, turns=turns, over_turns=over_turns)
 
 
@@ -242,12 +244,12 @@ def _scatter(solved: Solved | SolvedTrain, samples: int, go_on: Callable[[int, i
     if isinstance(solved, SolvedTrain):
         train = sampled_train(solved.scene, solved)
         errors = train.draw(unit_samples("sobol", samples, len(train.error_names), 0))
-        parts = (errors[i : i + TOGETHER] for i in range(0, samples, TOGETHER))
-        found: list[Mapping[str, NDArray]] = []
-        for part in on_threads(partial(train.respond, names=STUDIED), parts, default_threads()):
-            found.append(part)
-            go_on(TOGETHER * len(found), samples)
-        return {name: np.concatenate([part[name] for part in found]) for name in STUDIED}
+        error_chunks = (errors[i : i + TOGETHER] for i in range(0, samples, TOGETHER))
+        chunks: list[Mapping[str, NDArray]] = []
+        for chunk in on_threads(partial(train.respond, names=STUDIED), error_chunks, default_threads()):
+            chunks.append(chunk)
+            go_on(TOGETHER * len(chunks), samples)
+        return {name: np.concatenate([chunk[name] for chunk in chunks]) for name in STUDIED}
     # prepared from the solved scene, so lines, gaps and compliance are the same
     problem = prepare_scene(solved.scene)
     answer, complete = respond(

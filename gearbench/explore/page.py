@@ -152,14 +152,14 @@ def axes_of(catalogue: Catalogue, by_column: dict[int, Any]) -> list[dict[str, A
 
 def choices(catalogue: Catalogue) -> list[dict[str, Any]]:
     """Quantities for axes and colour of the cloud: key, title, key of the deviation σ, whether less is better."""
-    found = []
+    quantities = []
     for i, column in enumerate(catalogue.columns):
         if not column.categories and column.range[0] < column.range[1]:
-            of = f"{column.name.removesuffix('_mean')}_std" if column.name.endswith("_mean") else ""
-            scatter = key(catalogue, of) if any(c.name == of for c in catalogue.columns) else None
-            less = column.kind == "statistic"
-            found.append({"key": f"c{i}", "title": column.title, "scatter": scatter, "less": less})
-    return found
+            deviation = f"{column.name.removesuffix('_mean')}_std" if column.name.endswith("_mean") else ""
+            scatter = key(catalogue, deviation) if any(c.name == deviation for c in catalogue.columns) else None
+            less_is_better = column.kind == "statistic"
+            quantities.append({"key": f"c{i}", "title": column.title, "scatter": scatter, "less": less_is_better})
+    return quantities
 
 
 def key(catalogue: Catalogue, name: str) -> str:

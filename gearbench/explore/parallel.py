@@ -57,10 +57,10 @@ def parallel(catalogue: Catalogue, data: dict[str, ColumnDataSource]) -> Any:
     )
     # the overlay level is a separate canvas, so that a pick does not redraw the image
     plot.line("x", "y", source=data["line"], color=PICK, line_width=2.5, level="overlay")
-    for end, (low, baseline) in enumerate(((0.0, "top"), (1.0, "bottom"))):
+    for end, (height, baseline) in enumerate(((0.0, "top"), (1.0, "bottom"))):
         texts = [end_label(column, end) for column in shown]
         plot.text(
-            positions, [low] * len(shown), text=texts,
+            positions, [height] * len(shown), text=texts,
             text_align="center", text_baseline=baseline, text_font_size="12px",
             y_offset=4 if end == 0 else -4,
         )  # fmt: skip
@@ -90,5 +90,5 @@ def two_lines(title: str) -> str:
     spaces = [i for i, letter in enumerate(title) if letter == " "]
     if len(title) < 10 or not spaces:
         return title
-    at = min(spaces, key=lambda i: abs(i - len(title) / 2))
-    return f"{title[:at]}\n{title[at + 1 :]}"
+    middle = min(spaces, key=lambda i: abs(i - len(title) / 2))
+    return f"{title[:middle]}\n{title[middle + 1 :]}"

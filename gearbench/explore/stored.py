@@ -43,7 +43,7 @@ class Stored:
     scene
         Function from a design's number to its scene.
     teeth
-        Tooth model and support with which the values were computed.
+        Tooth model and tooth support with which the values were computed.
     """
 
     label: str
@@ -141,10 +141,10 @@ def of_run(dataset: xr.Dataset, file: str) -> Stored:
     columns = []
     for response in dict.fromkeys((*RESPONSES, *filter(is_response, map(str, dataset.data_vars)))):
         for name in statistics_of([response]):
-            stored = dataset.get(name)
-            if stored is None and name == f"{response}_mean":
-                stored = dataset[response].mean()
-            columns.append(known_column(name, "statistic", np.array([np.nan if stored is None else float(stored)])))
+            variable = dataset.get(name)
+            if variable is None and name == f"{response}_mean":
+                variable = dataset[response].mean()
+            columns.append(known_column(name, "statistic", np.array([np.nan if variable is None else float(variable)])))
     label = scene.name or file
     return Stored(
         label=label, columns=tuple(columns), numbers=np.array([0]), scene=lambda _: scene, teeth=teeth_of(scene)
@@ -152,7 +152,7 @@ def of_run(dataset: xr.Dataset, file: str) -> Stored:
 
 
 def teeth_of(scene: Scene) -> str:
-    """Tooth model and support of a scene as text, e.g. "solid teeth, ring"."""
+    """Tooth model and tooth support of a scene as text, e.g. "solid teeth, ring"."""
     bending = scene.effect("tooth_bending")
     if bending is None:
         return "rigid teeth"

@@ -203,7 +203,7 @@ def _time_table(one: xr.Dataset) -> str:
 def _texts(one: xr.Dataset) -> str:
     attrs = one.attrs
     facts = {
-        "support of the teeth": attrs["support"],
+        "tooth support": attrs["support"],
         "versions": attrs["versions"],
         "revision": attrs["git_revision"],
         "host": attrs["host"],

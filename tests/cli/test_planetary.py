@@ -75,4 +75,4 @@ def test_uneven_spacing_and_planets_without_load_are_reported(run, scene):
     assert "even spacing" not in said
     scene.write_text(SET.replace("= 36", "= 37").replace("= -96", "= -97").replace("centre_distance = 66.0\n", ""))
     _, said, _ = run("simulate", scene)
-    assert "planets stand up to 0.896° beside even spacing: teeth fit at 134 angles, not a multiple of 3" in said
+    assert "planets are up to 0.896° away from even spacing: teeth fit at 134 angles, not a multiple of 3" in said

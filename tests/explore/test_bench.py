@@ -107,7 +107,7 @@ def test_a_page_names_no_files(scene, tmp_path):
     (tmp_path / "secret.csv").write_text("1,2\n3,4\n")
     tables = scene.to_mapping()
     tables["effects"]["topography"] = {"pinion": str(tmp_path / "secret.csv")}
-    with pytest.raises(InputError, match="names files"):
+    with pytest.raises(InputError, match="refers to files"):
         changed(scene, tables)
 
 

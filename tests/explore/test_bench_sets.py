@@ -139,7 +139,9 @@ def test_answers_are_coarse_then_those_of_simulate_and_robust():
         assert_allclose(shown["ste_orders"]["amplitude"], known, rtol=1e-5, atol=1e-7)
     assert any("rigid" in line for line in warned["now"][0]["warnings"]["text"])
     samples = robust(scene, samples=256)["mesh_load_factor"].values
-    assert numbers(scattered)["K_γ over the errors"] == f"{samples.mean():.3f} ± {samples.std(ddof=1):.3f}"
+    assert (
+        numbers(scattered)["K_γ, mean ± σ of the error samples"] == f"{samples.mean():.3f} ± {samples.std(ddof=1):.3f}"
+    )
     table = swept["now"][0]["torque"]
     alone = parse_scene(moved(SET, **change, load__torque=table["torque"][2], resolution={"positions": 32}))
     alone = replace(alone, resolution=replace(alone.resolution, segments=10))
@@ -186,7 +188,7 @@ def test_a_train_with_parallel_paths_is_shown_mesh_by_mesh():
         ({"planetary__planets": 7, "planetary__pin_tangential": []}, "planetary.planets = 7: planets collide"),
         ({"planetary__floating": ["moon"]}, "planetary.floating.0 = 'moon': must be 'sun', 'ring' or 'carrier'"),
         ({"planetary__positions": [0.0, 91.0, 180.0, 270.0]}, "planetary.positions = "),
-        ({"planetary__sun__topography": {"pinion": "x.csv"}}, "planetary.sun.topography = given: names files"),
+        ({"planetary__sun__topography": {"pinion": "x.csv"}}, "planetary.sun.topography = given: refers to files"),
         ({"planetary__sun": 3}, "planetary.sun = 3: must be a table"),
     ],
 )

@@ -34,7 +34,7 @@ COARSE = Resolution(positions=16, segments=8)
 #: Order of solid teeth in the quick answer if their compliance is not known yet. The mean STE differs by at most 3 %
 #: from that with the default order, in a fifth of the time.
 QUICK_ORDER = (4, 5, 6)
-NAMES_FILES = "names files: write it into the scene file"
+NAMES_FILES = "refers to files, so it can be given in the scene file only"
 #: Torques of the Harris map relative to the torque of the scene.
 TORQUES = tuple(np.round(np.linspace(0.2, 1.6, 8), 3))
 #: Resolution of the Harris map.
@@ -42,7 +42,7 @@ _MAP = Resolution(positions=32, segments=10)
 
 
 def changed(base: Scene, given: Mapping[str, Any]) -> Scene:
-    """Read a scene from the tables of a page. Coast flanks, system and effects that name files stay those of ``base``.
+    """Read a scene from the tables of a page; coast flanks, system and effects with files stay those of ``base``.
 
     Raises
     ------
@@ -50,30 +50,30 @@ def changed(base: Scene, given: Mapping[str, Any]) -> Scene:
         If the tables are not valid; the error names key, value and the allowed values.
     """
     if base.train is not None:
-        known = base.to_mapping()
-        _refuse_files(known, given, "")
-        return parse_scene({**given, **{key: known[key] for key in ("coast", "system") if key in known}})
-    found = {name: _read(name, json.dumps(given[name])) for name in TABLES if name in given}
+        base_tables = base.to_mapping()
+        _refuse_files(base_tables, given, "")
+        return parse_scene({**given, **{key: base_tables[key] for key in ("coast", "system") if key in base_tables}})
+    scene_tables = {name: _read(name, json.dumps(given[name])) for name in TABLES if name in given}
     effects = []
     for name, table in as_table("effects", given.get("effects", {})).items():
         kind = table_class(f"effects.{name}")
-        own = base.effect(name)
-        if takes_files(kind) and own is None:
+        effect_of_base = base.effect(name)
+        if takes_files(kind) and effect_of_base is None:
             raise InputError(f"effects.{name}", "given", NAMES_FILES)
-        effects.append(own if takes_files(kind) else read(kind, table, f"effects.{name}"))
+        effects.append(effect_of_base if takes_files(kind) else read(kind, table, f"effects.{name}"))
     name = str(given.get("name", base.name))
     fixed = {key: getattr(base, key) for key in ("coast", "system", "further")}
-    return make(Scene, name=name, **found, effects=tuple(effects), **fixed)
+    return make(Scene, name=name, **scene_tables, effects=tuple(effects), **fixed)
 
 
 def _refuse_files(known: Mapping[str, Any], given: Mapping[str, Any], path: str) -> None:
-    """Refuse tables of effects that name files, unless they are those of the tables ``known``."""
+    """Refuse tables of effects that refer to files, unless they are those of the tables ``known``."""
     for name, table in given.items():
-        own = f"{path}.{name}".strip(".")
-        if name in effect_names() and takes_files(effect_class(name)) and table != value_at(known, own):
-            raise InputError(own, "given", NAMES_FILES)
+        dotted = f"{path}.{name}".strip(".")
+        if name in effect_names() and takes_files(effect_class(name)) and table != value_at(known, dotted):
+            raise InputError(dotted, "given", NAMES_FILES)
         if isinstance(table, Mapping):
-            _refuse_files(known, table, own)
+            _refuse_files(known, table, dotted)
 
 
 @lru_cache(maxsize=16)
@@ -96,7 +96,7 @@ class Answers:
     """
 
     def __init__(self, base: Scene) -> None:
-        self._base, self._known = base, _stiff(base)
+        self._base, self._known = base, _compliance_inputs(base)
 
     def __call__(self, asked: Any, overtaken: Callable[[], bool] = lambda: False) -> Iterator[dict[str, Any]]:
         """Yield answers to the tables of a scene: coarse, at its resolution, scatter, over torque; or an error message.
@@ -122,7 +122,7 @@ class Answers:
         quick, _ = outline(self.sketch(scene))
         yield answer_data(tables(replace(quick, scene=scene), teeth=False))
         now, solved = outline(scene)
-        self._known = _stiff(scene)
+        self._known = _compliance_inputs(scene)
         yield answer_data(tables(now))
         yield answer_data({"warnings": {"text": warnings(solved)}})
         if now.unfinished:
@@ -134,33 +134,36 @@ class Answers:
         """Reduce ``scene`` for the quick answer: few phases and segments, and a low order in new solid teeth."""
         bending = scene.effect("tooth_bending")
         quick = replace(scene, resolution=COARSE)
-        if not isinstance(bending, ToothBending) or bending.model != "solid" or _stiff(scene) == self._known:
+        if not isinstance(bending, ToothBending) or bending.model != "solid":
+            return quick
+        if _compliance_inputs(scene) == self._known:
             return quick
         if bending.order is not None and math.prod(bending.order) < math.prod(QUICK_ORDER):
             return quick
         return scene_at(quick, {"effects.tooth_bending.order": QUICK_ORDER})
 
 
-def _stiff(scene: Scene) -> tuple[Any, ...]:
+def _compliance_inputs(scene: Scene) -> tuple[Any, ...]:
     """Inputs that determine the compliance of teeth and bodies, for comparison."""
-    pairs = (scene.pair, *(each.pair for each in scene.further))
-    return pairs, scene.load.coast, *(each for each in scene.effects if isinstance(each, ComplianceEffect))
+    pairs = (scene.pair, *(mesh.pair for mesh in scene.further))
+    effects = (effect for effect in scene.effects if isinstance(effect, ComplianceEffect))
+    return pairs, scene.load.coast, *effects
 
 
 def warnings(solved: Solved | SolvedTrain) -> list[str]:
     """Warnings to show with the curves, one line per warning."""
     import xarray as xr
 
-    meshes, found = solved.meshes if isinstance(solved, SolvedTrain) else {"": solved}, []
+    meshes, lines = solved.meshes if isinstance(solved, SolvedTrain) else {"": solved}, []
     for name, mesh in meshes.items():
         if parted := int((~(mesh.solution.force > 0).any(axis=(-2, -1))).sum()):
-            found.append(f"Contact is lost at {parted} mesh phases{f' of {name}' if name else ''}.")
+            lines.append(f"Contact is lost at {parted} mesh phases{f' of {name}' if name else ''}.")
     # meshes of the same gears have the same warnings: those of the most loaded one
     by_load = sorted(meshes.values(), key=lambda mesh: mesh.solution.force.max())
     for mesh in {mesh.scene.pair: mesh for mesh in by_load}.values():
         greatest = xr.Dataset({"flank_pressure_max": np.nanmax(flank.pressure(mesh))})
-        found += scene_warnings(mesh.scene, greatest)
-    return found
+        lines += scene_warnings(mesh.scene, greatest)
+    return lines
 
 
 #: Outputs of a pair over torque; those of a train are in every Dataset.
@@ -178,14 +181,14 @@ def over_torque(scene: Scene, go_on: Callable[[int, int], None] = lambda _done, 
     After every torque, ``go_on`` is called with the number of torques done and of all torques.
     """
     curve, outputs = ("train_transmission_error", ()) if scene.coupled else ("transmission_error", _SWEPT)
-    asked = [float(f"{ratio * scene.load.torque:.4g}") for ratio in TORQUES]
-    found = sweep(replace(scene, resolution=_MAP), {"torque": asked}, outputs=outputs, progress=go_on)
-    torque = found["torque"].values.tolist()  # ascending, also below 0
-    phase, values = found["mesh_phase"].values, found[curve].transpose("torque", ...).values
+    torques = [float(f"{ratio * scene.load.torque:.4g}") for ratio in TORQUES]
+    swept = sweep(replace(scene, resolution=_MAP), {"torque": torques}, outputs=outputs, progress=go_on)
+    torque = swept["torque"].values.tolist()  # ascending, also below 0
+    phase, values = swept["mesh_phase"].values, swept[curve].transpose("torque", ...).values
     phase = phase if phase.ndim == 2 else np.broadcast_to(phase, values.shape)
     lines = [_two_periods(x, y - y.mean()) for x, y in zip(phase, values, strict=True)]
-    amplitude = found[f"{curve}_amplitude"].transpose("torque", ...)
-    over = {f"order {n}": amplitude.sel(harmonic=n).values for n in ORDERS}
+    amplitude = swept[f"{curve}_amplitude"].transpose("torque", ...)
+    amplitudes = {f"order {n}": amplitude.sel(harmonic=n).values for n in ORDERS}
     return {
         "harris": {
             "xs": [x for x, _ in lines],
@@ -194,8 +197,8 @@ def over_torque(scene: Scene, go_on: Callable[[int, int], None] = lambda _done, 
         },
         "torque": {
             "torque": torque,
-            "peak_to_peak": found[f"{curve}_peak_to_peak"].values.astype("float32"),
-            **{name: values.astype("float32") for name, values in over.items()},
+            "peak_to_peak": swept[f"{curve}_peak_to_peak"].values.astype("float32"),
+            **{name: values.astype("float32") for name, values in amplitudes.items()},
         },
     }
 

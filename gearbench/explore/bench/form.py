@@ -123,8 +123,8 @@ def form(scene: Scene) -> tuple[Group, ...]:
     """Groups of controls: gears, load, resolution, then every effect that the page can add or show."""
     tables, groups = scene.to_mapping(), []
     for path, kind in _tables(tables):
-        own = _group(kind, path, value_at(tables, path) or {})
-        groups += [replace(each, below=()) for each in flat((own,))] if path == "pair" else [own]
+        group = _group(kind, path, value_at(tables, path) or {})
+        groups += [replace(inner, below=()) for inner in flat((group,))] if path == "pair" else [group]
     for path, (kind, example) in _ADDED.items():
         if path.partition(".")[0] in tables:
             groups.append(_optional(kind, path, value_at(tables, path), example))
@@ -170,19 +170,21 @@ def _group(kind: type, path: str, table: Mapping[str, Any]) -> Group:
     below = [_group(lower, f"{path}.{name}", table.get(name, {})) for name, lower in inner.items()]
     left_out = ("shaft",) if kind is TrainGear and path.startswith("planetary.") else ()
     left_out += SHARED if left_out and not path.endswith(AT_RING) else ()
-    own = {name: key for name, key in keys(kind).items() if name not in left_out and not takes_files(kind)}
-    found = [_control(key, f"{path}.{name}", table.get(name)) for name, key in own.items()]
+    with_control = {name: key for name, key in keys(kind).items() if name not in left_out and not takes_files(kind)}
+    shown = [_control(key, f"{path}.{name}", table.get(name)) for name, key in with_control.items()]
     if kind is Planetary:
         number = len(table.get("positions", ())) or table.get("planets", Planetary.planets)
-        found = [
-            _of_planets(each, number) if each and each.path.split(".")[1] in DEVIATIONS else each for each in found
+        per_planet = [f"{path}.{name}" for name in DEVIATIONS]
+        shown = [
+            _of_planets(control, number) if control and control.path in per_planet else control for control in shown
         ]
     if kind is TrainGear:
         controls, groups = _flanks(path, table)
         other = _flanks(f"{path}.coast", table.get("coast", {}))
-        found, below = found + controls, [*below, *groups, _group_of(f"{path}.coast", _COAST, *other)]
+        shown += controls
+        below = [*below, *groups, _group_of(f"{path}.coast", _COAST, *other)]
     text = " ".join(parts(kind)[0].split("\n\n")[0].replace("``", "").split())
-    return _group_of(path, text, found, [each for each in below if each.path not in _ADDED])
+    return _group_of(path, text, shown, [group for group in below if group.path not in _ADDED])
 
 
 def _group_of(path: str, text: str, controls: Iterable[Control | None], below: Iterable[Group]) -> Group:
@@ -192,29 +194,29 @@ def _group_of(path: str, text: str, controls: Iterable[Control | None], below: I
         path=path,
         title=": ".join(part.replace("_", " ") for part in shown or [head]).capitalize(),
         text=text,
-        controls=tuple(each for each in controls if each is not None),
+        controls=tuple(control for control in controls if control is not None),
         below=tuple(below),
     )
 
 
 def _optional(kind: type, path: str, given: Mapping[str, Any] | None, example: Mapping[str, Any]) -> Group:
     """Make the group of a table that may be left out."""
-    found = _group(kind, path, example if given is None else given)
-    return replace(found, present=given is not None, optional=True, example=example)
+    group = _group(kind, path, example if given is None else given)
+    return replace(group, present=given is not None, optional=True, example=example)
 
 
 def _flanks(path: str, table: Mapping[str, Any]) -> tuple[list[Control | None], list[Group]]:
     """Controls and groups of the effects that the flanks of one gear of a train may have."""
     controls, groups = [], []
     for name, kind in _effects():
-        key, own = keys(kind).get(GEARS[0]), f"{path}.{name}"
+        key, dotted = keys(kind).get(GEARS[0]), f"{path}.{name}"
         if key is None or takes_files(kind):
             continue
         if key.table is None:
-            controls.append(_control(replace(key, name=name), own, table.get(name)))
+            controls.append(_control(replace(key, name=name), dotted, table.get(name)))
         elif not key.items:
             example = {name: value for name, value in kind.example.items() if name in keys(key.table)}
-            groups.append(_optional(key.table, own, table.get(name), example))
+            groups.append(_optional(key.table, dotted, table.get(name), example))
     return controls, groups
 
 
@@ -225,7 +227,7 @@ def _of_planets(control: Control, number: int) -> Control:
 
 
 def takes_files(kind: type) -> bool:
-    """Whether an input class names files; the page shows the heading of its table but cannot change it."""
+    """Whether an input class refers to files; the page shows the heading of its table but cannot change it."""
     return any(name.endswith("_sha256") for name in keys(kind))
 
 

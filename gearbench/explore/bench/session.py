@@ -85,13 +85,13 @@ def _check(scene: Scene, others: Sequence[Scene]) -> None:
 
 def variants(beside: Sequence[Picture]) -> list[dict[str, Any]]:
     """Convert pictures to variants for the page: name, number, scene, numbers and curves."""
-    found = []
-    for i, each in enumerate(beside, start=1):
-        shown = {**tables(each, teeth=False), **over_torque(each.scene)}
-        kept = {"scene": json.dumps(each.scene.to_mapping()), "numbers": shown["numbers"]}
+    entries = []
+    for i, result in enumerate(beside, start=1):
+        shown = {**tables(result, teeth=False), **over_torque(result.scene)}
+        data = {"scene": json.dumps(result.scene.to_mapping()), "numbers": shown["numbers"]}
         curves = {name: shown[name] for name in OVERLAID}
-        found.append({"name": each.scene.name or f"variant {i}", "number": i, **kept, "curves": curves})
-    return found
+        entries.append({"name": result.scene.name or f"variant {i}", "number": i, **data, "curves": curves})
+    return entries
 
 
 def example() -> Scene:
