@@ -116,10 +116,10 @@ def _assemble(rows, i, chain, sides):
         side = rows[r, band : band + starts[begun[i]]]
         for c in range(len(side)):
             side[c] = 0.0
-    for apart in range(3):
-        if sizes[i + apart]:
-            _sum_of_two(rows, column, values, sizes[i], sizes[i + apart], offset[apart, i], factor[apart, i])
-            column += sizes[i + apart]
+    for distance in range(3):
+        if sizes[i + distance]:
+            _sum_of_two(rows, column, values, sizes[i], sizes[i + distance], offset[distance, i], factor[distance, i])
+            column += sizes[i + distance]
     for g in range(begun[i]):
         if side_factor[i, g, 0] != 0.0 or side_factor[i, g, 1] != 0.0:
             wide = starts[g + 1] - starts[g]

@@ -126,7 +126,7 @@ def sampled(most: int, ratio: float) -> NDArray:
     return np.array([k for k in n if k <= most], dtype=float)
 
 
-def spline_weights(knots: NDArray, at: NDArray, degree: int) -> NDArray:
+def spline_weights(knots: NDArray, points: NDArray, degree: int) -> NDArray:
     """Weights of values at ``knots`` in their not-a-knot spline of a ``degree``, (at, knots).
 
     With too few knots the degree is reduced to the next odd one.
@@ -134,4 +134,4 @@ def spline_weights(knots: NDArray, at: NDArray, degree: int) -> NDArray:
     from scipy.interpolate import make_interp_spline
 
     most = min(degree, len(knots) - 1)
-    return make_interp_spline(knots, np.eye(len(knots)), k=most - (most + 1) % 2)(at)
+    return make_interp_spline(knots, np.eye(len(knots)), k=most - (most + 1) % 2)(points)

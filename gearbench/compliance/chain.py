@@ -76,11 +76,11 @@ class Chain:
         """K as a full matrix."""
         ends = np.cumsum([0, *self.sizes])
         K = np.zeros((self.size, self.size))
-        for apart, i in product(range(3), range(len(self.sizes))):
-            if i + apart < len(self.sizes):
-                here, there = slice(ends[i], ends[i + 1]), slice(ends[i + apart], ends[i + apart + 1])
-                K[here, there] = self.blocks.matrix(apart, i)
-                K[there, here] = K[here, there].T
+        for distance, i in product(range(3), range(len(self.sizes))):
+            if i + distance < len(self.sizes):
+                rows, columns = slice(ends[i], ends[i + 1]), slice(ends[i + distance], ends[i + distance + 1])
+                K[rows, columns] = self.blocks.matrix(distance, i)
+                K[columns, rows] = K[rows, columns].T
         return K
 
     @property
@@ -109,18 +109,18 @@ class Chain:
         starts = np.cumsum([0, *sides.widths[order]])
         ends = np.cumsum([0, *sides.widths])
         columns = np.concatenate([np.zeros(0, dtype=int), *(np.arange(*ends[g : g + 2]) for g in order)])
-        matrices, own = [*self.blocks.matrices, *sides.blocks.matrices], len(self.blocks.matrices)
+        matrices, own_count = [*self.blocks.matrices, *sides.blocks.matrices], len(self.blocks.matrices)
         values = np.concatenate([np.zeros(0), *(matrix.ravel() for matrix in matrices)])
         offset = np.cumsum([0, *(matrix.size for matrix in matrices)])
         m = len(columns)
         result, lower = np.empty((2, m, m))
-        held = np.empty((3, most, min(3, count) * most + m))
+        rows_in_memory = np.empty((3, most, min(3, count) * most + m))
         sizes = np.append(self.sizes, np.zeros(4, dtype=int))
         chain = sizes, values, offset[self.blocks.which], np.ascontiguousarray(self.blocks.factors)
         which, factors = (np.ascontiguousarray(table[:, order]) for table in (sides.blocks.which, sides.blocks.factors))
-        groups = begun, starts, offset[which + own], factors
+        groups = begun, starts, offset[which + own_count], factors
         numbers = np.zeros(6, dtype=np.int32)
-        if not chain_compliance(result, held, lower, columns, chain, groups, numbers, addresses()):
+        if not chain_compliance(result, rows_in_memory, lower, columns, chain, groups, numbers, addresses()):
             raise np.linalg.LinAlgError("a matrix is not positive definite")
         return result
 

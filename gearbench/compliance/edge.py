@@ -62,11 +62,11 @@ def _held_at(gear: Gear, count: int) -> NDArray:
 @lru_cache(maxsize=4)
 def _products(count: int) -> NDArray:
     """Legendre series of the products of ``count`` Legendre polynomials, (count, count, 2·count − 1)."""
-    unit, found = np.eye(count), np.zeros((count, count, 2 * count - 1))
+    unit, products = np.eye(count), np.zeros((count, count, 2 * count - 1))
     for a, b in product(range(count), range(count)):
         series = legendre.legmul(unit[a], unit[b])
-        found[a, b, : len(series)] = series[: 2 * count - 1]
-    return found
+        products[a, b, : len(series)] = series[: 2 * count - 1]
+    return products
 
 
 def edge_softening(
@@ -97,14 +97,14 @@ def edge_softening(
     B, r = softness(angle), edge_distance(gear, roll)
     low, high = gear.form_radius, gear.tip_radius
     R = np.clip(gear.radius_at(roll), low, high)
-    held = legendre.legval((2 * R - low - high) / (high - low), _held_at(gear, count))
+    in_tooth = legendre.legval((2 * R - low - high) / (high - low), _held_at(gear, count))
     if gear.tip_rounding:
         # the strip lies on the rounding: distance to the edge without the rounding
-        return c * (-2 * B * np.log(np.maximum(r, 1e-6 * abs(gear.tip_radius))) - held), np.zeros_like(r)
+        return c * (-2 * B * np.log(np.maximum(r, 1e-6 * abs(gear.tip_radius))) - in_tooth), np.zeros_like(r)
     half_width = np.sqrt(8 * mean * rho * line_load)
     offset = np.where(tilt > 0, rho * tilt, -r) / half_width
     value, slope = strip_softening(angle, offset)
-    per_load = c * (value - 2 * B * np.log(half_width) - held)
+    per_load = c * (value - 2 * B * np.log(half_width) - in_tooth)
     # ln q enters through the half-width, σ ~ q^{-1/2}
     h = c * (B + offset * slope / 2)
     return per_load + h * math.log(line_load), h

@@ -99,11 +99,11 @@ class FlankCompliance:
 
     def at(self, i: int, j: int) -> NDArray:
         """C between the teeth of pairs i and j, counted from the one that carries pair 0."""
-        found = self.block(i - j)
+        body = self.block(i - j)
         if self.anchors is None:
-            return found
+            return body
         side = -1 if self.driven else 1
-        return found + self.anchors.between(side * i, side * j)
+        return body + self.anchors.between(side * i, side * j)
 
     def shapes(self, height: ArrayLike, y: ArrayLike) -> NDArray:
         """φ (…, p·q) [1/mm] at height x = R − r_f and y [mm] along the face of the gear, as on the contact lines."""
@@ -208,7 +208,7 @@ class FlankCompliance:
 
 
 @lru_cache(maxsize=256)
-def joined(own: FlankCompliance, shared: FlankCompliance) -> FlankCompliance:
+def joined(tooth: FlankCompliance, shared: FlankCompliance) -> FlankCompliance:
     """Sum of the ``own`` compliance of each tooth and a compliance ``shared`` by the teeth, on one flank.
 
     Close to the root a clamped tooth yields less than the half-space of the contact law, so its compliance has negative
@@ -219,10 +219,10 @@ def joined(own: FlankCompliance, shared: FlankCompliance) -> FlankCompliance:
     ValueError
         If they are not of the same polynomials, or the first one is shared too.
     """
-    if (own.gear, own.order, own.driven) != (shared.gear, shared.order, shared.driven) or own.neighbours:
+    if (tooth.gear, tooth.order, tooth.driven) != (shared.gear, shared.order, shared.driven) or tooth.neighbours:
         raise ValueError("only compliances on the same polynomials add up, one of them of single teeth")
     alone = shared.at(0, 0)
-    total = alone + own.block(0)
+    total = alone + tooth.block(0)
     if not shared.neighbours:
         return replace(shared, blocks=total[None])
     value, vector = np.linalg.eigh(total)
@@ -309,11 +309,11 @@ def _directions_on_lines(flank: FlankCompliance, lines: ContactLines, index: int
     if flank.anchors is None:
         return X, matrix, _times(seen, roots[0])
     ends = np.cumsum(np.count_nonzero(lines.active, axis=0))[:-1]
-    width, found = max(root.shape[1] for root in roots), np.split(seen, ends)
+    width, parts = max(root.shape[1] for root in roots), np.split(seen, ends)
     return (
         X,
         matrix,
-        np.concatenate([_times(part, _wide(root, width)) for part, root in zip(found, roots, strict=True)]),
+        np.concatenate([_times(part, _wide(root, width)) for part, root in zip(parts, roots, strict=True)]),
     )
 
 

@@ -154,14 +154,16 @@ class ToothedRing:
         bessel = _legendre_transform(across, n * psi) * math.sqrt(z * self.root_arc / (2 * math.pi))
         k, l = np.triu_indices(across)
         squares = np.swapaxes(bessel[:, :, k] * bessel[:, :, l], 1, 2)
-        apart = RING_APART if self.support is None else APART_ON_SPRINGS
-        some, each = harmonic_weights(int(np.abs(n).max()), apart)
+        spacing = RING_APART if self.support is None else APART_ON_SPRINGS
+        some, weights = harmonic_weights(int(np.abs(n).max()), spacing)
         c = rim_harmonics(self.ring, tuple(some))
         odd = ((-1.0) ** (np.array([1, 0, 1])[:, None] + np.arange(axis))).ravel()
         c = np.concatenate([c, np.conj(c) * (odd[:, None] * odd)]).reshape(2 * len(some), -1)
         below = (n < 0)[:, :, None]
-        each = np.concatenate([np.where(below, 0.0, each[np.abs(n)]), np.where(below, each[np.abs(n)], 0.0)], axis=2)
-        return squares @ each, c
+        weights = np.concatenate(
+            [np.where(below, 0.0, weights[np.abs(n)]), np.where(below, weights[np.abs(n)], 0.0)], axis=2
+        )
+        return squares @ weights, c
 
     @lazy
     def _waves(self) -> tuple[NDArray, NDArray]:
@@ -217,10 +219,10 @@ class ToothedRing:
         even, odd = wave_weights(z, self._apart)
         cos, sin = twice * np.cos(angle) @ even, twice * np.sin(angle) @ odd
         same, other = self._waves
-        found = np.tensordot(cos, np.real(same), 1) + np.tensordot(sin, np.real(other), 1)
+        blocks = np.tensordot(cos, np.real(same), 1) + np.tensordot(sin, np.real(other), 1)
         if np.iscomplexobj(same):
-            found += np.tensordot(cos, np.imag(other), 1) - np.tensordot(sin, np.imag(same), 1)
-        return np.concatenate([np.swapaxes(found[:0:-1], 1, 2), found])
+            blocks += np.tensordot(cos, np.imag(other), 1) - np.tensordot(sin, np.imag(same), 1)
+        return np.concatenate([np.swapaxes(blocks[:0:-1], 1, 2), blocks])
 
     def flank(self, neighbours: int) -> FlankCompliance:
         """Compliance between any points of the flanks of a driving tooth and its ``neighbours`` on either side."""
@@ -240,17 +242,19 @@ class ToothedRing:
         edges = np.tensordot(weights, ring.edges(numbers), 1)
         n = np.arange(most + 1)
         b = tractions(lugs, ring, n)
-        held, at = self._held_motions(ring), b.shape[2]
-        b = np.concatenate([b, np.zeros((*b.shape[:2], held[0].shape[1] + 2 * held[1].shape[1]), complex)], axis=2)
-        b[0, :, at : at + 2] = 1j * held[0] / math.sqrt(2 * math.pi)  # components along θ and z
-        b[1, :, at + 2 :] = np.hstack([held[1], 1j * held[1]]) / (2 * math.sqrt(math.pi))
+        rigid_motions, first = self._held_motions(ring), b.shape[2]
+        b = np.concatenate(
+            [b, np.zeros((*b.shape[:2], rigid_motions[0].shape[1] + 2 * rigid_motions[1].shape[1]), complex)], axis=2
+        )
+        b[0, :, first : first + 2] = 1j * rigid_motions[0] / math.sqrt(2 * math.pi)  # components along θ and z
+        b[1, :, first + 2 :] = np.hstack([rigid_motions[1], 1j * rigid_motions[1]]) / (2 * math.sqrt(math.pi))
         # harmonics that are not resolved see a half-space
         solved = np.minimum(n, len(edges) - 1)
-        own = edges[solved, 3 * q :, 3 * q :] * (np.maximum(solved, 1) / np.maximum(n, 1))[:, None, None]
+        outside = edges[solved, 3 * q :, 3 * q :] * (np.maximum(solved, 1) / np.maximum(n, 1))[:, None, None]
         twice = np.where(n == 0, 1.0, 2.0)[:, None, None]
-        C = 2 * math.pi * _work(twice * b, _applied(own, b))
-        moved = _applied(edges[:, : 3 * q, 3 * q :], b[: len(edges)])
-        waves = self._rooted(moved)
+        C = 2 * math.pi * _work(twice * b, _applied(outside, b))
+        at_rim = _applied(edges[:, : 3 * q, 3 * q :], b[: len(edges)])
+        waves = self._rooted(at_rim)
         sign = np.real(self._phase) + np.imag(self._phase)
         S, phi = self.tooth_parts[0] * sign[:, None] * sign, self.tooth_parts[1] * self._phase
         parts = self._joint(S, waves)
@@ -258,7 +262,7 @@ class ToothedRing:
         C -= z * _work(weight * waves, _applied(S, parts))
         turn = np.exp(2j * math.pi / z * np.outer(np.arange(z), np.arange(z // 2 + 1)))
         reach = np.real(np.tensordot(turn, weight * (phi @ parts), 1))
-        rigid = np.full(C.shape[0] - at, -1 / (ring.grip * ring.E))
+        rigid = np.full(C.shape[0] - first, -1 / (ring.grip * ring.E))
         return LugReduction(reach=reach, own=C + np.diag(np.concatenate([lugs.yields, rigid])))
 
     def _held_motions(self, ring: Ring) -> list[NDArray]:
@@ -266,32 +270,32 @@ class ToothedRing:
         K, _ = replace(ring, support=None, held=False).stiffness(np.array([0.0, 1.0]))
         return [rigid_motions(free, self.axis_order) for free in K]
 
-    def _rooted(self, moved: NDArray) -> NDArray:
+    def _rooted(self, displacement: NDArray) -> NDArray:
         """Motions of the root of tooth 0 for the waves m = 0 … z/2, (m, root, …), in the phases of its functions.
 
         ``moved``: amplitudes of the rim for the harmonics n = 0, 1, …, (n, field·j, …).
         """
         gear, across, q = self.tooth.gear, self.tooth.order[0], self.axis_order
-        z, psi, last = abs(gear.teeth), abs(gear.root_half_angle), len(moved) - 1
+        z, psi, last = abs(gear.teeth), abs(gear.root_half_angle), len(displacement) - 1
         odd = ((-1.0) ** (np.array([1, 0, 1])[:, None] + np.arange(q))).ravel()[:, None]
-        found = np.zeros((z // 2 + 1, 3, across, q, moved.shape[2]), complex)
+        at_roots = np.zeros((z // 2 + 1, 3, across, q, displacement.shape[2]), complex)
         for n in range(-last, last + 1):
             m = n % z
             if m > z // 2:
                 continue
             bessel = _legendre_transform(across, np.array([n * psi]))[0] * math.sqrt(self.root_arc)
-            rim = moved[n] if n >= 0 else odd * np.conj(moved[-n])
-            found[m] += bessel[:, None, None] * rim.reshape(3, 1, q, -1)
-        return found.reshape(z // 2 + 1, 3 * across * q, -1)
+            rim = displacement[n] if n >= 0 else odd * np.conj(displacement[-n])
+            at_roots[m] += bessel[:, None, None] * rim.reshape(3, 1, q, -1)
+        return at_roots.reshape(z // 2 + 1, 3 * across * q, -1)
 
-    def _joint(self, S: NDArray, moved: NDArray) -> NDArray:
+    def _joint(self, S: NDArray, displacement: NDArray) -> NDArray:
         """Motions of the root after the teeth have stiffened the ring: (1 + B S)⁻¹ ``moved``, (m, root, …)."""
         weights, c = self._harmonics
         ((parts, taken),) = _coupled_functions(self.tooth.order[0], self.axis_order, False)
         order = np.concatenate(parts)
         B = np.empty((len(weights), len(order), len(order)))
         B[:, order[:, None], order] = (weights @ c).reshape(len(weights), -1)[:, taken]
-        return np.linalg.solve(np.eye(len(order)) + B @ S, moved.view(float)).view(complex)
+        return np.linalg.solve(np.eye(len(order)) + B @ S, displacement.view(float)).view(complex)
 
 
 def _applied(real: NDArray, x: NDArray) -> NDArray:
@@ -330,10 +334,10 @@ class _SprungTooth:
         n, sizes = len(S[0]) + len(S[1]), np.array([0, len(S[0])])
         yields, alone, moved = np.zeros((n, n)), np.zeros(2 * (len(phi[0]),)), []
         for part, shapes, start in zip(S, phi, sizes, strict=True):
-            held = part.copy()
+            sprung = part.copy()
             mine = low[(low >= start) & (low < start + len(part))] - start
-            held[mine, mine] += spring
-            soft = np.linalg.inv(held)
+            sprung[mine, mine] += spring
+            soft = np.linalg.inv(sprung)
             yields[start : start + len(part), start : start + len(part)] = soft
             moved.append(soft @ shapes.T)
             alone += shapes @ moved[-1]
@@ -394,21 +398,21 @@ def _coupled_functions(across: int, axis: int, split: bool) -> list[tuple[list[N
     field, _, j = np.indices((3, across, axis)).reshape(3, -1)
     number = (j + (field == 2)) % 2 if split else np.zeros(len(order), dtype=int)
     side = np.abs(np.imag(_phases(across, axis))).astype(int)
-    found = []
+    groups = []
     for mine in range(number.max() + 1):
         parts = [np.flatnonzero((number == mine) & (side == k)) for k in range(2)]
         both = np.concatenate(parts)
-        found.append((parts, np.ascontiguousarray(order[np.ix_(both, both)])))
-    return found
+        groups.append((parts, np.ascontiguousarray(order[np.ix_(both, both)])))
+    return groups
 
 
-def waves_computed(teeth: int, apart: float = APART) -> NDArray:
+def waves_computed(teeth: int, spacing: float = APART) -> NDArray:
     """Numbers m of the computed waves among 0 … z/2."""
     most = teeth // 2
     if most <= LONG:
         return np.arange(most + 1)
     start, stop = _abscissa(np.array([LONG, most]), teeth)
-    short = np.linspace(start, stop, 1 + math.ceil((stop - start) / apart))
+    short = np.linspace(start, stop, 1 + math.ceil((stop - start) / spacing))
     short = np.round(2 * teeth / math.pi * np.arctan(np.exp(short)))
     return np.unique(np.append(np.arange(LONG), short)).astype(int)
 
@@ -419,23 +423,25 @@ def _abscissa(m: NDArray, teeth: int) -> NDArray:
 
 
 @lru_cache(maxsize=64)
-def wave_weights(teeth: int, apart: float = APART) -> tuple[NDArray, NDArray]:
+def wave_weights(teeth: int, spacing: float = APART) -> tuple[NDArray, NDArray]:
     """Weights (m, computed) of the computed waves in the waves m = 0 … z/2, for functions even and odd about z/2.
 
     Such a function, multiplied by sin(πm/z), is smooth in ln tan(πm/2z).
     """
-    some, most = waves_computed(teeth, apart), teeth // 2
+    some, most = waves_computed(teeth, spacing), teeth // 2
     if len(some) == most + 1:
         return np.eye(most + 1), np.eye(most + 1)
-    own = some[1:]
-    below = own[2 * own < teeth][::-1]
-    knots, at = np.append(own, teeth - below), np.arange(1, most + 1)
-    each = spline_weights(_abscissa(knots, teeth), _abscissa(at, teeth), DEGREE)
+    computed = some[1:]
+    below = computed[2 * computed < teeth][::-1]
+    knots, waves = np.append(computed, teeth - below), np.arange(1, most + 1)
+    splines = spline_weights(_abscissa(knots, teeth), _abscissa(waves, teeth), DEGREE)
     both = []
     for sign in (1.0, -1.0):
-        values = np.concatenate([np.eye(len(own)), sign * np.eye(len(own))[: len(below)][::-1]])
+        values = np.concatenate([np.eye(len(computed)), sign * np.eye(len(computed))[: len(below)][::-1]])
         weights = np.eye(most + 1, len(some))
-        weights[1:, 1:] = each @ values * np.sin(math.pi * own / teeth) / np.sin(math.pi * at / teeth)[:, None]
+        weights[1:, 1:] = (
+            splines @ values * np.sin(math.pi * computed / teeth) / np.sin(math.pi * waves / teeth)[:, None]
+        )
         both.append(weights)
     return both[0], both[1]
 
@@ -443,9 +449,9 @@ def wave_weights(teeth: int, apart: float = APART) -> tuple[NDArray, NDArray]:
 @lru_cache(maxsize=16)
 def rim_harmonics(ring: Ring | WebbedRing, n: tuple[float, ...]) -> NDArray:
     """``ring.harmonics`` of the numbers n, cached because teeth of different orders share a ring."""
-    found = ring.harmonics(np.array(n))
-    found.flags.writeable = False
-    return found
+    harmonics = ring.harmonics(np.array(n))
+    harmonics.flags.writeable = False
+    return harmonics
 
 
 def _legendre_transform(count: int, x: NDArray) -> NDArray:

@@ -63,12 +63,12 @@ def _part_behind(s: NDArray, k: NDArray) -> NDArray:
         root = np.sqrt(b**2 + 1)
         L = root - b
         excess = share * phi - L * cos - s
-        found = np.abs(excess) <= 1e-15 * (1 + np.abs(s) + k)
-        if found.all():
+        converged = np.abs(excess) <= 1e-15 * (1 + np.abs(s) + k)
+        if converged.all():
             break
         low, high = np.where(excess < 0, phi, low), np.where(excess < 0, high, phi)
         new = phi - excess / (share + L * sin + cos**2 * share * L / root)
         new = np.where((new > low) & (new < high), new, (low + high) / 2)
         # converged values stay: a bound that is the root itself would send them back to the middle
-        phi = np.where(found, phi, new)
+        phi = np.where(converged, phi, new)
     return phi

@@ -126,9 +126,9 @@ def _wave_weights(waves: int, farther: float) -> tuple[NDArray, NDArray]:
     return some, weights
 
 
-def flank_functions(count: int, at: NDArray, low: float, high: float) -> NDArray:
+def flank_functions(count: int, radius: NDArray, low: float, high: float) -> NDArray:
     """Legendre functions orthonormal on [low, high], (…, count) [1/√mm]; outside, their values at the nearer end."""
-    return legendre_functions(count, np.clip((at - low) / (high - low), 0.0, 1.0)) / math.sqrt(high - low)
+    return legendre_functions(count, np.clip((radius - low) / (high - low), 0.0, 1.0)) / math.sqrt(high - low)
 
 
 @lru_cache(maxsize=32)

@@ -56,8 +56,10 @@ class Lugs:
         On a long lug three polynomials cannot follow the tractions near a loaded tooth.
         """
         count = math.ceil(self.length / longest - 1e-9)
-        at = (np.arange(count) - (count - 1) / 2) * self.length / count / radius
-        return replace(self, angles=tuple(np.add.outer(self.angles, at).ravel().tolist()), length=self.length / count)
+        offsets = (np.arange(count) - (count - 1) / 2) * self.length / count / radius
+        return replace(
+            self, angles=tuple(np.add.outer(self.angles, offsets).ravel().tolist()), length=self.length / count
+        )
 
     @property
     def yields(self) -> NDArray:
@@ -125,6 +127,6 @@ def tractions(lugs: Lugs, ring: Ring, n: NDArray) -> NDArray:
     turn = np.exp(1j * screw * b * np.outer(n, eta)) * weight
     face = np.einsum("ne,ej,el->njl", turn, legendre_functions(q, eta), legendre_functions(ACROSS, eta))
     phase = np.conj(1j ** (np.array([1, 0, 1])[:, None] + j))
-    at = np.exp(-1j * np.outer(n, lugs.angles))
-    found = np.einsum("nu,nk,njl,fj,fg->nfjugkl", at, arc, face, phase, np.eye(3)) / (2 * math.pi)
-    return found.reshape(len(n), 3 * q, -1)
+    at_lugs = np.exp(-1j * np.outer(n, lugs.angles))
+    amplitudes = np.einsum("nu,nk,njl,fj,fg->nfjugkl", at_lugs, arc, face, phase, np.eye(3)) / (2 * math.pi)
+    return amplitudes.reshape(len(n), 3 * q, -1)

@@ -88,11 +88,11 @@ class Ring:
         result = np.zeros((len(n), rim, rim))
         (along, edge), across = self._along(n), self._across(n)
         for mine in self._classes:
-            found = np.empty((len(n), len(mine), len(mine)))
+            condensed = np.empty((len(n), len(mine), len(mine)))
             seen = np.ascontiguousarray(across[:, :, mine[:, None], mine])
-            if not condense(along, seen, edge[-1], found, addresses()):
+            if not condense(along, seen, edge[-1], condensed, addresses()):
                 raise np.linalg.LinAlgError("the stiffness of a ring is not positive definite")
-            result[:, mine[:, None], mine] = found
+            result[:, mine[:, None], mine] = condensed
         return result
 
     def _on_springs(self, n: NDArray) -> NDArray:
@@ -111,11 +111,11 @@ class Ring:
         size = 3 * self.order[1]
         for harmonic, number in zip(K, n, strict=True):
             harmonic[:size, :size] += self._springs(harmonic, int(number))
-        moved = np.zeros((K.shape[1], 2 * size))
-        moved[-size:, :size] = edge[-1] * np.eye(size)
-        moved[:size, size:] = np.eye(size)
+        edge_motion = np.zeros((K.shape[1], 2 * size))
+        edge_motion[-size:, :size] = edge[-1] * np.eye(size)
+        edge_motion[:size, size:] = np.eye(size)
         L = np.linalg.cholesky(K)
-        half = np.linalg.solve(L, np.broadcast_to(moved, (len(K), *moved.shape)))
+        half = np.linalg.solve(L, np.broadcast_to(edge_motion, (len(K), *edge_motion.shape)))
         return _transposed(half) @ half
 
     def _springs(self, free: NDArray, n: int) -> NDArray:
@@ -235,9 +235,9 @@ def _axial_products(q: int) -> tuple[NDArray, NDArray]:
 
 
 @lru_cache(maxsize=64)
-def harmonic_weights(most: int, apart: float = APART) -> tuple[NDArray, NDArray]:
+def harmonic_weights(most: int, spacing: float = APART) -> tuple[NDArray, NDArray]:
     """Numbers of the computed harmonics, and their weights (n, computed) in the ĉ_n for n = 0 … ``most``."""
-    some = sampled(most, apart)
+    some = sampled(most, spacing)
     if len(some) > most:
         weights = np.eye(most + 1)
     else:

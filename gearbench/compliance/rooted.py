@@ -37,19 +37,19 @@ def root_parts(solid: Solid, flank: Functionals, count: int) -> RootParts:
     field, across, along, axis = solid.shape
     number = np.arange(field * across * count).reshape(field * across, count)
     S, phi = _own(solid, flank, count)
-    held = np.zeros(2 * (len(phi),))
+    clamped = np.zeros(2 * (len(phi),))
     for inner, root, chain in zip(solid.classes, solid.root_classes, solid.chains, strict=True):
         position = np.concatenate([number[root[j % 2] // along, j] for j in range(count)])
-        found, n = chain.compliance(_sides(solid, inner, root, flank, count)), len(position)
-        S[position[:, None], position] -= found[:n, :n]
-        phi[:, position] -= found[n:, :n]
-        held += found[n:, n:]
+        condensed, n = chain.compliance(_sides(solid, inner, root, flank, count)), len(position)
+        S[position[:, None], position] -= condensed[:n, :n]
+        phi[:, position] -= condensed[n:, :n]
+        clamped += condensed[n:, n:]
     # the root moves as the first functions along the axis; polynomials of degree j are sums of the first j + 1 of them
     polynomials = np.tril(_in_axis_functions(count, axis))[:, :count].T
     S = (S.reshape(-1, count) @ polynomials).reshape(S.shape).T
     S = (S.reshape(-1, count) @ polynomials).reshape(S.shape)
     phi = (flank.by_rows(phi).reshape(-1, count) @ polynomials).reshape(phi.shape)
-    return RootParts(held=flank.by_rows(flank.by_rows(held).T), stiffness=(S + S.T) / 2, moved=phi)
+    return RootParts(held=flank.by_rows(flank.by_rows(clamped).T), stiffness=(S + S.T) / 2, moved=phi)
 
 
 def _own(solid: Solid, flank: Functionals, count: int) -> tuple[NDArray, NDArray]:
@@ -60,8 +60,8 @@ def _own(solid: Solid, flank: Functionals, count: int) -> tuple[NDArray, NDArray
     S = solid.of_section.reshape(4, n, along, n, along)[:, :, 0, :, 0].reshape(4, -1)
     stiffness = (Z.T @ S).reshape(count, count, n, n).transpose(2, 0, 3, 1).reshape(n * count, n * count)
     at_root = flank.rows.reshape(p, n, along)[:, :, 0]
-    moved = at_root[:, :, None] * flank.along[:, None, None, :count]
-    return stiffness, moved.reshape(q * p, n * count)
+    flank_motion = at_root[:, :, None] * flank.along[:, None, None, :count]
+    return stiffness, flank_motion.reshape(q * p, n * count)
 
 
 def _sides(solid: Solid, inner: Class, root: Class, flank: Functionals, count: int) -> Sides:
@@ -80,6 +80,6 @@ def _in_axis_functions(count: int, axis: int) -> NDArray:
     """Legendre functions g_j, j < ``count``, as sums of the functions along the axis, (count, axis)."""
     eta, weight = gauss(axis + 2)
     h, g = axis_functions(axis, eta)[0], legendre_functions(count, eta)
-    found = np.linalg.solve(h.T @ (weight[:, None] * h), h.T @ (weight[:, None] * g)).T
-    found.flags.writeable = False
-    return found
+    coefficients = np.linalg.solve(h.T @ (weight[:, None] * h), h.T @ (weight[:, None] * g)).T
+    coefficients.flags.writeable = False
+    return coefficients

@@ -265,9 +265,9 @@ def _across_factors(order: int) -> tuple[NDArray, NDArray, NDArray]:
     kinds = np.stack([p, t[:, None] * dp, dp], axis=1)
     to_power = _monomials(order)
     moving = np.einsum("km,ml,nal->namk", to_power, np.linalg.inv(to_power), kinds)
-    held = np.einsum("n,nak,nbl->klab", w, kinds, kinds)
+    clamped = np.einsum("n,nak,nbl->klab", w, kinds, kinds)
     mixed = np.einsum("n,namk,nbl->klabm", w, moving, kinds)
     both = np.einsum("n,namk,nbcl->klabmc", w, moving, moving, optimize=True)
-    for factors in (held, mixed, both):
+    for factors in (clamped, mixed, both):
         factors.flags.writeable = False
-    return held, mixed, both
+    return clamped, mixed, both

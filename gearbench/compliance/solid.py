@@ -175,11 +175,11 @@ class Solid:
     def compliance(self, functionals: NDArray | Functionals) -> NDArray:
         """F K⁻¹ Fᵀ [mm/N] of functionals F (m, n): displacement of each under a unit force along each, (m, m)."""
         products = isinstance(functionals, Functionals)
-        each = []
+        parts = []
         for chosen, chain in zip(self.classes, self.chains, strict=True):
             sides = self.loads(functionals, chosen) if products else functionals[:, self.amplitudes(chosen)].T
-            each.append(chain.compliance(sides))
-        total = np.sum(each, axis=0)
+            parts.append(chain.compliance(sides))
+        total = np.sum(parts, axis=0)
         return functionals.by_rows(functionals.by_rows(total).T) if products else total
 
 

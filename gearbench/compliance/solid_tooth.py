@@ -126,8 +126,8 @@ class SolidTooth:
     def matrix(self) -> NDArray:
         """Compliance [mm/N] between the polynomials of the flank, (p·q, p·q), with all its eigenvalues (S5, L3)."""
         if self.rooted and self.measured_at == "smooth":
-            held = self.root_parts(self.root_axis_order).held
-            return held - half_space_compression(self.gear, self.E, self.nu, self.flank_order)
+            clamped = self.root_parts(self.root_axis_order).held
+            return clamped - half_space_compression(self.gear, self.E, self.nu, self.flank_order)
         solid = self.build(free=False)
         flank = self.flank_functionals(solid)
         if self.measured_at == "mid":

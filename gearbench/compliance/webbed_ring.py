@@ -51,8 +51,8 @@ class WebbedRing:
         rim, n = self.rim, np.asarray(n, dtype=float)
         reaching = n * (rim.radius - rim.inner_radius) < LAYER * rim.radius
         q, seen, dtype = rim.order[1], self.seen, self._shared.dtype
-        found = np.zeros((len(n), 3 * seen, 3 * seen), dtype=dtype)
-        found[~reaching] = replace(rim, order=(rim.order[0], seen)).harmonics(n[~reaching])
+        compliance = np.zeros((len(n), 3 * seen, 3 * seen), dtype=dtype)
+        compliance[~reaching] = replace(rim, order=(rim.order[0], seen)).harmonics(n[~reaching])
         K, edge = replace(rim, held=False).stiffness(n[reaching])
         p = len(edge)
         K = K.reshape(-1, p, 3, q, p, 3, q).astype(dtype)
@@ -60,8 +60,8 @@ class WebbedRing:
         K[:, 0, :, :, 0] += (T.conj().T @ self.foundation(n[reaching]) @ T).reshape(-1, 3, q, 3, q)
         load = np.einsum("p,ab->pab", edge, np.eye(3))[:, :, None, :, None] * np.eye(q, seen)[:, None]
         load = load.reshape(3 * p * q, 3 * seen)
-        found[reaching] = load.T @ np.linalg.solve(K.reshape(len(K), len(load), -1), load)
-        return (found + _adjoint(found)) / 2
+        compliance[reaching] = load.T @ np.linalg.solve(K.reshape(len(K), len(load), -1), load)
+        return (compliance + _adjoint(compliance)) / 2
 
     def foundation(self, n: NDArray) -> NDArray:
         """Stiffness of web and hub against motions of the web's outer edge (R11), (harmonic, 3·q, 3·q) of the web."""
@@ -89,8 +89,8 @@ class WebbedRing:
         K = K[:, rest[:, None], rest] - np.swapaxes(K_ir, 1, 2) @ yields
         o, b = np.arange(len(outer)), np.arange(len(outer), len(rest))
         K_bo = K[:, b[:, None], o]
-        found = K[:, o[:, None], o] - K[:, o[:, None], b] @ np.linalg.solve(K[:, b[:, None], b], K_bo)
-        return (found + _adjoint(found)) / 2
+        stiffness = K[:, o[:, None], o] - K[:, o[:, None], b] @ np.linalg.solve(K[:, b[:, None], b], K_bo)
+        return (stiffness + _adjoint(stiffness)) / 2
 
     @property
     def symmetric(self) -> bool:

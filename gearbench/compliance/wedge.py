@@ -76,8 +76,8 @@ def strip_at_edge(angle: float, offset: float, room: float = 2.1) -> float:
     d = middle[:, None] - edge
     half_spaces = -4 * (log_integral(d[:, :-1]) - log_integral(d[:, 1:]))
     B = softness(angle)
-    own = spread_table(angle, np.log(middle[:, None] / middle)) - B * np.log(middle)[:, None]
-    wedge = own * width - B * (log_integral(edge[1:]) - log_integral(edge[:-1]))
+    spread = spread_table(angle, np.log(middle[:, None] / middle)) - B * np.log(middle)[:, None]
+    wedge = spread * width - B * (log_integral(edge[1:]) - log_integral(edge[:-1]))
     K, gap = half_spaces + wedge, 4 * (middle + offset) ** 2
     active = np.full(len(width), True)
     approach = 0.0
@@ -145,10 +145,12 @@ def strip_softening(angle: float, offset: NDArray) -> tuple[NDArray, NDArray]:
     value = np.array(first - 2 * B * np.log(inside / _OFFSETS[0]))
     slope = np.array(-2 * B / inside)
     near = offset > _OFFSETS[0]
-    at = offset[near]
-    within = np.minimum(at, _OFFSETS[-1])
+    distance = offset[near]
+    within = np.minimum(distance, _OFFSETS[-1])
     i = np.minimum(np.searchsorted(_OFFSETS, within, side="right") - 1, len(_OFFSETS) - 2)
     t, (c3, c2, c1, c0) = within - _OFFSETS[i], cubics[:, i]
-    value[near] = c0 + t * (c1 + t * (c2 + t * c3)) + (4 + 2 * B) * np.log(np.maximum(at / _OFFSETS[-1], 1.0))
-    slope[near] = np.where(at > _OFFSETS[-1], (4 + 2 * B) / np.maximum(at, 1.0), c1 + t * (2 * c2 + 3 * t * c3))
+    value[near] = c0 + t * (c1 + t * (c2 + t * c3)) + (4 + 2 * B) * np.log(np.maximum(distance / _OFFSETS[-1], 1.0))
+    slope[near] = np.where(
+        distance > _OFFSETS[-1], (4 + 2 * B) / np.maximum(distance, 1.0), c1 + t * (2 * c2 + 3 * t * c3)
+    )
     return value, slope

@@ -109,10 +109,10 @@ def rounding(ring: TransverseSection, cutter: Cutter, sizes: tuple[float, float]
     )
     at_base = (math.pi / 2 + 2 * x0 * math.tan(ring.alpha_n)) / cutter.teeth + inv(ring.alpha_t)
     tip = section.pitch_radius + m * (height + x0)
-    found = Rounding(section=section, tip_radius=tip, radius=radius * m, half_angle_at_base=at_base)
-    if found.centre_radius <= section.base_radius:
+    corner = Rounding(section=section, tip_radius=tip, radius=radius * m, half_angle_at_base=at_base)
+    if corner.centre_radius <= section.base_radius:
         raise InputError("fillet_radius", radius, "reaches below the base circle of the cutter: must be smaller")
-    return found
+    return corner
 
 
 def standard_rounding(ring: TransverseSection, cutter: Cutter, height: float) -> float:
@@ -126,8 +126,8 @@ def standard_rounding(ring: TransverseSection, cutter: Cutter, height: float) ->
     def room(radius: float) -> float:
         return rounding(ring, cutter, (height, radius)).half_angle
 
-    found = root_scalar(room, bracket=(0.0, STANDARD_ROUNDING), method="brentq", xtol=1e-14).root
-    return max(float(found) - 1e-12, 0.0)
+    largest = root_scalar(room, bracket=(0.0, STANDARD_ROUNDING), method="brentq", xtol=1e-14).root
+    return max(float(largest) - 1e-12, 0.0)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -34,8 +34,8 @@ class Faces:
     def check(self, module: float) -> None:
         """Refuse, with an ``InputError``, widths out of range for this normal module [mm] and separate faces."""
         low, high = WIDTHS
-        named = {f"{name}.face_width": own for name, own in zip(GEARS, self.own, strict=True)}
-        for key, width in {"face_width": self.width, **named}.items():
+        of_gears = {f"{gear}.face_width": width for gear, width in zip(GEARS, self.own, strict=True)}
+        for key, width in {"face_width": self.width, **of_gears}.items():
             if width is not None and not low <= width / module <= high:
                 allowed = f"must be {low:g} to {high:g} normal modules ({module:g} mm); lengths are in mm"
                 raise InputError(key, width, allowed)
@@ -56,7 +56,7 @@ class Faces:
     @property
     def ends(self) -> tuple[Ends, Ends]:
         """Ends of both faces [mm]."""
-        first, second = ((at - b / 2, at + b / 2) for at, b in zip(self.offsets, self.widths, strict=True))
+        first, second = ((middle - b / 2, middle + b / 2) for middle, b in zip(self.offsets, self.widths, strict=True))
         return first, second
 
     @property

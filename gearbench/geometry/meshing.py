@@ -202,8 +202,8 @@ class Meshing:
         z1, z2 = (gear.teeth for gear in self.gears)
         ends, T = (self.path_start, self.path_end), self.tangent_length
 
-        def zeta(rho: float, own: int, mate: int) -> float:
-            return 1 - (T - rho) / rho * own / mate if rho * own > 0 else -math.inf
+        def zeta(rho: float, teeth: int, mate: int) -> float:
+            return 1 - (T - rho) / rho * teeth / mate if rho * teeth > 0 else -math.inf
 
         (a1, e1), (a2, e2) = ([zeta(u, z1, z2) for u in ends], [zeta(T - u, z2, z1) for u in ends])
         return (a1, e1), (a2, e2)

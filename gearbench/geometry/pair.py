@@ -338,7 +338,7 @@ class Pair:
             return x1, x2
         thinner = profile_shift_sum(self.sections, self.centre_distance, self.backlash) - (x1 + x2)
         derived = [x is None for x in self._given_shifts]
-        one, two = (x + thinner * own / sum(derived) for x, own in zip((x1, x2), derived, strict=True))
+        one, two = (x + thinner * is_derived / sum(derived) for x, is_derived in zip((x1, x2), derived, strict=True))
         return one, two
 
     @cached_property
@@ -346,12 +346,12 @@ class Pair:
         """x_E1, x_E2 [normal modules], the shifts of flanks and roots, for teeth in the middle of their deviations."""
         return self._generating_shifts("middle")
 
-    def _generating_shifts(self, at: str) -> tuple[float, float]:
-        def deviation(own: Thickness | None, section: TransverseSection) -> float:
-            if own is None:
+    def _generating_shifts(self, limit: str) -> tuple[float, float]:
+        def deviation(thickness: Thickness | None, section: TransverseSection) -> float:
+            if thickness is None:
                 return 0.0
-            thickest, thinnest = own.ends(section)
-            return {"upper": thickest, "lower": thinnest, "middle": own.middle}[at]
+            thickest, thinnest = thickness.ends(section)
+            return {"upper": thickest, "lower": thinnest, "middle": thickness.middle}[limit]
 
         one, two = map(deviation, self._thicknesses, self.sections)
         return generating_shifts(self.sections, self._thinned_shifts, self._thicknesses, (one, two))
@@ -364,8 +364,8 @@ class Pair:
     @cached_property
     def faces(self) -> Faces:
         """Faces of both gears."""
-        own, offsets = ((getattr(self.pinion, k), getattr(self.wheel, k)) for k in ("face_width", "axial_offset"))
-        return Faces(width=self.face_width, own=own, offsets=offsets)
+        widths, offsets = ((getattr(self.pinion, k), getattr(self.wheel, k)) for k in ("face_width", "axial_offset"))
+        return Faces(width=self.face_width, own=widths, offsets=offsets)
 
     @cached_property
     def overhangs(self) -> tuple[Ends, Ends]:
@@ -421,16 +421,16 @@ class Pair:
         near, far = self.centre_distance_lower, self.centre_distance_upper
         ends = (("upper", far), ("lower", near)) if self.is_internal else (("upper", near), ("lower", far))
         least, most = (
-            backlash(self.sections, self._generating_shifts(at), self.working_distance(distance))
-            for at, distance in ends
+            backlash(self.sections, self._generating_shifts(limit), self.working_distance(distance))
+            for limit, distance in ends
         )
         return least, most
 
     def backlash_with(self, thickness: tuple[float, float], distance: float) -> float:
         """j_wt [mm] if thicknesses and centre distance differ by these amounts [µm] from the middle of deviations."""
-        known = tuple(Thickness() if own is None else own for own in self._thicknesses)
-        one, two = (own.middle + more for own, more in zip(known, thickness, strict=True))
-        shifts = generating_shifts(self.sections, self._thinned_shifts, (known[0], known[1]), (one, two))
+        first, second = (nominal or Thickness() for nominal in self._thicknesses)
+        one, two = first.middle + thickness[0], second.middle + thickness[1]
+        shifts = generating_shifts(self.sections, self._thinned_shifts, (first, second), (one, two))
         middle = (self.centre_distance_upper + self.centre_distance_lower) / 2
         return backlash(self.sections, shifts, self.working_distance(middle + distance))
 
@@ -457,7 +457,7 @@ class Pair:
     def _gear(self, index: int) -> Gear:
         member = self.members[index]
         try:
-            found = Gear(
+            gear = Gear(
                 teeth=member.teeth,
                 normal_module=self.normal_module,
                 pressure_angle=self.pressure_angle,
@@ -474,11 +474,11 @@ class Pair:
                 blank=member.blank_name,
             )
             if member.root_diameter is None:
-                return found
+                return gear
             # a dedendum deepens all roots alike
-            deeper = found.root_radius - math.copysign(member.root_diameter, member.teeth) / 2
-            dedendum = found.dedendum + deeper / self.normal_module
-            return replace(found, dedendum=dedendum, fillet_radius=self._fillet_radius(index, dedendum))
+            deeper = gear.root_radius - math.copysign(member.root_diameter, member.teeth) / 2
+            dedendum = gear.dedendum + deeper / self.normal_module
+            return replace(gear, dedendum=dedendum, fillet_radius=self._fillet_radius(index, dedendum))
         except InputError as error:
             shift = self.profile_shifts[index]
             if self._given_shifts[index] is None and abs(shift) > LARGEST_SHIFT:
@@ -510,11 +510,11 @@ class Pair:
 
     def swapped(self) -> Pair:
         """The same pair with the wheel driving: pinion and wheel exchanged."""
-        found = replace(self, pinion=self.wheel, wheel=self.pinion)
+        pair = replace(self, pinion=self.wheel, wheel=self.pinion)
         if self.temperature is None:
-            return found
-        hot = replace(self.temperature, pinion=self.temperature.wheel, wheel=self.temperature.pinion)
-        return replace(found, temperature=hot)
+            return pair
+        temperature = replace(self.temperature, pinion=self.temperature.wheel, wheel=self.temperature.pinion)
+        return replace(pair, temperature=temperature)
 
     def _repr_html_(self) -> str:
         both, meshing = self.gears, self.meshing
@@ -528,7 +528,9 @@ class Pair:
             "root radius r_f [mm]": [gear.root_radius for gear in both],
             "tip clearance [mm]": meshing.tip_clearances,
         }
-        materials = dict.fromkeys(f"{each.youngs_modulus:g}, {each.poisson_ratio:g}" for each in self.materials)
+        materials = dict.fromkeys(
+            f"{material.youngs_modulus:g}, {material.poisson_ratio:g}" for material in self.materials
+        )
         together = {
             "normal module m_n [mm]": [self.normal_module],
             "pressure angle, helix angle [°]": [f"{self.pressure_angle:g}, {self.helix_angle:g}"],

@@ -183,14 +183,14 @@ class Profile:
     @cached_property
     def kinks(self) -> list[tuple[float, float]]:
         """Roll lengths of convex kinks, and the increase of slope along the flank there."""
-        found = []
+        kinks = []
         for before, after in pairwise(self.pieces):
-            at = np.array(after.low)
-            rise = float(after.deviation(at)[1] - before.deviation(at)[1])
+            joint = np.array(after.low)
+            rise = float(after.deviation(joint)[1] - before.deviation(joint)[1])
             # along the flank ds = ℓ dℓ/r_b
             if rise > 0 and not after.is_rounding:
-                found.append((after.low, rise * self.base_radius / after.low))
-        return found
+                kinks.append((after.low, rise * self.base_radius / after.low))
+        return kinks
 
 
 def profile(gear: Gear, modifications: tuple[Modification, ...] = ()) -> Profile:

@@ -45,13 +45,13 @@ def fouling_room(
 
 def tip_room(pair: Pair) -> float:
     """Clearance [mm] between the tips of an internal pair off the path of contact, with one flank in contact (G19)."""
-    ring, own = sorted(pair.gears, key=lambda gear: gear.teeth)
+    ring, pinion = sorted(pair.gears, key=lambda gear: gear.teeth)
     half_space = math.pi / -ring.teeth + float(ring.involute_half_angle(ring.tip_radius))
-    corner = [own.tip_radius], [float(own.involute_half_angle(own.tip_radius))]
+    corner = [pinion.tip_radius], [float(pinion.involute_half_angle(pinion.tip_radius))]
     a = abs(pair.meshing.centre_distance)
     working = abs(ring.base_radius) / math.cos(pair.meshing.alpha_wt)
     slack = max(pair.actual_backlash, 0.0) / (2 * working)
-    return fouling_room(corner, own.teeth / -ring.teeth, a, -ring.tip_radius, half_space - slack)
+    return fouling_room(corner, pinion.teeth / -ring.teeth, a, -ring.tip_radius, half_space - slack)
 
 
 def radial_room(pair: Pair, starts: tuple[float, ...] = (0.0, 0.5)) -> float:
@@ -60,14 +60,14 @@ def radial_room(pair: Pair, starts: tuple[float, ...] = (0.0, 0.5)) -> float:
     If it is negative, the tips would interfere (trimming), and the pair must be assembled axially. ``starts`` are the
     positions tried [pitches]: 0 has a tooth of the pinion on the line of centres, 0.5 a tooth space.
     """
-    ring, own = sorted(pair.gears, key=lambda gear: gear.teeth)
-    r_1, r_2, a = own.tip_radius, -ring.tip_radius, abs(pair.meshing.centre_distance)
-    thick = float(own.involute_half_angle(r_1))
+    ring, pinion = sorted(pair.gears, key=lambda gear: gear.teeth)
+    r_1, r_2, a = pinion.tip_radius, -ring.tip_radius, abs(pair.meshing.centre_distance)
+    thick = float(pinion.involute_half_angle(r_1))
     half_space = math.pi / -ring.teeth + float(ring.involute_half_angle(ring.tip_radius))
     rooms = []
     for start in starts:
-        k = np.arange(start, own.teeth / 4)
-        angle = 2 * math.pi * k / own.teeth + thick
+        k = np.arange(start, pinion.teeth / 4)
+        angle = 2 * math.pi * k / pinion.teeth + thick
         x, y = r_1 * np.sin(angle), a + r_1 * np.cos(angle)
         enters = (np.hypot(x, y) > r_2) & (angle < math.pi / 2)
         if enters.any():

@@ -116,7 +116,7 @@ class Separation:
     def curves(self) -> tuple[TouchingCurve, ...]:
         """All touching curves within the range."""
         first, second = self.plane.profiles
-        found: list[TouchingCurve | None] = []
+        curves: list[TouchingCurve | None] = []
         for piece in first.pieces:
             for other in second.pieces:
                 # a rounding must be the first curve, see ``piece_on_piece``
@@ -127,9 +127,9 @@ class Separation:
                 if not roll.size:
                     continue
                 if straight:
-                    found.append(self.plane.piece_on_piece(k, own, mate, roll))
+                    curves.append(self.plane.piece_on_piece(k, own, mate, roll))
                     continue
-                found.append(self._resolved(partial(self.plane.piece_on_piece, k, own, mate), roll))
+                curves.append(self._resolved(partial(self.plane.piece_on_piece, k, own, mate), roll))
         for k, (own, mate) in enumerate(((first, second), (second, first))):
             for roll, piece in own.corners:
                 # the path of contact ends at a corner, or passes it
@@ -144,8 +144,8 @@ class Separation:
                 ]
                 v = np.unique([*v, roll, *meetings])
                 touch = self.plane.corner_on_piece
-                found += [self._resolved(partial(touch, k, roll, piece, other), v) for other in mate.pieces]
-        return tuple(curve for curve in found if curve is not None)
+                curves += [self._resolved(partial(touch, k, roll, piece, other), v) for other in mate.pieces]
+        return tuple(curve for curve in curves if curve is not None)
 
     def _resolved(self, touch: Callable[[NDArray], TouchingCurve | None], nodes: NDArray) -> TouchingCurve | None:
         """Curve through ``nodes``, refined up to ``FINER`` times near base circles, where the curvature is high.
@@ -166,8 +166,8 @@ class Separation:
         # the curve ends between a valid node and an invalid one
         parts = np.where(np.isfinite(parts), parts, np.where(np.isnan(radius[:-1]) & np.isnan(radius[1:]), 1, FINER))
         index = np.arange(len(nodes))
-        at = np.interp(np.arange(1 + int(parts.sum())), np.append(0, np.cumsum(parts)), index)
-        return touch(np.interp(at, index, nodes))
+        refined = np.interp(np.arange(1 + int(parts.sum())), np.append(0, np.cumsum(parts)), index)
+        return touch(np.interp(refined, index, nodes))
 
     def _nodes(self, low: float, high: float) -> NDArray:
         return np.linspace(low, high, max(5, math.ceil((high - low) / self.step) + 1))
@@ -190,10 +190,10 @@ class Separation:
         pieces, start = [], grid[0]
         for i in np.flatnonzero(np.diff(winner)):
             a, b = winner[i], winner[i + 1]
-            at = self._crossing(a, b, grid[i], grid[i + 1])
+            crossing = self._crossing(a, b, grid[i], grid[i + 1])
             if a >= 0:
-                pieces.append((start, at, curves[a]))
-            start = at
+                pieces.append((start, crossing, curves[a]))
+            start = crossing
         if winner[-1] >= 0:
             pieces.append((start, grid[-1], curves[winner[-1]]))
         return pieces
@@ -217,8 +217,8 @@ class Separation:
             return low
 
         def difference(u: float) -> float:
-            at = np.array([u])
-            return float(hermite(first, at)[0] - hermite(second, at)[0])
+            position = np.array([u])
+            return float(hermite(first, position)[0] - hermite(second, position)[0])
 
         if difference(low) * difference(high) >= 0:
             return low if abs(difference(low)) < abs(difference(high)) else high
@@ -231,13 +231,13 @@ class Separation:
         The gap has no kink there, but its curvature jumps. Neighbours around a short corner contact count as one.
         """
         base_pitch = self.step * NODES
-        found: list[list[float]] = []
+        groups: list[list[float]] = []
         for start in self.changes:
-            if found and start - found[-1][-1] < 0.05 * base_pitch:
-                found[-1].append(start)
+            if groups and start - groups[-1][-1] < 0.05 * base_pitch:
+                groups[-1].append(start)
             else:
-                found.append([start])
-        return tuple(sum(group) / len(group) for group in found)
+                groups.append([start])
+        return tuple(sum(group) / len(group) for group in groups)
 
     @cached_property
     def changes(self) -> tuple[float, ...]:
@@ -287,8 +287,8 @@ class Separation:
         start, width = self._columns[:2]
         u = np.asarray(u, dtype=float)
         row = np.clip(np.searchsorted(start, u, side="right") - 1, 0, len(start) - 1)
-        own = width[row]
-        return Touch(columns=self._columns, row=row, t=(u - start[row]) / np.where(own > 0, own, self.step))
+        interval = width[row]
+        return Touch(columns=self._columns, row=row, t=(u - start[row]) / np.where(interval > 0, interval, self.step))
 
     def reach(self, gap: float) -> tuple[float, float]:
         """Range of u [mm] outside which the flanks stay farther apart than ``gap`` [mm]."""

@@ -33,11 +33,11 @@ def generating_shifts(
     InputError
         If no tooth has such a size.
     """
-    found = []
+    generating = []
     for index, (x, thickness, deviation) in enumerate(zip(shifts, thicknesses, deviations, strict=True)):
-        own = x if thickness is None else _of_thickness(sections[index], index, thickness, x, deviation)
-        found.append(own)
-    return found[0], found[1]
+        shift = x if thickness is None else _of_thickness(sections[index], index, thickness, x, deviation)
+        generating.append(shift)
+    return generating[0], generating[1]
 
 
 def _of_thickness(

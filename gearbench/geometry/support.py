@@ -75,8 +75,8 @@ class Support:
         if self.lug_length is None:
             return
         angles = sorted(angle % 360 for angle in self.lugs)
-        apart = min(b - a for a, b in pairwise([*angles, angles[0] + 360]))
-        if (arc := math.radians(apart) * outer_diameter / 2) < self.lug_length:
+        spacing = min(b - a for a, b in pairwise([*angles, angles[0] + 360]))
+        if (arc := math.radians(spacing) * outer_diameter / 2) < self.lug_length:
             raise InputError("support.lug_length", self.lug_length, f"lugs overlap: at most {arc:.4g}, their distance")
 
     def per_area(self, face_width: float) -> tuple[float, float] | None:

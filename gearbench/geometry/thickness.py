@@ -55,10 +55,10 @@ class Thickness:
         if len(sizes) > 1:
             raise InputError(sizes[1], getattr(self, sizes[1]), f"conflicts with {sizes[0]}: give one of the two")
         for key, needs in (("span_teeth", ("span",)), ("measuring_diameter", ("over_balls", "over_pins"))):
-            wanted, value = bool(sizes) and sizes[0] in needs, getattr(self, key)
-            if wanted and value is None:
+            is_needed, value = bool(sizes) and sizes[0] in needs, getattr(self, key)
+            if is_needed and value is None:
                 raise InputError(key, "missing", f"is required with {sizes[0]}")
-            if value is not None and not wanted:
+            if value is not None and not is_needed:
                 raise InputError(key, value, f"belongs to {' or '.join(needs)}")
         if self.lower > self.upper:
             raise InputError("lower", self.lower, f"must be at most upper, {self.upper:g}")

@@ -145,7 +145,7 @@ class Plane:
         near = np.flatnonzero((low <= mate.high) & (high >= mate.low))
         if not near.size:
             return near.astype(float)
-        found = [roll[(roll >= few[near[0]]) & (roll <= few[near[-1] + 1])]]
+        nodes = [roll[(roll >= few[near[0]]) & (roll <= few[near[-1] + 1])]]
         for end in (mate.low, mate.high):
             excess = partner - end
             for i in np.flatnonzero(excess[:-1] * excess[1:] < 0):
@@ -155,8 +155,8 @@ class Plane:
                         break
                     a, b, fa = b, b - fb * (b - a) / (fb - fa), fb
                     fb = float(self._partner(own, mate, np.array([b]))[0]) - end
-                found.append(np.array([b]))
-        return np.unique(np.concatenate(found))
+                nodes.append(np.array([b]))
+        return np.unique(np.concatenate(nodes))
 
     def _partner(self, own: Piece, mate: Piece, roll: NDArray) -> NDArray:
         """Roll length of the point of ``mate`` that touches ``own`` at ``roll``, i.e. shares its normal."""

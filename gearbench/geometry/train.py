@@ -65,15 +65,15 @@ class Mesh:
         face of this gear. It counts in the gear's sense of rotation. ``towards`` is the direction from the driver's
         axis to the pitch point [rad], in the driver's sense of rotation. ``coast``: the coast flanks touch (mirrored).
         """
-        meshing, own = self.pair.meshing, self.gears.index(gear)
-        body = meshing.gears[own]
+        meshing, index = self.pair.meshing, self.gears.index(gear)
+        body = meshing.gears[index]
         foot = towards - meshing.alpha_wt  # direction in which the line of action touches the driver's base circle
-        if own == 1 and meshing.gears[0].teeth * body.teeth > 0:
+        if index == 1 and meshing.gears[0].teeth * body.teeth > 0:
             foot = math.pi - foot  # opposite side, opposite sense of rotation
         # contact point at y = 0, along the path of contact; on a helical gear it depends on y
-        u = meshing.path_start - self.pair.overhangs[own][int(coast)] * math.tan(meshing.beta_b)
+        u = meshing.path_start - self.pair.overhangs[index][int(coast)] * math.tan(meshing.beta_b)
         lead = abs(body.teeth) * foot / (2 * math.pi)
-        if own == 0:
+        if index == 0:
             return lead + u / meshing.base_pitch
         # the driven gear is pushed at the trailing flank of a tooth, 2ψ_b behind the leading one
         thickness = body.teeth * float(body.involute_half_angle(body.base_radius)) / math.pi
@@ -163,12 +163,12 @@ class Train:
             if mesh.carrier is not None:
                 factors[mesh.carrier] = factors.get(mesh.carrier, 0) - sum(z)
             rows.append(self._row(shafts, factors, 0))
-        found = _solved(rows)
-        if None in found:
+        rates = _solved(rows)
+        if None in rates:
             list(self._walk(shafts[0]))
-            name = shafts[found.index(None)]
+            name = shafts[rates.index(None)]
             raise InputError("meshes", f"speed of {name}", "does not follow from that of the first driver")
-        return dict(zip(shafts, (rate for rate in found if rate is not None), strict=True))
+        return dict(zip(shafts, (rate for rate in rates if rate is not None), strict=True))
 
     @staticmethod
     def _row(shafts: Sequence[str], factors: Mapping[str, int], right: int) -> list[Fraction]:
@@ -185,8 +185,8 @@ class Train:
     def periods(self) -> dict[str, int]:
         """Mesh → its mesh periods in the shortest cycle after which all meshes have their phases again."""
         rates = {mesh.name: self._mesh_rate(mesh) / self._mesh_rate(self.meshes[0]) for mesh in self.meshes}
-        whole = math.lcm(*(rate.denominator for rate in rates.values()))
-        return {name: int(rate * whole) for name, rate in rates.items()}
+        denominator = math.lcm(*(rate.denominator for rate in rates.values()))
+        return {name: int(rate * denominator) for name, rate in rates.items()}
 
     def own_rate(self, name: str) -> float:
         """Absolute speed of the driver of a mesh relative to the carrier of the mesh."""
@@ -216,15 +216,15 @@ class Train:
     def places(self) -> dict[str, NDArray]:
         """Shaft → its axis (2,) in the transverse plane [mm]."""
         first = self.shaft(self.meshes[0].driver)
-        found = {first: np.array(self.axes.get(first, (0.0, 0.0)), dtype=float)}
-        for mesh, known, new in self._walk(first):
+        places = {first: np.array(self.axes.get(first, (0.0, 0.0)), dtype=float)}
+        for mesh, placed, new in self._walk(first):
             a, angle = mesh.pair.centre_distance, math.radians(mesh.direction)
-            step = a * np.array([math.cos(angle), math.sin(angle)]) * (1 if known == self.shaft(mesh.driver) else -1)
-            found.setdefault(new, np.array(self.axes.get(new, found[known] + step), dtype=float))
-            distance = float(np.linalg.norm(found[new] - found[known]))
+            step = a * np.array([math.cos(angle), math.sin(angle)]) * (1 if placed == self.shaft(mesh.driver) else -1)
+            places.setdefault(new, np.array(self.axes.get(new, places[placed] + step), dtype=float))
+            distance = float(np.linalg.norm(places[new] - places[placed]))
             if not math.isclose(distance, abs(a), rel_tol=_AXES):
                 raise InputError(f"axis of {new}", distance, f"must be {abs(a):g} mm from the axis of its mate")
-        return found
+        return places
 
     def _walk(self, first: str) -> Iterator[tuple[Mesh, str, str]]:
         """Meshes in the order in which they connect shafts: (mesh, shaft already reached, new shaft)."""
@@ -258,11 +258,11 @@ class Train:
         A gear that drives in several meshes, or is driven in several, uses the same flank in all of them. An idler is
         driven in one mesh and drives in the other, so both its flanks carry load.
         """
-        found: dict[str, bool] = {}
+        touches: dict[str, bool] = {}
         for mesh, gear, other in self._shared():
             same = other is None or mesh.gears.index(gear) == other.gears.index(gear)
-            found[mesh.name] = False if other is None else found[other.name] == same
-        return found
+            touches[mesh.name] = False if other is None else touches[other.name] == same
+        return touches
 
     def hands(self, given: Mapping[str, str]) -> dict[str, str]:
         """Mesh → hand of its driver's helix, "right" or "left".
@@ -276,13 +276,13 @@ class Train:
             alike = gear == mesh.driver or mesh.pair.is_internal
             return hand if alike else {"right": "left", "left": "right"}[hand]
 
-        found: dict[str, str] = {}
+        hands: dict[str, str] = {}
         for mesh, gear, other in self._shared():
             if other is None:
-                found[mesh.name] = given[mesh.name]
+                hands[mesh.name] = given[mesh.name]
             else:
-                found[mesh.name] = across(mesh, gear, across(other, gear, found[other.name]))
-        return found
+                hands[mesh.name] = across(mesh, gear, across(other, gear, hands[other.name]))
+        return hands
 
     def phases(self, *, coast: bool = False) -> dict[str, float]:
         """Mesh → its mesh phase at phase 0 of the first mesh [mesh periods] (D8).
@@ -290,21 +290,21 @@ class Train:
         A phase that is not given follows from the teeth of a gear shared with an earlier mesh, or of the gear with
         which the driver is ``timed``; otherwise it is 0. ``coast``: the torque loads the other flanks.
         """
-        found: dict[str, float] = {}
+        phases: dict[str, float] = {}
         for mesh, gear, other in self._shared():
             if mesh.phase is not None or (other is None and mesh.driver not in self.timed):
-                found[mesh.name] = mesh.phase or 0.0
+                phases[mesh.name] = mesh.phase or 0.0
                 continue
             if other is None:
-                ahead = self._angle(self.timed[mesh.driver], found, coast)
+                ahead = self._angle(self.timed[mesh.driver], phases, coast)
                 ahead -= self._angle(mesh.driver, {mesh.name: 0.0}, coast)
                 phase = ahead * mesh.pair.pinion.teeth
             else:
-                leads = [each.lead(gear, self._towards(each, coast), coast=coast) for each in (other, mesh)]
-                phase = found[other.name] + leads[0] - leads[1]
+                leads = [m.lead(gear, self._towards(m, coast), coast=coast) for m in (other, mesh)]
+                phase = phases[other.name] + leads[0] - leads[1]
             # rounded, so that planets in phase have equal phases
-            found[mesh.name] = round(phase % 1.0, 12) % 1.0
-        return found
+            phases[mesh.name] = round(phase % 1.0, 12) % 1.0
+        return phases
 
     def middle(self, name: str, gear: str, phase: float, *, coast: bool = False) -> float:
         """Angle of the middle of the tooth whose leading flank has the angle ``leading`` [pitches]."""
@@ -330,11 +330,11 @@ class Train:
         InputError
             With the gear and the misfit of its teeth in pitches.
         """
-        phases, known = self.phases(coast=coast), {}
+        phases, leads = self.phases(coast=coast), {}
         for mesh in self.meshes:
             for gear in mesh.gears if mesh.phase is None else ():
                 lead = self.leading(mesh.name, gear, phases[mesh.name], coast=coast)
-                off = (lead - known.setdefault(gear, lead) + 0.5) % 1.0 - 0.5
+                off = (lead - leads.setdefault(gear, lead) + 0.5) % 1.0 - 0.5
                 if abs(off) > _TEETH:
                     allowed = f"does not assemble: in {mesh.name} its teeth stand {off:+.3f} pitches beside the gaps"
                     raise InputError("gears", gear, allowed)
@@ -348,13 +348,13 @@ class Train:
 
     def begun(self, *, coast: bool = False) -> dict[str, tuple[int, int]]:
         """Mesh → numbers of teeth by which its driver and its driven gear begin later than in their first meshes."""
-        phases, known, found = self.phases(coast=coast), {}, {}
+        phases, leads, begun = self.phases(coast=coast), {}, {}
         for mesh in self.meshes:
             lead = [self.leading(mesh.name, gear, phases[mesh.name], coast=coast) for gear in mesh.gears]
-            first = [known.setdefault(gear, own) for gear, own in zip(mesh.gears, lead, strict=True)]
+            first = [leads.setdefault(gear, own_lead) for gear, own_lead in zip(mesh.gears, lead, strict=True)]
             sense = -1 if coast else 1  # in the mirror image later teeth are ahead
-            found[mesh.name] = tuple(sense * round(one - own) for one, own in zip(first, lead, strict=True))
-        return found
+            begun[mesh.name] = tuple(sense * round(one - own_lead) for one, own_lead in zip(first, lead, strict=True))
+        return begun
 
     def leading(self, name: str, gear: str, phase: float, *, coast: bool = False) -> float:
         """Angle of the leading flank of a gear at the ``phase`` of the mesh ``name`` [pitches], see ``Mesh.lead``."""

@@ -134,25 +134,25 @@ class TrainTables:
 
     @classmethod
     def _of(cls, tables: Mapping[str, Any], effects: Collection[str], short: PlanetarySet | None) -> TrainTables:
-        found, listed = as_table("gears", tables.get("gears", {})), tables.get("meshes")
+        tables_of_gears, listed = as_table("gears", tables.get("gears", {})), tables.get("meshes")
         if not isinstance(listed, list | tuple) or not listed:
             raise InputError("meshes", listed, "must be one or more tables: [[meshes]]")
-        own = {each.name for each in fields(TrainGear)}
+        known = {field.name for field in fields(TrainGear)}
         gears = {}
-        for name, keys in found.items():
-            whole = as_table(f"gears.{name}", keys)
-            if unknown := [key for key in whole if key not in {*own, *effects, "coast"}]:
-                raise InputError(f"gears.{name}.{unknown[0]}", "unknown key", one_of(unknown[0], sorted(own)))
-            gears[name] = read(TrainGear, {key: value for key, value in whole.items() if key in own}, f"gears.{name}")
-        meshes = tuple(read(TrainMesh, each, f"meshes.{number}") for number, each in enumerate(listed))
+        for name, keys in tables_of_gears.items():
+            table = as_table(f"gears.{name}", keys)
+            if unknown := [key for key in table if key not in {*known, *effects, "coast"}]:
+                raise InputError(f"gears.{name}.{unknown[0]}", "unknown key", one_of(unknown[0], sorted(known)))
+            gears[name] = read(TrainGear, {key: value for key, value in table.items() if key in known}, f"gears.{name}")
+        meshes = tuple(read(TrainMesh, mesh, f"meshes.{number}") for number, mesh in enumerate(listed))
         for number, mesh in enumerate(meshes):
             for key in ("driver", "driven"):
                 if (gear := getattr(mesh, key)) not in gears:
                     raise InputError(f"meshes.{number}.{key}", gear, one_of(gear, gears))
         if idle := set(gears) - {gear for mesh in meshes for gear in (mesh.driver, mesh.driven)}:
             raise InputError(f"gears.{min(idle)}", "in no mesh", "must be the driver or the driven gear of one")
-        own = {k: v for k, v in tables.items() if k in PARTS}
-        return cls(tables=own, gears=gears, meshes=meshes, planetary=short)
+        parts = {key: table for key, table in tables.items() if key in PARTS}
+        return cls(tables=parts, gears=gears, meshes=meshes, planetary=short)
 
     def pairs(self) -> dict[str, Pair]:
         """Name of each mesh → its two gears as a pair.
@@ -161,38 +161,38 @@ class TrainTables:
         mesh.
         """
         shifts: dict[str, float] = {}
-        found: dict[str, Pair] = {}
+        pairs: dict[str, Pair] = {}
         for number, mesh in enumerate(self.meshes):
             names = (mesh.driver, mesh.driven)
             if self.planetary is not None and number % self.planetary.keys.number:  # all planets are equal
-                found[mesh.label] = found[self.meshes[number - 1].label]
+                pairs[mesh.label] = pairs[self.meshes[number - 1].label]
                 continue
             both = [self.gears[name] for name in names]
             for key in SHARED:
                 if getattr(both[0], key) != getattr(both[1], key):
                     allowed = f"must be that of its mate {names[0]}, {getattr(both[0], key):g}"
                     raise InputError(f"gears.{names[1]}.{key}", getattr(both[1], key), allowed)
-            own = {key: getattr(both[0], key) for key in (*SHARED, "face_width")}
-            own |= {key: value for key, value in given(mesh).items() if key in OF_PAIR}
+            table = {key: getattr(both[0], key) for key in (*SHARED, "face_width")}
+            table |= {key: value for key, value in given(mesh).items() if key in OF_PAIR}
             for label, name, gear in zip(GEARS, names, both, strict=True):
-                known = {"profile_shift": shifts[name]} if name in shifts else {}
-                kept = {key: value for key, value in given(gear).items() if key not in (*SHARED, "shaft")}
-                own[label] = known | kept
-            own["pinion"].pop("face_width")
-            if own["face_width"] == own["wheel"]["face_width"]:
-                own["wheel"].pop("face_width")
+                known_shift = {"profile_shift": shifts[name]} if name in shifts else {}
+                keys_of_gear = {key: value for key, value in given(gear).items() if key not in (*SHARED, "shaft")}
+                table[label] = known_shift | keys_of_gear
+            table["pinion"].pop("face_width")
+            if table["face_width"] == table["wheel"]["face_width"]:
+                table["wheel"].pop("face_width")
             try:
-                found[mesh.label] = pair = read(Pair, own, "pair")
+                pairs[mesh.label] = pair = read(Pair, table, "pair")
             except InputError as error:
                 raise self.named(error, number) from None
             shifts |= zip(names, pair.profile_shifts, strict=True)
-        return found
+        return pairs
 
     def flanks(self, number: int, *, coast: bool) -> dict[str, Any]:
         """Effects of a mesh by name: common effects, and those of either gear on its drive or ``coast`` flank."""
         sides = ("effects", "coast") if coast else ("effects",)
-        found = {name: dict(each) for side in sides for name, each in self.tables.get(side, {}).items()}
-        known = {each.name for each in fields(TrainGear)}
+        effects = {name: dict(table) for side in sides for name, table in self.tables.get(side, {}).items()}
+        known = {field.name for field in fields(TrainGear)}
         mesh = self.meshes[number]
         for label, gear in zip(GEARS, (mesh.driver, mesh.driven), strict=True):
             drive = {k: v for k, v in self.tables["gears"][gear].items() if k not in known and k != "coast"}
@@ -201,22 +201,22 @@ class TrainTables:
                 allowed = f"needs {min(alone)} of the drive flank too, of amount 0, say"
                 raise InputError(f"gears.{gear}.coast.{min(alone)}", "given", allowed)
             for name, value in {**drive, **(other if coast else {})}.items():
-                common = found.setdefault(name, {})
+                common = effects.setdefault(name, {})
                 if common.keys() - set(GEARS):
                     raise InputError(f"gears.{gear}.{name}", "given", f"conflicts with effects.{name} of both gears")
                 common[label] = value
-        return found
+        return effects
 
     def train(self, pairs: Mapping[str, Pair]) -> Train:
         """Train built from ``pairs``, the gear pair of each mesh by name."""
         keys = ("driver", "driven", "direction", "phase")
-        own = ((m.label, {key: getattr(m, key) for key in keys}) for m in self.meshes)
+        tables = ((m.label, {key: getattr(m, key) for key in keys}) for m in self.meshes)
         if self.planetary is not None:
-            carried = tuple(Mesh(name=name, pair=pairs[name], carrier=CARRIER, **each) for name, each in own)
+            carried = tuple(Mesh(name=name, pair=pairs[name], carrier=CARRIER, **table) for name, table in tables)
             short = self.planetary
             held, timed = (short.keys.held,), short.second_gears
             return Train(meshes=carried, shafts=self._shafts, axes=short.axes, held=held, timed=timed)
-        meshes = tuple(Mesh(name=name, pair=pairs[name], **each) for name, each in own)
+        meshes = tuple(Mesh(name=name, pair=pairs[name], **table) for name, table in tables)
         return Train(meshes=meshes, shafts=self._shafts, axes=self._axes)
 
     def coupled(self, train: Train) -> bool:
@@ -242,13 +242,13 @@ class TrainTables:
     @property
     def _shafts(self) -> dict[str, str]:
         """Gear → its shaft, for gears that share a shaft or sit on a shaft of the system."""
-        found = {name: gear.shaft for name, gear in self.gears.items() if gear.shaft}
+        shaft_of = {name: gear.shaft for name, gear in self.gears.items() if gear.shaft}
         for number, shaft in enumerate(self.tables.get("system", {}).get("shafts", ())):
             for seat in shaft.get("gears", ()):
                 if (gear := seat.get("gear")) not in self.gears:
                     raise InputError(f"system.shafts.{number}.gears.gear", gear, one_of(str(gear), self.gears))
-                found[gear] = shaft.get("name", "")
-        return found
+                shaft_of[gear] = shaft.get("name", "")
+        return shaft_of
 
     @property
     def _axes(self) -> dict[str, tuple[float, float]]:
@@ -266,33 +266,33 @@ class TrainTables:
         seats: dict[str, list[dict[str, Any]]] = {}
         for mesh in self.meshes:
             for label, gear in zip(GEARS, (mesh.driver, mesh.driven), strict=True):
-                own = {"gear": label, "mesh": PAIR if mesh.label == first else mesh.label, "name": gear}
-                seats.setdefault(gear, []).append(own)
+                place = {"gear": label, "mesh": PAIR if mesh.label == first else mesh.label, "name": gear}
+                seats.setdefault(gear, []).append(place)
         shafts = []
         for shaft in table.get("shafts", ()):
-            gears = [{**seat, **own} for seat in shaft.get("gears", ()) for own in seats[seat["gear"]]]
+            gears = [{**seat, **place} for seat in shaft.get("gears", ()) for place in seats[seat["gear"]]]
             axis = train.places[shaft["name"]].tolist() if gears else shaft.get("axis", [0.0, 0.0])
             shafts.append({**shaft, "gears": gears, "axis": axis})
         hands = train.hands({mesh.label: hand if mesh.label == first else mesh.hand for mesh in self.meshes})
         further = [{"name": m.label, "scene": "", "hand": hands[m.label]} for m in self.meshes[1:]]
-        for own, mesh in zip(further, self.meshes[1:], strict=True):
-            own |= {} if mesh.phase is None else {"phase": mesh.phase}
+        for further_mesh, mesh in zip(further, self.meshes[1:], strict=True):
+            further_mesh |= {} if mesh.phase is None else {"phase": mesh.phase}
         return {**table, "shafts": shafts, "meshes": further}
 
     def coast(self, train: Train) -> dict[str, bool]:
         """Mesh → whether its coast flanks touch; raises ``InputError`` if ``flank`` of a mesh contradicts this."""
-        found = train.coast
+        touches = train.coast
         first = self.meshes[0].flank == "coast"
         for number, mesh in enumerate(self.meshes):
-            found[mesh.label] ^= first
-            side = "coast" if found[mesh.label] else "drive"
+            touches[mesh.label] ^= first
+            side = "coast" if touches[mesh.label] else "drive"
             if mesh.flank not in (None, side):
                 raise InputError(
                     f"meshes.{number}.flank",
                     mesh.flank,
                     f"must be {side}: a tooth lies between its flanks",
                 )
-        return found
+        return touches
 
     def named(self, error: InputError, number: int) -> InputError:
         """Translate the key of an error in the pair of mesh ``number`` to the key in the file."""
@@ -311,8 +311,8 @@ class TrainTables:
         for label, name in names.items():
             value = value.replace(f"pair.{label}.", f"gears.{name}.") if isinstance(value, str) else value
             allowed = allowed.replace(f"pair.{label}.", f"gears.{name}.")
-        found = InputError(key, value, allowed, error.file)
-        return found if self.planetary is None else in_set(found)
+        translated = InputError(key, value, allowed, error.file)
+        return translated if self.planetary is None else in_set(translated)
 
 
 def in_set(error: InputError) -> InputError:
@@ -327,12 +327,12 @@ def in_set(error: InputError) -> InputError:
         key = f"planetary.{below}" if head == "meshes" and below else error.key
     # a message may name a key that is missing
     value, allowed = error.value, error.allowed
-    for found, name in (
+    for pattern, name in (
         (r"\bgears\.planet \d+ at ring\.", f"planetary.{AT_RING}."),
         (r"\bgears\.(sun|planet|ring)[ \d]*\.", r"planetary.\1."),
     ):
-        value = re.sub(found, name, value) if isinstance(value, str) else value
-        allowed = re.sub(found, name, allowed)
+        value = re.sub(pattern, name, value) if isinstance(value, str) else value
+        allowed = re.sub(pattern, name, allowed)
     return InputError(key, value, allowed, error.file)
 
 

@@ -83,9 +83,9 @@ class Phases:
         if len(self.phase) % self.size:
             raise ValueError(f"{len(self.phase)} phases cannot be split into panels of {self.size}")
         (begin, end), t = self.edges.T, gauss(self.size)[0]
-        whole = np.abs(np.append(begin, self.length) - np.append(0.0, end)).max() < ON_PANEL
+        covered = np.abs(np.append(begin, self.length) - np.append(0.0, end)).max() < ON_PANEL
         nodes = (begin + end)[:, None] / 2 + (end - begin)[:, None] / 2 * t
-        if not (whole and np.abs(nodes.ravel() - self.phase).max() < ON_PANEL):
+        if not (covered and np.abs(nodes.ravel() - self.phase).max() < ON_PANEL):
             raise ValueError(f"phases are not the {self.size} Gauss points of each panel of a mesh cycle")
 
     @classmethod
@@ -181,12 +181,12 @@ def peak_to_peak_floor(phases: Phases, values: NDArray, floor: NDArray) -> NDArr
     """
     if phases.size is None:
         return 2 * math.sqrt(floor.shape[-1]) * np.fmax.reduce(floor, axis=-1)
-    whole = 2 * np.sqrt((floor**2).sum(axis=-1))
+    harmonic_floor = 2 * np.sqrt((floor**2).sum(axis=-1))
     (low, high), missed = _extremes(phases, values), _missed(phases, values)
     by_panel = values.reshape(*values.shape[:-1], -1, phases.size)
     around = np.concatenate([np.roll(by_panel, shift, axis=-2) for shift in (1, 0, -1)], axis=-1)
     top, bottom = (each + np.minimum(missed, _reversal(sign * around)) for each, sign in ((high, 1), (-low, -1)))
-    return whole + top.max(axis=-1) - high.max(axis=-1) + bottom.max(axis=-1) + low.min(axis=-1)
+    return harmonic_floor + top.max(axis=-1) - high.max(axis=-1) + bottom.max(axis=-1) + low.min(axis=-1)
 
 
 def _reversal(values: NDArray) -> NDArray:
@@ -223,8 +223,8 @@ def _extremes(phases: Phases, values: NDArray) -> tuple[NDArray, NDArray]:
     by_panel, fine = values.reshape(*values.shape[:-1], -1, phases.size), _on_panels(phases, values, FINE_POINTS)
     coefficient = np.abs(by_panel @ legendre_transform(phases.size).T)
     last = coefficient[..., -max(1, phases.size // 3) :].sum(axis=-1)
-    whole = np.ptp(values, axis=-1)[..., None]
-    steep = ((last > STEEP_SHARE * whole) | (_missed(phases, values) > OFF * whole)) & (phases.size > 4)
+    extent = np.ptp(values, axis=-1)[..., None]
+    steep = ((last > STEEP_SHARE * extent) | (_missed(phases, values) > OFF * extent)) & (phases.size > 4)
     if steep.any():
         low, high = _within(by_panel, fine, steep)
         fine = np.clip(fine, np.where(steep, low, -np.inf)[..., None], np.where(steep, high, np.inf)[..., None])
@@ -241,9 +241,9 @@ def _within(values: NDArray, fine: NDArray, steep: NDArray) -> tuple[NDArray, ND
     before, after = np.roll(last, 1, axis=-1), np.roll(first, -1, axis=-1)
     both = [steep & np.roll(steep, shift, axis=-1) for shift in (1, -1)]
     low, high = values.min(axis=-1), values.max(axis=-1)
-    for own, other, doubt in ((first, before, both[0]), (last, after, both[1])):
-        low = np.minimum(low, np.where(doubt, np.maximum(own, other), other))
-        high = np.maximum(high, np.where(doubt, np.minimum(own, other), other))
+    for extreme, other, doubt in ((first, before, both[0]), (last, after, both[1])):
+        low = np.minimum(low, np.where(doubt, np.maximum(extreme, other), other))
+        high = np.maximum(high, np.where(doubt, np.minimum(extreme, other), other))
     return low, high
 
 
@@ -299,8 +299,8 @@ def _truncation_error(phases: Phases, coefficient: NDArray, orders: int | None) 
     ratio = np.sqrt(np.divide(a[..., -1], before, out=np.ones_like(before), where=before > 0))
     r = np.clip(ratio, *COEFFICIENT_RATIOS)[..., None]
     m = np.arange(size + 1)
-    each = np.einsum("...pm,npm->...np", r ** (m + 1), _aliased(phases, orders)) * (width * a[..., -1])[..., None, :]
-    return 2 * np.sqrt((each**2).sum(axis=-1))
+    panels = np.einsum("...pm,npm->...np", r ** (m + 1), _aliased(phases, orders)) * (width * a[..., -1])[..., None, :]
+    return 2 * np.sqrt((panels**2).sum(axis=-1))
 
 
 @lru_cache(maxsize=16)
@@ -324,12 +324,12 @@ def cycles(dataset: xr.Dataset, name: str) -> list[xr.Dataset]:
     """Split a variable over the mesh cycle by the points of a sweep, with their positions; one for a single scene."""
     outer = {str(dim): size for dim, size in dataset[name].sizes.items() if dim != "position"}
     phases = ("mesh_phase", "phase_weight", "panel_start", "panel_end")
-    found = []
+    cycles_of_meshes = []
     for point in np.ndindex(*outer.values()):
         one = dataset[[name, *phases]].isel(dict(zip(outer, point, strict=True)))
         # positions that only other points have are stored with weight 0
-        found.append(one.isel(position=np.flatnonzero(one["phase_weight"].values > 0)))
-    return found
+        cycles_of_meshes.append(one.isel(position=np.flatnonzero(one["phase_weight"].values > 0)))
+    return cycles_of_meshes
 
 
 def fourier(dataset: xr.Dataset, name: str, orders: int = HARMONICS) -> NDArray:
@@ -338,8 +338,8 @@ def fourier(dataset: xr.Dataset, name: str, orders: int = HARMONICS) -> NDArray:
     The shape is (harmonic,) for a Dataset of ``simulate``, and (…, harmonic) with the swept keys first for ``sweep``.
     """
     outer = [size for dim, size in dataset[name].sizes.items() if dim != "position"]
-    each = [coefficients(Phases.of_dataset(one), one[name].values, orders) for one in cycles(dataset, name)]
-    return 2 * np.abs(np.array(each)).reshape(*outer, orders)
+    spectra = [coefficients(Phases.of_dataset(one), one[name].values, orders) for one in cycles(dataset, name)]
+    return 2 * np.abs(np.array(spectra)).reshape(*outer, orders)
 
 
 @lru_cache(maxsize=16)

@@ -35,8 +35,8 @@ def pressure(solved: Solved) -> NDArray:
 
 def root_stress(solved: Solved) -> NDArray:
     """Nominal root stress of both gears, ISO 6336-3:2019 method B, (…, gear) [MPa]."""
-    each = [RootBending(pair=solved.scene.pair, gear=index).stress(1.0) for index in (0, 1)]
-    return np.multiply.outer(_torque(solved), each)
+    per_torque = [RootBending(pair=solved.scene.pair, gear=index).stress(1.0) for index in (0, 1)]
+    return np.multiply.outer(_torque(solved), per_torque)
 
 
 def loaded_root_stress(solved: Solved) -> NDArray:
@@ -58,12 +58,12 @@ def _loaded_root_stress(solved: Solved, index: int) -> NDArray:
     moment, end = tangential * bending.loaded(radius), _ends(solved)
     begin = end - lines.length * math.cos(pair.meshing.beta_b)
     width = np.where(lines.length > 0, end - begin, 1.0)
-    found = []
+    by_gear = []
     for middle in np.linspace(0.0, b, FACE_PARTS + 1):
         low, high = max(middle - gear.tooth_height, 0.0), min(middle + gear.tooth_height, b)
         share = np.clip(np.minimum(end, high) - np.maximum(begin, low), 0.0, None) / width
-        found.append((moment * share).sum(axis=-1).max(axis=(-1, -2)) / (high - low))
-    return np.max(found, axis=0) / pair.normal_module * bending.rim_factor
+        by_gear.append((moment * share).sum(axis=-1).max(axis=(-1, -2)) / (high - low))
+    return np.max(by_gear, axis=0) / pair.normal_module * bending.rim_factor
 
 
 def specific_sliding(solved: Solved) -> NDArray:

@@ -40,9 +40,13 @@ def over_flank(u: NDArray, y: NDArray, width: NDArray, values: NDArray, path: ND
         if len(lines) == 1:
             image[:, column] = along[lines[0], column]
         elif len(lines):
-            at = position[lines, column]
-            before = np.clip(np.searchsorted(at, path) - 1, 0, len(lines) - 2)
-            part = np.clip((path - at[before]) / np.maximum(at[before + 1] - at[before], 1e-300), 0.0, 1.0)
+            positions = position[lines, column]
+            before = np.clip(np.searchsorted(positions, path) - 1, 0, len(lines) - 2)
+            part = np.clip(
+                (path - positions[before]) / np.maximum(positions[before + 1] - positions[before], 1e-300),
+                0.0,
+                1.0,
+            )
             pair = lines[before], lines[before + 1]
             same_y, same_u = along[pair, column], over[pair, np.arange(len(path))]
             image[:, column] = _between(part, same_y, same_u)
@@ -53,15 +57,15 @@ def _to_the_ends(values: NDArray, y: NDArray, width: NDArray) -> NDArray:
     """Add values extrapolated to both ends of the lines, (line, segment + 2)."""
     if values.shape[1] == 1:
         return np.repeat(values, 3, axis=1)
-    found = [values]
+    extended = [values]
     for end, inner, place in ((0, 1, 0), (-1, -2, 1)):
         run = y[:, end] - y[:, inner]
         slope = (values[:, end] - values[:, inner]) / np.where(run != 0, run, 1.0)
         beyond = values[:, end] + slope * np.sign(run) * width[:, end] / 2
         # a load does not become negative where it vanishes
         beyond = np.where(values.min(axis=1) >= 0, np.maximum(beyond, 0.0), beyond)
-        found.insert(place * len(found), beyond[:, None])
-    return np.concatenate(found, axis=1)
+        extended.insert(place * len(extended), beyond[:, None])
+    return np.concatenate(extended, axis=1)
 
 
 def _where_reached(path: NDArray, u: NDArray, values: NDArray) -> NDArray:

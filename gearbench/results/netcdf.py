@@ -86,12 +86,12 @@ def _in_current_form(dataset: xr.Dataset) -> xr.Dataset:
     import xarray as xr
 
     gears = ["pinion", "wheel"]
-    each = {name: [f"{name}_{gear}" for gear in gears] for name in GROUPS["on the flank"]}
-    found = {name: own for name, own in each.items() if dataset.variables.keys() >= set(own)}
-    if not found:
+    old_names = {name: [f"{name}_{gear}" for gear in gears] for name in GROUPS["on the flank"]}
+    present = {name: names for name, names in old_names.items() if dataset.variables.keys() >= set(names)}
+    if not present:
         return dataset
-    _LOG.warning("Dataset of an earlier version: %s are now over the dimension gear", ", ".join(found))
-    for name, own in found.items():
-        both = xr.concat([dataset[one] for one in own], "gear").assign_attrs(GROUPS["on the flank"][name].attrs)
-        dataset = dataset.drop_vars(own).assign({name: both})
+    _LOG.warning("Dataset of an earlier version: %s are now over the dimension gear", ", ".join(present))
+    for name, names in present.items():
+        both = xr.concat([dataset[one] for one in names], "gear").assign_attrs(GROUPS["on the flank"][name].attrs)
+        dataset = dataset.drop_vars(names).assign({name: both})
     return dataset.assign_coords(gear=("gear", gears, QUANTITIES["gear"].attrs))

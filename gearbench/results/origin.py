@@ -26,8 +26,8 @@ def with_grids(dataset: xr.Dataset, scene: Scene) -> xr.Dataset:
     for table, prefix in _GRID_TABLES.items():
         for effect in getattr(scene, table):
             for name, array in effect.kept().items():
-                own = array.rename({dim: f"{prefix}{dim}" for dim in array.dims})
-                dataset = dataset.assign({f"{prefix}{name}": own})
+                renamed = array.rename({dim: f"{prefix}{dim}" for dim in array.dims})
+                dataset = dataset.assign({f"{prefix}{name}": renamed})
     return dataset
 
 
@@ -36,21 +36,21 @@ def _recall(dataset: xr.Dataset, tables: Mapping[str, Any]) -> None:
     for table, prefix in _GRID_TABLES.items():
         asked = tables.get(table)
         for effect in set(asked) & set(effect_names()) if isinstance(asked, dict) else ():
-            own = [name for name in map(str, dataset) if name.startswith(f"{prefix}{effect}_")]
-            effect_class(effect).recall({name.removeprefix(prefix): dataset[name] for name in own})
+            grids = [name for name in map(str, dataset) if name.startswith(f"{prefix}{effect}_")]
+            effect_class(effect).recall({name.removeprefix(prefix): dataset[name] for name in grids})
 
 
 def single_mesh(dataset: xr.Dataset, mesh: str) -> xr.Dataset:
     """Select one mesh of a result with several, without foreign positions and gears; return others unchanged."""
     if "mesh" not in dataset.dims:
         return dataset
-    own = dataset.sel(mesh=mesh)
-    if "gear" in own.dims:
-        own = own.sel(gear=list(scene_of(own).gear_names))
-    if "phase_weight" in own and own["phase_weight"].dims == ("position",):
-        own = own.isel(position=np.flatnonzero(own["phase_weight"].values > 0))
-        own = own.isel(pair=np.flatnonzero((own["segment_length"] > 0).any(("position", "segment")).values))
-    return own
+    of_mesh = dataset.sel(mesh=mesh)
+    if "gear" in of_mesh.dims:
+        of_mesh = of_mesh.sel(gear=list(scene_of(of_mesh).gear_names))
+    if "phase_weight" in of_mesh and of_mesh["phase_weight"].dims == ("position",):
+        of_mesh = of_mesh.isel(position=np.flatnonzero(of_mesh["phase_weight"].values > 0))
+        of_mesh = of_mesh.isel(pair=np.flatnonzero((of_mesh["segment_length"] > 0).any(("position", "segment")).values))
+    return of_mesh
 
 
 def scene_of(dataset: xr.Dataset) -> Scene:

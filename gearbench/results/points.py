@@ -38,8 +38,8 @@ def of_each_load(coords: Columns, variables: Columns, loads: tuple[int, ...]) ->
         yield Point(coords, variables)
         return
     for i in range(*loads):
-        own = {name: (dims, x[i] if np.ndim(x) > len(dims) else x) for name, (dims, x) in variables.items()}
-        yield Point(coords, own)
+        of_load = {name: (dims, x[i] if np.ndim(x) > len(dims) else x) for name, (dims, x) in variables.items()}
+        yield Point(coords, of_load)
 
 
 def join_points(parts: Sequence[Point | None], dim: str) -> Point:
@@ -93,12 +93,12 @@ def _union(labels: Sequence[NDArray]) -> NDArray:
 
 def _places(part: Point, labels: Mapping[str, NDArray]) -> dict[str, NDArray]:
     """Indices of a point's items among those of all points, by dimension."""
-    found = {d: np.arange(n) for d, n in part.sizes.items()}
+    places = {d: np.arange(n) for d, n in part.sizes.items()}
     for d, name in _LABELS.items():
         if name in part.coords:
-            at = {label: i for i, label in enumerate(labels[d].tolist())}
-            found[d] = np.array([at[label] for label in part.coords[name][1].tolist()], dtype=int)
-    return found
+            index_of = {label: i for i, label in enumerate(labels[d].tolist())}
+            places[d] = np.array([index_of[label] for label in part.coords[name][1].tolist()], dtype=int)
+    return places
 
 
 def _same(one: Column, other: Column) -> bool:

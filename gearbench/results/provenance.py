@@ -24,10 +24,10 @@ def provenance(scene: Scene, *, wall_time: float, seed: int | None = None) -> di
     The attribute ``warning`` has one line per warning: strain beyond linear elasticity, and doubts about the system.
     """
     text = scene.to_toml()
-    own = {"scene": text, "scene_sha256": digest(text), "support": support(scene)}
+    of_scene = {"scene": text, "scene_sha256": digest(text), "support": support(scene)}
     if lines := [*filter(None, [beyond_elasticity(scene)]), *doubts(scene)]:
-        own["warning"] = "\n".join(lines)
-    attrs = {**own, **run_provenance(wall_time=wall_time)}
+        of_scene["warning"] = "\n".join(lines)
+    attrs = {**of_scene, **run_provenance(wall_time=wall_time)}
     return attrs if seed is None else {**attrs, "seed": seed}
 
 
@@ -76,13 +76,13 @@ def run_provenance(*, wall_time: float) -> dict[str, Any]:
 @cache
 def versions() -> str:
     """Versions of Python and of the packages that computed the result."""
-    found = [f"python {platform.python_version()}"]
+    lines = [f"python {platform.python_version()}"]
     for package in _PACKAGES:
         try:
-            found.append(f"{package} {version(package)}")
+            lines.append(f"{package} {version(package)}")
         except PackageNotFoundError:
             continue
-    return ", ".join(found)
+    return ", ".join(lines)
 
 
 @cache

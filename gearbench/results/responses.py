@@ -202,12 +202,12 @@ def described(variables: Mapping[str, tuple[Any, Any]], missing: str = "") -> di
 
     A variable with NaN among its values also gets the text ``missing`` as an attribute, which says why.
     """
-    found = {}
+    columns = {}
     for name, (dims, values) in variables.items():
         values, q = np.asarray(values), quantity(name)
         unknown = missing and values.dtype.kind == "f" and np.isnan(values).any()
-        found[name] = (dims, values, ({} if q is None else dict(q.attrs)) | ({"missing": missing} if unknown else {}))
-    return found
+        columns[name] = (dims, values, ({} if q is None else dict(q.attrs)) | ({"missing": missing} if unknown else {}))
+    return columns
 
 
 @cache
@@ -219,28 +219,28 @@ def installed() -> tuple[str, ...]:
     InputError
         If an entry point cannot be imported, or does not name a ``Metric`` or a sequence of them.
     """
-    all_found: list[Metric] = []
+    all_metrics: list[Metric] = []
     for entry in (*entry_points(group=GROUP), *_of_old_group()):
         key = f"{entry.group}.{entry.name}"
         try:
             loaded = entry.load()
         except (ImportError, AttributeError) as error:
             raise InputError(key, entry.value, f"cannot be imported: {error}") from None
-        found = list(loaded) if isinstance(loaded, Iterable) else [loaded]
-        if not all(isinstance(each, Metric) for each in found):
+        metrics = list(loaded) if isinstance(loaded, Iterable) else [loaded]
+        if not all(isinstance(metric, Metric) for metric in metrics):
             raise InputError(key, entry.value, "must be a Metric, or a sequence of them")
-        all_found += found
-    register(*all_found)
-    return tuple(each.name for each in all_found)
+        all_metrics += metrics
+    register(*all_metrics)
+    return tuple(metric.name for metric in all_metrics)
 
 
 def _of_old_group() -> Sequence[EntryPoint]:
     """Entry points under the group's former name, supported until version 1.1."""
-    found = tuple(entry_points(group=OLD_GROUP))
-    if found:
-        names = ", ".join(entry.name for entry in found)
+    entries = tuple(entry_points(group=OLD_GROUP))
+    if entries:
+        names = ", ".join(entry.name for entry in entries)
         warnings.warn(f"{names}: the entry point group {OLD_GROUP} is now {GROUP}", DeprecationWarning, stacklevel=2)
-    return found
+    return entries
 
 
 def _mean(curve: str) -> Callable[[MeshCycle], NDArray]:

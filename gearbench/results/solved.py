@@ -62,8 +62,8 @@ class Solved:
     def load_share(self) -> NDArray:
         """Share of the normal force on every tooth pair, (position, pair); NaN without load."""
         force = self.solution.force.sum(axis=-1)
-        whole = force.sum(axis=-1, keepdims=True)
-        return force / np.where(whole > 0, whole, np.nan)
+        total = force.sum(axis=-1, keepdims=True)
+        return force / np.where(total > 0, total, np.nan)
 
     def initial_gap(self) -> NDArray:
         """Initial gap e, (position, pair, segment) [µm]."""

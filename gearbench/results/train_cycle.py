@@ -62,8 +62,8 @@ class TrainCycle:
 
     def radial_motion(self, member: str) -> NDArray:
         """Radial motion of a member, x + iy, (…, position) [µm]; 0 if it cannot move."""
-        own = self.motion @ self.linkage.moved[:, self._body(member)]
-        return MICROMETRES * (own[..., 0] + 1j * own[..., 1])
+        displacement = self.motion @ self.linkage.moved[:, self._body(member)]
+        return MICROMETRES * (displacement[..., 0] + 1j * displacement[..., 1])
 
     @property
     def carrier_torque(self) -> NDArray:

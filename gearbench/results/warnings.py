@@ -43,61 +43,61 @@ def warnings(scene: Scene, dataset: xr.Dataset | None = None) -> tuple[str, ...]
 
     With a ``dataset``, excessive contact pressure too.
     """
-    pair, found = scene.pair, []
+    pair, lines = scene.pair, []
     on_line = scene.effect("hertz") is not None and scene.effect("off_line_contact") is None
     if on_line:
-        found.append(f"contact is kept on the line of action and within the path of contact: {_OFF_LINE}")
+        lines.append(f"contact is kept on the line of action and within the path of contact: {_OFF_LINE}")
     if support(scene) == "rigid" and not scene.has_shafts:
-        found.append("teeth are rigid but for their contact: add [effects.tooth_bending] and [effects.gear_body]")
+        lines.append("teeth are rigid but for their contact: add [effects.tooth_bending] and [effects.gear_body]")
     if support(scene) == "clamped":
-        found.append("teeth are clamped at their roots and too stiff: add [effects.gear_body]")
+        lines.append("teeth are clamped at their roots and too stiff: add [effects.gear_body]")
     if support(scene) == "ring" and tooth_bending(scene.effects_by_name, "solid") is not None:
-        found += _unproven(pair)
+        lines += _unproven(pair)
     if (errors := scene.effect("manufacturing_errors")) is not None:
-        found += _at_their_means(errors, pair)
+        lines += _at_their_means(errors, pair)
     for index in (0, 1):
         gear = pair.gears[index]
         tip = float(gear.normal_thickness(gear.tip_radius))
         if tip < LEAST_TIP * pair.normal_module:
-            found.append(f"pointed tip of the {scene.gear_names[index]}: s_an = {tip:.3g} mm is below {LEAST_TIP} m_n")
+            lines.append(f"pointed tip of the {scene.gear_names[index]}: s_an = {tip:.3g} mm is below {LEAST_TIP} m_n")
         if pair.meshing.has_interference[index]:
-            own, mate = scene.gear_names[index], scene.gear_names[1 - index]
-            found.append(f"interference: the tip of the {mate} reaches below the form circle of the {own}")
+            gear_name, mate_name = scene.gear_names[index], scene.gear_names[1 - index]
+            lines.append(f"interference: the tip of the {mate_name} reaches below the form circle of the {gear_name}")
     if pair.is_internal:
-        found += _of_ring(pair, dataset)
+        lines += _of_ring(pair, dataset)
     if dataset is not None:
-        found += _of_result(dataset, on_line)
-    return tuple(found)
+        lines += _of_result(dataset, on_line)
+    return tuple(lines)
 
 
 def _of_result(dataset: xr.Dataset, on_line: bool) -> list[str]:
     """Warnings for a mesh that parts, and for excessive pressure, which contact kept ``on_line`` may cause."""
-    found = []
+    lines = []
     if "mesh_load" in dataset and (parted := 100 * float((dataset["mesh_load"] <= 0).mean())):
         where = "" if parted == 100 else f" at {parted:.3g} % of the positions"
-        found.append(f"{dataset['mesh'].item()} carries no load{where}: its δ and k are NaN")
+        lines.append(f"{dataset['mesh'].item()} carries no load{where}: its δ and k are NaN")
     if "flank_pressure_max" in dataset and (p := float(dataset["flank_pressure_max"].max())) > HARDENED:
         reason = f"; contact kept on the line of action may be the cause: {_OFF_LINE}" if on_line else ""
         limit = f"a case-hardened flank carries {HARDENED:.0f} MPa (ISO 6336-5)"
-        found.append(f"contact pressure {p:.0f} MPa: {limit}{reason}")
-    return found
+        lines.append(f"contact pressure {p:.0f} MPa: {limit}{reason}")
+    return lines
 
 
 def _of_ring(pair: Pair, dataset: xr.Dataset | None) -> list[str]:
     """Warnings of an internal pair: axial assembly only, and a contact too wide for the half-space contact law."""
-    found = []
+    lines = []
     if (room := radial_room(pair)) < 0:
-        found.append(f"assembly along the axis only: pushed in radially tips would overlap by {-room:.3g} mm")
+        lines.append(f"assembly along the axis only: pushed in radially tips would overlap by {-room:.3g} mm")
     if dataset is None or "flank_pressure_max" not in dataset:
-        return found
+        return lines
     meshing, pressure = pair.meshing, float(dataset["flank_pressure_max"].max())
     # a_H = 2pρ/E*; along the path |ρ_2| − ρ_1 stays |T1T2|
     rho = float(meshing.curvature_radius(np.linspace(meshing.path_start, meshing.path_end, 9)).max())
-    width, apart = 2 * pressure * rho / pair.contact_modulus, abs(meshing.tangent_length)
-    if width > CONFORMING * apart:
-        said = f"half-width of contact up to {width:.2g} mm, radii of curvature differ by {apart:.3g} mm"
-        found.append(f"conforming flanks: {said}; the law of half-spaces is meant below {CONFORMING:g} of that")
-    return found
+    width, difference = 2 * pressure * rho / pair.contact_modulus, abs(meshing.tangent_length)
+    if width > CONFORMING * difference:
+        sizes = f"half-width of contact up to {width:.2g} mm, radii of curvature differ by {difference:.3g} mm"
+        lines.append(f"conforming flanks: {sizes}; the law of half-spaces is meant below {CONFORMING:g} of that")
+    return lines
 
 
 def _at_their_means(errors: Effect, pair: Pair) -> list[str]:
@@ -112,18 +112,18 @@ def _at_their_means(errors: Effect, pair: Pair) -> list[str]:
 
 def _unproven(pair: Pair) -> list[str]:
     """Warnings for gears outside the range in which solid teeth were compared with finite elements."""
-    found, proof = [], "held against finite elements"
+    lines, proof = [], "held against finite elements"
     if pair.helix_angle > STEEPEST:
-        found.append(f"helix angle {pair.helix_angle:g}°: teeth on a ring were {proof} up to {STEEPEST:g}°")
+        lines.append(f"helix angle {pair.helix_angle:g}°: teeth on a ring were {proof} up to {STEEPEST:g}°")
     if (overlap := pair.meshing.overlap_ratio) > MOST_OVERLAP:
         off = f"peak-to-peak values of teeth on a ring were up to 4 % off finite elements above {MOST_OVERLAP:g}"
-        found.append(f"overlap ratio {overlap:.3g}: {off}")
+        lines.append(f"overlap ratio {overlap:.3g}: {off}")
     for name, member, gear in zip(GEARS, pair.members, pair.gears, strict=True):
         wide = gear.face_width / gear.normal_module
         if wide > WIDEST:
-            found.append(f"face of the {name} {wide:.3g} m_n wide: teeth on a ring were {proof} up to {WIDEST:g}")
-        held = -(member.outer_diameter or math.inf) if gear.teeth < 0 else member.bore_diameter or 0.0
-        rim = (member.rim_thickness or gear.root_radius - held / 2) / gear.normal_module
+            lines.append(f"face of the {name} {wide:.3g} m_n wide: teeth on a ring were {proof} up to {WIDEST:g}")
+        bore_or_outside = -(member.outer_diameter or math.inf) if gear.teeth < 0 else member.bore_diameter or 0.0
+        rim = (member.rim_thickness or gear.root_radius - bore_or_outside / 2) / gear.normal_module
         if rim < THINNEST_RIM:
-            found.append(f"rim of the {name} {rim:.3g} m_n thick: teeth on a ring were {proof} from {THINNEST_RIM}")
-    return found
+            lines.append(f"rim of the {name} {rim:.3g} m_n thick: teeth on a ring were {proof} from {THINNEST_RIM}")
+    return lines

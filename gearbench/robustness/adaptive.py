@@ -45,10 +45,10 @@ def choose_robust(scene: Scene, *, seed: int, sampler: Sampler, threads: int) ->
     while True:
         # the first half of the samples is known already, unless the sampler draws all of them anew
         start = 0 if sampler == "latin_hypercube" or not parts[0] else count // 2
-        for problem, known in zip(problems, parts, strict=True):
+        for problem, computed in zip(problems, parts, strict=True):
             drawn = problem.draw(count, seed, sampler, start)
-            known[:] = [*(known if start else []), respond(problem, drawn, threads)[0]]
-        errors = STANDARD_ERRORS * np.max([_standard_errors(known, sampler) for known in parts], axis=0)
+            computed[:] = [*(computed if start else []), respond(problem, drawn, threads)[0]]
+        errors = STANDARD_ERRORS * np.max([_standard_errors(computed, sampler) for computed in parts], axis=0)
         if (error := float(errors.max())) <= budget:
             break
         count *= 2

@@ -51,11 +51,11 @@ class Checked:
         more, factor = self.cell_correction
         corrected = self.on_cells[0] + more, self.on_cells[1] * factor
         answers = MeshCycle.of(scene, phases, *corrected), MeshCycle.of(scene, phases, *self.on_patches)
-        found = {}
+        errors = {}
         for name in names:
             d = np.subtract(*(response(name).reduce(each) for each in answers))
-            found[name] = math.sqrt(d.mean() ** 2 + d.var(ddof=1) / len(d))
-        return found
+            errors[name] = math.sqrt(d.mean() ** 2 + d.var(ddof=1) / len(d))
+        return errors
 
 
 def check_cells(

@@ -109,12 +109,12 @@ def statistic_columns(values: Mapping[str, NDArray], sampler: Sampler) -> Column
     """Mean, standard deviation and maximum of responses (sample,), each with its standard error."""
     from gearbench.robustness.statistics import summarise
 
-    found: Columns = {}
+    columns: Columns = {}
     for name, samples in values.items():
         for statistic, (value, standard_error) in summarise(samples, sampler).items():
-            found[f"{name}_{statistic}"] = (), np.array(value)
-            found[f"{name}_{statistic}_standard_error"] = (), np.array(standard_error)
-    return found
+            columns[f"{name}_{statistic}"] = (), np.array(value)
+            columns[f"{name}_{statistic}_standard_error"] = (), np.array(standard_error)
+    return columns
 
 
 def share_columns(values: Mapping[str, NDArray], errors: NDArray) -> Columns:
@@ -122,14 +122,14 @@ def share_columns(values: Mapping[str, NDArray], errors: NDArray) -> Columns:
     from gearbench.robustness.sensitivity import sensitivities
     from gearbench.robustness.tightening import FINER
 
-    found: Columns = {}
-    each = sensitivities(errors[:ENOUGH], [samples[:ENOUGH] for samples in values.values()], FINER)
-    for name, sensitivity in zip(values, each, strict=True):
+    columns: Columns = {}
+    by_response = sensitivities(errors[:ENOUGH], [samples[:ENOUGH] for samples in values.values()], FINER)
+    for name, sensitivity in zip(values, by_response, strict=True):
         for part in ("first_order", "total", "tightened"):
             value, uncertainty = getattr(sensitivity, part)
-            found[f"{name}_{part}"] = ("error_name",), value
-            found[f"{name}_{part}_standard_error"] = ("error_name",), uncertainty
-    return found
+            columns[f"{name}_{part}"] = ("error_name",), value
+            columns[f"{name}_{part}_standard_error"] = ("error_name",), uncertainty
+    return columns
 
 
 def _backlash(problem: RobustProblem, errors: NDArray) -> NDArray:

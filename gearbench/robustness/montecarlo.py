@@ -99,12 +99,12 @@ class RobustProblem:
         """Problem at a ``deviation`` [µm] of the centre distance from the middle of its tolerance."""
         if deviation not in self._distances:
             pair = self.scene.pair
-            at = (pair.centre_distance_upper + pair.centre_distance_lower) / 2 + deviation
-            moved = changed(pair, centre_distance_upper=at, centre_distance_lower=at)
+            distance = (pair.centre_distance_upper + pair.centre_distance_lower) / 2 + deviation
+            moved_pair = changed(pair, centre_distance_upper=distance, centre_distance_lower=distance)
             # any amplitude will do, but one must be given: the moved pair has no deviations to derive it from
             errors = replace(self.errors, centre_distance=SizeScatter(amplitude=1.0))
             effects = tuple(errors if effect.name == errors.name else effect for effect in self.scene.effects)
-            self._distances[deviation] = prepare_scene(changed(self.scene, pair=moved, effects=effects))
+            self._distances[deviation] = prepare_scene(changed(self.scene, pair=moved_pair, effects=effects))
         return self._distances[deviation]
 
     def draw(self, samples: int, seed: int, sampler: Sampler, start: int = 0) -> NDArray:
@@ -138,14 +138,14 @@ def prepare_problem(
     """Prepare a scene on given contact lines and for a given contact problem, see ``prepare_phases``."""
     batch, expansion = prepare_batch(scene, lines, problem, precision, at_mean=False)
     phases = Phases(phase=lines.mesh_phase, weight=weight, size=scene.resolution.panel_size)
-    found = RobustProblem(
+    prepared = RobustProblem(
         scene=scene, errors=require_errors(scene), lines=lines, batch=batch, expansion=expansion, phases=phases
     )
     if problem.cells is None:
-        return found
-    amounts = expansion.amounts(found.errors.draw(_points(len(found.names)), scene.pair))
+        return prepared
+    amounts = expansion.amounts(prepared.errors.draw(_points(len(prepared.names)), scene.pair))
     checked = check_cells(batch, problem, _modes(scene), amounts)
-    return replace(found, batch=replace(batch, cell_correction=checked.cell_correction), checked=checked)
+    return replace(prepared, batch=replace(batch, cell_correction=checked.cell_correction), checked=checked)
 
 
 @lru_cache(maxsize=16)

@@ -122,7 +122,7 @@ def sensitivities(errors: NDArray, responses: Sequence[NDArray], scale: float = 
     varied = np.flatnonzero(np.ptp(x, axis=0) > 0) if n else np.arange(0)
     few = n < max(8, 2 * (len(varied) + 1))
     candidates = None if few or not len(varied) else _candidates(x[:, varied], scale)
-    found = []
+    by_response = []
     for values in responses:
         y = np.asarray(values, dtype=float)
         if y.shape != (n,):
@@ -136,8 +136,8 @@ def sensitivities(errors: NDArray, responses: Sequence[NDArray], scale: float = 
             shares[1][:, varied] = _indices(fit, len(varied), total=True)
             shares[2][:, varied] = _change(fit, scaled, len(varied))
         first, total, tightened = ((value, error) for value, error in shares)
-        found.append(Sensitivity(first_order=first, total=total, tightened=tightened))
-    return found
+        by_response.append(Sensitivity(first_order=first, total=total, tightened=tightened))
+    return by_response
 
 
 def _indices(fit: Fit, variables: int, *, total: bool) -> tuple[NDArray, NDArray]:
@@ -172,9 +172,9 @@ def _change(fit: Fit, scaled: NDArray, variables: int) -> tuple[NDArray, NDArray
     """E f_i(s x_i) − E f_i(x_i) and its standard error; ``scaled`` holds the terms of single variables at s x_i."""
     n, p = fit.influence.shape
     mine = fit.of(variables, total=False)
-    moved = (scaled - fit.terms) * mine.any(axis=1)
-    step = (moved * fit.coefficients) @ mine  # f_i(s x_i) − f_i(x_i), (sample, variable)
-    influence = (fit.influence * moved.mean(axis=0)) @ mine + step - step.mean(axis=0)
+    change = (scaled - fit.terms) * mine.any(axis=1)
+    step = (change * fit.coefficients) @ mine  # f_i(s x_i) − f_i(x_i), (sample, variable)
+    influence = (fit.influence * change.mean(axis=0)) @ mine + step - step.mean(axis=0)
     return step.mean(axis=0), np.sqrt(n / (n - p) * (influence**2).mean(axis=0) / n)
 
 

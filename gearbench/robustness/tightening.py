@@ -58,31 +58,33 @@ def gains(dataset: xr.Dataset) -> list[Gain]:
     error = _over_loads(dataset, "transmission_error_rms_tightened_standard_error")
     costs = _over_loads(dataset, "tightening_cost")
     names = [re.sub(r"_tooth[+-]\d+$", "", str(name)) for name in dataset["error_name"].values]
-    found = []
+    listed = []
     for name in dict.fromkeys(names):
-        own = np.flatnonzero(np.array(names) == name)
-        cost = float(costs[own[0]])
+        columns = np.flatnonzero(np.array(names) == name)
+        cost = float(costs[columns[0]])
         # teeth are drawn independently: their effects add, and so do the squares of their standard errors
-        found.append(
-            Gain(name=name, change=float(change[own].sum()), error=float(np.hypot.reduce(error[own])), cost=cost)
+        listed.append(
+            Gain(
+                name=name, change=float(change[columns].sum()), error=float(np.hypot.reduce(error[columns])), cost=cost
+            )
         )
-    if not all(np.isfinite(gain.change) for gain in found):
+    if not all(np.isfinite(gain.change) for gain in listed):
         return []
-    return sorted(found, key=lambda gain: -gain.per_cost)
+    return sorted(listed, key=lambda gain: -gain.per_cost)
 
 
 def tighten_first(dataset: xr.Dataset) -> str:
     """Recommendation in one line; "" if there are too few samples."""
-    found = gains(dataset)
-    if not found:
+    listed = gains(dataset)
+    if not listed:
         return ""
-    significant = [gain for gain in found if gain.change < -APART * gain.error]
+    significant = [gain for gain in listed if gain.change < -APART * gain.error]
     if not significant:
         return "no tolerance lowers the mean STE RMS significantly when it is tightened: more samples may tell"
     best = significant[0]
     mean = float(_over_loads(dataset, "transmission_error_rms_mean"))
-    rivals = [g.name for g in found if g is not best and best.per_cost - g.per_cost <= APART * _of_difference(best, g)]
-    costs = "" if all(gain.cost == best.cost for gain in found) else f", {best.per_cost:.2g} µm for each unit of cost"
+    rivals = [g.name for g in listed if g is not best and best.per_cost - g.per_cost <= APART * _of_difference(best, g)]
+    costs = "" if all(gain.cost == best.cost for gain in listed) else f", {best.per_cost:.2g} µm for each unit of cost"
     among = f"; not told apart from {', '.join(map(_words, rivals))}" if rivals else ""
     return (
         f"tighten {_words(best.name)} first: one class finer changes the mean STE RMS by {best.change:.2g} ± "

@@ -77,18 +77,18 @@ def axes_of(
     InputError
         Like ``axis``; also if no key is swept, a key is swept twice, or the grid has more than 100 000 points.
     """
-    found = tuple(axis(name, values) for name, values in swept.items())
+    axes = tuple(axis(name, values) for name, values in swept.items())
     if len(meshes) > 1 and not coupled:
-        found += (SweepAxis(name=MESH, path=MESH, values=tuple(meshes), unit=""),)
-    if not found and not coupled:
+        axes += (SweepAxis(name=MESH, path=MESH, values=tuple(meshes), unit=""),)
+    if not axes and not coupled:
         raise InputError("sweep", "no key", "must sweep at least one, e.g. torque=[100, 200]")
-    paths = [each.path for each in found]
-    for each in found:
-        if paths.count(each.path) > 1:
-            raise InputError("sweep", each.name, "is swept twice")
-    if (points := math.prod(len(each.values) for each in found)) > MOST_POINTS:
+    paths = [swept_axis.path for swept_axis in axes]
+    for swept_axis in axes:
+        if paths.count(swept_axis.path) > 1:
+            raise InputError("sweep", swept_axis.name, "is swept twice")
+    if (points := math.prod(len(swept_axis.values) for swept_axis in axes)) > MOST_POINTS:
         raise InputError("sweep", points, f"points of the grid: at most {MOST_POINTS}")
-    return found
+    return axes
 
 
 def grid(axes: Sequence[SweepAxis]) -> list[dict[str, Any]]:

@@ -31,22 +31,25 @@ def combined(points: Mapping[tuple[float, ...], Point], axes: Sequence[SweepAxis
     """
     import xarray as xr
 
-    found: dict[tuple[float, ...], Point] = dict(points)
+    by_position: dict[tuple[float, ...], Point] = dict(points)
     for i in reversed(range(len(axes))):
         grouped: dict[tuple[float, ...], dict[float, Point]] = {}
-        for at, point in found.items():
-            grouped.setdefault(at[:i], {})[at[i]] = point
-        found = {at: join_points([own.get(x) for x in axes[i].values], axes[i].name) for at, own in grouped.items()}
-    (whole,) = found.values()
-    coords, attrs = dict(whole.coords), {}
+        for position, point in by_position.items():
+            grouped.setdefault(position[:i], {})[position[i]] = point
+        by_position = {
+            position: join_points([column.get(x) for x in axes[i].values], axes[i].name)
+            for position, column in grouped.items()
+        }
+    (joined,) = by_position.values()
+    coords, attrs = dict(joined.coords), {}
     if "phase_weight" in coords:
         dims, weight = coords["phase_weight"]
         coords["phase_weight"] = dims, np.nan_to_num(weight)
-    if any(point.sizes.get(d, n) < n for point in points.values() for d, n in whole.sizes.items()):
+    if any(point.sizes.get(d, n) < n for point in points.values() for d, n in joined.sizes.items()):
         attrs = {"missing": MISSING}
     swept = {each.name: (each.name, np.array(each.values), {"units": each.unit or "1"}) for each in axes}
     names = [each.name for each in axes]
-    variables = described(whole.variables, PARTED if "mesh_load" in whole.variables else "")
+    variables = described(joined.variables, PARTED if "mesh_load" in joined.variables else "")
     return xr.Dataset(variables, coords=described(coords) | swept, attrs=attrs).transpose(*names, ...)
 
 
@@ -55,15 +58,15 @@ def over_loads(dataset: xr.Dataset, loads: Sequence[WeightedLoad]) -> xr.Dataset
     if not loads:
         return dataset
     weight = dataset["torque"].copy(data=load_weights(loads))
-    found: dict[str, xr.DataArray] = {}
+    metrics: dict[str, xr.DataArray] = {}
     for name, values in dataset.data_vars.items():
         if "torque" in values.dims and is_response(str(name)):
-            found[f"{name}_load_mean"] = (values * weight).sum("torque", skipna=False)
-            found[f"{name}_load_max"] = values.max("torque", skipna=False)
+            metrics[f"{name}_load_mean"] = (values * weight).sum("torque", skipna=False)
+            metrics[f"{name}_load_max"] = values.max("torque", skipna=False)
             if f"{name}_std" in dataset:
                 for kind in OVER_LOADS:
-                    found |= _statistics(f"{name}{kind}", found[f"{name}{kind}"], dataset.attrs["sampler"])
-    added = described({name: (x.dims, x.values) for name, x in {"load_weight": weight, **found}.items()})
+                    metrics |= _statistics(f"{name}{kind}", metrics[f"{name}{kind}"], dataset.attrs["sampler"])
+    added = described({name: (x.dims, x.values) for name, x in {"load_weight": weight, **metrics}.items()})
     return dataset.assign(added).set_coords("load_weight")
 
 
@@ -73,9 +76,9 @@ def _statistics(name: str, values: xr.DataArray, sampler: Any) -> dict[str, xr.D
     rows = [
         summarise(row, sampler) for row in values.transpose(..., "sample").values.reshape(-1, values.sizes["sample"])
     ]
-    found = {}
+    statistics = {}
     for statistic in rows[0]:
         both = np.array([row[statistic] for row in rows]).reshape(*first.shape, 2)
-        found[f"{name}_{statistic}"] = first.copy(data=both[..., 0])
-        found[f"{name}_{statistic}_standard_error"] = first.copy(data=both[..., 1])
-    return found
+        statistics[f"{name}_{statistic}"] = first.copy(data=both[..., 0])
+        statistics[f"{name}_{statistic}_standard_error"] = first.copy(data=both[..., 1])
+    return statistics

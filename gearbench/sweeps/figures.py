@@ -73,8 +73,8 @@ def peak_to_peak_over_torque(dataset: xr.Dataset, axes: Axes) -> Axes:
         if len(points) == 1:
             text = f"{values[least]:.3g} µm at {load[least]:g} N·m"
             side, shift = ("left", 10) if least < len(load) / 2 else ("right", -10)
-            at = (load[least], values[least])
-            axes.annotate(text, at, (shift, -5), textcoords="offset points", ha=side, color=ORANGE)
+            point = (load[least], values[least])
+            axes.annotate(text, point, (shift, -5), textcoords="offset points", ha=side, color=ORANGE)
     highest = max(np.nanmax(one["transmission_error_peak_to_peak"]) for _, one in points)
     axes.set(xlabel="torque on the pinion [N·m]", ylabel="peak-to-peak δ [µm]", ylim=(0, 1.08 * highest))
     return axes
@@ -87,27 +87,29 @@ def draw_sweep(dataset: xr.Dataset, folder: Path) -> list[Path]:
     """
     if not (points := _points(dataset)):  # interrupted before the torques of one point were done
         return []
-    at, whole = points[0]
-    name, at = as_label(scene_of(dataset).name or "scene"), f"\n{at}" if at else ""
-    load, ptp = dataset["torque"].values, whole["transmission_error_peak_to_peak"].values
+    label, curves = points[0]
+    name, label = as_label(scene_of(dataset).name or "scene"), f"\n{label}" if label else ""
+    load, ptp = dataset["torque"].values, curves["transmission_error_peak_to_peak"].values
     least = int(np.nanargmin(ptp))
     where = "at the lower end of" if least == 0 else "at the upper end of" if least == len(load) - 1 else "within"
     figure, ((axes, beside),) = new_figure(1, 2, (11.0, 5.0))
-    harris_map(whole, axes)
-    harris_map(whole, beside, about_mean=True)
-    figure.suptitle(f"{name}: STE under {load[0]:g} to {load[-1]:g} N·m{at}")
+    harris_map(curves, axes)
+    harris_map(curves, beside, about_mean=True)
+    figure.suptitle(f"{name}: STE under {load[0]:g} to {load[-1]:g} N·m{label}")
     legend_below(figure, axes, CURVES)
     written = [write_figure(figure, folder / "harris_map.png")]
     figure, ((axes,),) = new_figure(1, 1, (7.5, 4.2))
     peak_to_peak_over_torque(dataset, axes)
-    title = "peak-to-peak STE, least values marked" if at else f"peak-to-peak STE is least {where} the range of torques"
+    title = (
+        "peak-to-peak STE, least values marked" if label else f"peak-to-peak STE is least {where} the range of torques"
+    )
     axes.set_title(f"{name}\n{title}", fontsize=11)
-    if at:
+    if label:
         legend_below(figure, axes, 2)
     written.append(write_figure(figure, folder / "peak_to_peak_over_torque.png"))
     figure, ((axes,),) = new_figure(1, 1, (7.5, 4.6))
-    orders_over_torque(whole, axes)
-    axes.set_title(f"{name}: mesh orders of STE over the torque{at}")
+    orders_over_torque(curves, axes)
+    axes.set_title(f"{name}: mesh orders of STE over the torque{label}")
     legend_below(figure, axes, ORDERS)
     return [*written, write_figure(figure, folder / "orders_over_torque.png")]
 
@@ -115,7 +117,7 @@ def draw_sweep(dataset: xr.Dataset, folder: Path) -> list[Path]:
 def _points(dataset: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
     """Points of the other swept keys that have results: their values as text, and the load range there."""
     others = [str(dim) for dim in dataset["transmission_error_peak_to_peak"].dims if dim != "torque"]
-    found = []
+    labelled = []
     for place in np.ndindex(*(dataset.sizes[dim] for dim in others)):
         one = dataset.isel(dict(zip(others, place, strict=True)))
         units = {dim: dataset[dim].attrs["units"].replace("1", "") for dim in others}
@@ -123,5 +125,5 @@ def _points(dataset: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
             f"{dim.removeprefix('effects.')} = {float(one[dim]):g} {units[dim]}".strip() for dim in others
         )
         if one["transmission_error_peak_to_peak"].notnull().any():
-            found.append((label, one))
-    return found
+            labelled.append((label, one))
+    return labelled

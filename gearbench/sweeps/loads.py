@@ -72,15 +72,15 @@ def solve_group(scenes: Sequence[Scene], shared: Shared) -> Iterator[Solved]:
         yield from map(solve_scene, scenes)
         return
     if _share_phases(scene):
-        found = [loaded_phases(scene)] * len(scenes)
+        cycles = [loaded_phases(scene)] * len(scenes)
     else:
-        found = phases_of_loads(scene, np.array([each.F_bn / scene.F_bn for each in scenes]))
-    counts, most, first = [len(phase) for phase, _, _ in found], _most_positions(scene), 0
+        cycles = phases_of_loads(scene, np.array([each.F_bn / scene.F_bn for each in scenes]))
+    counts, most, first = [len(phase) for phase, _, _ in cycles], _most_positions(scene), 0
     while first < len(scenes):
         last = first + 1
         while last < len(scenes) and sum(counts[first : last + 1]) <= most:
             last += 1
-        yield from _together(scenes[first:last], found[first:last], shared)
+        yield from _together(scenes[first:last], cycles[first:last], shared)
         first = last
 
 
@@ -91,28 +91,30 @@ def _most_positions(scene: Scene) -> int:
 
 
 @single_threaded_blas()
-def _together(scenes: Sequence[Scene], found: Sequence[tuple], shared: Shared) -> list[Solved]:
+def _together(scenes: Sequence[Scene], cycles: Sequence[tuple], shared: Shared) -> list[Solved]:
     """Solve scenes that differ only in the load, each at its phases ``found``; one solution if they share phases."""
-    counts, alike = [len(phase) for phase, _, _ in found], all(each is found[0] for each in found)
+    counts, alike = ([len(phase) for phase, _, _ in cycles], all(each is cycles[0] for each in cycles))
     # loads share the phases on panels that the load does not change
-    phase, position = np.unique(np.concatenate([phase for phase, _, _ in found]), return_inverse=True)
-    at = shared.assembled(scenes[0], phase)
-    shares = np.array([scene.F_bn / at.problem.force for scene in scenes])
-    problem = under_shares(part_of(at.problem, position), np.repeat(shares, counts))
+    phase, position = np.unique(np.concatenate([phase for phase, _, _ in cycles]), return_inverse=True)
+    assembled = shared.assembled(scenes[0], phase)
+    shares = np.array([scene.F_bn / assembled.problem.force for scene in scenes])
+    problem = under_shares(part_of(assembled.problem, position), np.repeat(shares, counts))
     solution = in_full_load_units(solve_patches(problem), np.repeat(shares, counts))
     if alike:
-        _, weight, size = found[0]
+        _, weight, size = cycles[0]
         solution = stack_loads(solution, len(scenes))
-        return [Solved(scene=scenes[0], lines=at.lines, weight=weight, problem=problem, solution=solution, size=size)]
+        return [
+            Solved(scene=scenes[0], lines=assembled.lines, weight=weight, problem=problem, solution=solution, size=size)
+        ]
     result, ends = [], np.cumsum(counts)
     for scene, (_, weight, size), one, n, end in zip(
-        scenes, found, split_positions(solution, counts), counts, ends, strict=True
+        scenes, cycles, split_positions(solution, counts), counts, ends, strict=True
     ):
-        here = slice(end - n, end)
-        part, share = part_of(problem, here), scene.F_bn / at.problem.force
+        positions = slice(end - n, end)
+        part, share = part_of(problem, positions), scene.F_bn / assembled.problem.force
         cells = replace(part.cells, share=np.ones(n)) if part.cells else None
         part = replace(part, force=scene.F_bn, length_scale=problem.length_scale * share, cells=cells)
-        lines = at.lines.part(position[here])
+        lines = assembled.lines.part(position[positions])
         result.append(Solved(scene=scene, lines=lines, weight=weight, problem=part, solution=one, size=size))
     return result
 
@@ -138,8 +140,8 @@ class Shared:
     def samples(self, scenes: Sequence[Scene]) -> Iterator[RobustProblem]:
         """Problem for error samples of each scene of a group of ``under_loads``."""
         phase, weight = mesh_phases(scenes[0])
-        at = self.assembled(scenes[0], phase)
-        return (at.robust(scene, weight) for scene in scenes)
+        assembled = self.assembled(scenes[0], phase)
+        return (assembled.robust(scene, weight) for scene in scenes)
 
     def assembled(self, scene: Scene, phase: NDArray) -> Assembled:
         """Contact problem of ``scene`` at the mesh phases ``phase``."""
@@ -148,12 +150,12 @@ class Shared:
         # gaps determine the panels of lines; cached lines keep their separation alive, so its id stays valid
         nodes = (lines.u.tobytes(), lines.y.tobytes(), lines.length.tobytes())
         key = (scene.pair, stiff, nodes, lines.cells, lines.coast, id(lines.separation), lines.typical_load)
-        known = self._known.get(key)
-        if known is not None:
-            return Assembled(lines=known.lines, problem=with_gaps(known.problem, scene.acting_effects, known.lines))
-        found = Assembled(lines=lines, problem=assemble(scene, lines))
+        stored = self._known.get(key)
+        if stored is not None:
+            return Assembled(lines=stored.lines, problem=with_gaps(stored.problem, scene.acting_effects, stored.lines))
+        assembled = Assembled(lines=lines, problem=assemble(scene, lines))
         if not scene.has_shafts:  # with shafts the compliance depends on the load, by the equilibrium of the bearings
             while len(self._known) >= KEPT:
                 self._known.pop(next(iter(self._known)))
-            self._known[key] = found
-        return found
+            self._known[key] = assembled
+        return assembled

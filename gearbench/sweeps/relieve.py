@@ -109,23 +109,24 @@ def relieve(
     points, values = np.array(search.points), np.array(search.values)
     nearest = int(np.flatnonzero((np.abs(points - chosen) < 1e-12).all(axis=1))[-1])
     each = values.argmin(axis=0)
-    known = np.full((3, len(torques)), np.nan)  # NaN for the scene as given, whose amounts may differ between the gears
+    # NaN for the scene as given, whose amounts may differ between the gears
+    unknown = np.full((3, len(torques)), np.nan)
     grid_dims = ("design", "torque")
     variables: dict[str, tuple] = {
         search.name: (grid_dims, np.stack([given, values[nearest], values[each, np.arange(len(torques))]]))
     }
     for i, name in enumerate(("tip_relief_amount", "tip_relief_length", "crowning_amount")):
-        column = known.copy()
+        column = unknown.copy()
         column[1:] = np.stack([np.full(len(torques), points[nearest, i]), points[each, i]])
         variables[name] = (grid_dims, column, {"units": "mm" if name.endswith("length") else "µm"})
     pressure = [search.pressure(each) for each in (search.scene, search.scene_with(points[nearest]))]
-    variables["flank_pressure_max"] = (grid_dims, np.stack([*pressure, known[0]]), {"units": "MPa"})
+    variables["flank_pressure_max"] = (grid_dims, np.stack([*pressure, unknown[0]]), {"units": "MPa"})
     coords = {"design": list(_DESIGNS), "torque": ("torque", torques, {"units": "N·m", "symbol": "T"})}
     relieved = search.scene_with(points[nearest])
     attrs = provenance(relieved, wall_time=time.perf_counter() - start)
-    found = xr.Dataset(variables, coords, {**attrs, "minimised": search.name, "evaluations": len(values)})
-    found[search.name].attrs = {"units": "µm", **search.attrs}
-    return found
+    dataset = xr.Dataset(variables, coords, {**attrs, "minimised": search.name, "evaluations": len(values)})
+    dataset[search.name].attrs = {"units": "µm", **search.attrs}
+    return dataset
 
 
 @dataclass(kw_only=True)
@@ -181,10 +182,10 @@ class _ReliefSearch:
 
     def metric(self, scene: Scene) -> NDArray:
         """Metric of a scene at each torque [µm]."""
-        own = self.name.removesuffix("_mean")
-        found = sweep(scene, torque=self.torques, outputs=(own,), samples=self.samples)[self.name]
-        self.attrs = {key: str(found.attrs[key]) for key in ("symbol", "long_name")}
-        return found.values
+        output = self.name.removesuffix("_mean")
+        swept = sweep(scene, torque=self.torques, outputs=(output,), samples=self.samples)[self.name]
+        self.attrs = {key: str(swept.attrs[key]) for key in ("symbol", "long_name")}
+        return swept.values
 
 
 def draw_relief(dataset: xr.Dataset, folder: Path) -> list[Path]:
@@ -194,9 +195,9 @@ def draw_relief(dataset: xr.Dataset, folder: Path) -> list[Path]:
     _gain(dataset, gain)
     _choice(dataset, choice)
     given, chosen = (float(dataset[name].sel(design=each).max()) for each in _DESIGNS[:2])
-    what = "RMS" if name.endswith("rms_mean") else "peak-to-peak"
-    found = f"largest {what} STE over the torques {chosen:.3g} µm instead of {given:.3g} µm"
-    figure.suptitle(f"{as_label(scene.name or 'scene')}: {found}")
+    quantity = "RMS" if name.endswith("rms_mean") else "peak-to-peak"
+    finding = f"largest {quantity} STE over the torques {chosen:.3g} µm instead of {given:.3g} µm"
+    figure.suptitle(f"{as_label(scene.name or 'scene')}: {finding}")
     return [write_figure(figure, folder / "relief_over_torque.png")]
 
 

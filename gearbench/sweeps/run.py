@@ -106,13 +106,13 @@ def sweep(
     solver = _solver(scene, outputs, {"samples": samples, "seed": seed, "sampler": sampler}, threads)
     groups = _groups(scene, axes, sampled=samples > 0)
 
-    def whole(found: Mapping[tuple[float, ...], Point]) -> xr.Dataset:
+    def dataset_of(solved: Mapping[tuple[float, ...], Point]) -> xr.Dataset:
         attrs = provenance(scene, wall_time=time.perf_counter() - start) | solver.draws | solver.attrs
         paths = [each.path for each in axes] + [MESH] * scene.coupled
-        attrs |= {"swept": paths, "complete": int(len(found) == total)} | _warning(scene, axes)
-        return with_grids(over_loads(combined(found, axes).assign_attrs(attrs), spectrum), scene)
+        attrs |= {"swept": paths, "complete": int(len(solved) == total)} | _warning(scene, axes)
+        return with_grids(over_loads(combined(solved, axes).assign_attrs(attrs), spectrum), scene)
 
-    return whole(_solved(groups, solver, lambda done: progress(done, total), _Keeper(keep=keep, whole=whole)))
+    return dataset_of(_solved(groups, solver, lambda done: progress(done, total), _Keeper(keep=keep, whole=dataset_of)))
 
 
 @dataclass(kw_only=True)
@@ -123,11 +123,11 @@ class _Keeper:
     whole: Callable[[Mapping[tuple[float, ...], Point]], xr.Dataset]
     due: float = field(default_factory=lambda: time.perf_counter() + KEEP_LEAST)
 
-    def look(self, found: Mapping[tuple[float, ...], Point]) -> None:
+    def look(self, solved: Mapping[tuple[float, ...], Point]) -> None:
         """Save the points ``found`` if the pause since the last save is over."""
         if self.keep is None or (begun := time.perf_counter()) < self.due:
             return
-        self.keep(self.whole(found))
+        self.keep(self.whole(solved))
         now = time.perf_counter()
         self.due = now + max(KEEP_LEAST, KEEP_SHARE * (now - begun))
 
@@ -137,17 +137,17 @@ def _solved(
     groups: Sequence[dict[tuple[float, ...], Scene]], solver: _Solver, advance: Callable[[int], None], keeper: _Keeper
 ) -> dict[tuple[float, ...], Point]:
     """Solve the groups: values along the axes → result. After Ctrl-C the points done so far are returned."""
-    found: dict[tuple[float, ...], Point] = {}
+    solved: dict[tuple[float, ...], Point] = {}
     try:
         for group in groups:
-            for at, point in zip(group, solver.solve(list(group.values())), strict=True):
-                found[at] = point
-                advance(len(found))
-                keeper.look(found)
+            for position, point in zip(group, solver.solve(list(group.values())), strict=True):
+                solved[position] = point
+                advance(len(solved))
+                keeper.look(solved)
     except KeyboardInterrupt:
-        if not found:
+        if not solved:
             raise
-    return found
+    return solved
 
 
 @dataclass(kw_only=True)
@@ -252,17 +252,17 @@ def _groups(scene: Scene, axes: Sequence[SweepAxis], *, sampled: bool) -> list[d
     torques = next((each.values for each in axes if each.path == TORQUE), None)
     groups = []
     for point in grid([each for each in axes if each.path not in (TORQUE, MESH)]):
-        whole = scene_at(base, point)
-        if whole.coupled:
-            for torque in torques or (whole.load.torque,):
+        at_point = scene_at(base, point)
+        if at_point.coupled:
+            for torque in torques or (at_point.load.torque,):
                 values = point | {TORQUE: torque}
-                groups.append({tuple(values[a.path] for a in axes): scene_at(whole, {TORQUE: torque})})
+                groups.append({tuple(values[a.path] for a in axes): scene_at(at_point, {TORQUE: torque})})
             continue
-        for name, at in whole.meshes.items():
-            share = at.load.torque / whole.load.torque
-            own = [[at]] if torques is None else under_loads(at, [share * T for T in torques])
-            on_first = iter(torques or (whole.load.torque,))
-            for scenes in own:
+        for name, of_mesh in at_point.meshes.items():
+            share = of_mesh.load.torque / at_point.load.torque
+            groups_of_mesh = [[of_mesh]] if torques is None else under_loads(of_mesh, [share * T for T in torques])
+            on_first = iter(torques or (at_point.load.torque,))
+            for scenes in groups_of_mesh:
                 values = [point | {TORQUE: next(on_first), MESH: name} for _ in scenes]
                 groups.append({tuple(x[a.path] for a in axes): s for x, s in zip(values, scenes, strict=True)})
     return groups
@@ -272,8 +272,8 @@ def _require_memory(scene: Scene, points: int) -> None:
     """Refuse more points than fit into memory at the resolution of ``scene`` (default resolution with an accuracy)."""
     if scene.resolution.accuracy is not None:
         scene = replace(scene, resolution=Resolution())
-    each = kept_memory(scene, len(mesh_phases(scene)[0]))
-    require(points * each, "sweep", f"{points} points", f"{int(room() / each)} points would fit")
+    per_point = kept_memory(scene, len(mesh_phases(scene)[0]))
+    require(points * per_point, "sweep", f"{points} points", f"{int(room() / per_point)} points would fit")
 
 
 def _warning(scene: Scene, axes: Sequence[SweepAxis]) -> dict[str, str]:
