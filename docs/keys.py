@@ -39,7 +39,7 @@ def key_tables(owner: type, shown: Shown | None = None, here: str = "above") -> 
     for meaning, together in alike.items():
         values: dict[str, list[str]] = {}
         for key in together:
-            permitted = "a table" if key.table else allowed[key.name]
+            permitted = "" if key.table else allowed[key.name]
             named = "`" in permitted and all(word.strip("`") in meaning for word in permitted.split(", "))
             value = ", ".join(filter(None, ("" if named else permitted, _default(key.default))))
             values.setdefault(value, []).append(f"`{key.name}`")
@@ -74,7 +74,7 @@ def _allowed(part: Mapping[str, Any]) -> str:
         return ", ".join(f"`{toml_value(value)}`" for value in part.get("enum", (part.get("const"),)))
     low, high = part.get("minimum", part.get("exclusiveMinimum")), part.get("maximum")
     low, high = (None if limit is None or abs(limit) >= LARGE else limit for limit in (low, high))
-    kind = {"number": "", "integer": "whole, ", "boolean": "true or false", "string": "text", "array": "list"}
+    kind = {"number": "", "integer": "whole, ", "boolean": "", "string": "text", "array": "list"}
     text = kind.get(part.get("type", ""), "")
     if low is None:
         return text.removesuffix(", ")
