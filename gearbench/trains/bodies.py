@@ -48,38 +48,40 @@ def yielding_bodies(
         blocks = body.between(scene.pair, i, scene.effects_by_name, coast=coast, across=i != j)
         ahead = [train.leading(name, train[name].gears[k], 0.0, coast=coast) for name, k in (names[one], names[other])]
         # pitches, in the sense of rotation, between the teeth of pair 0 at both meshes
-        apart = np.round(ahead[0] + lines.mesh_phase - ahead[1] - others.mesh_phase).astype(int)
+        pitches = np.round(ahead[0] + lines.mesh_phase - ahead[1] - others.mesh_phase).astype(int)
         z, half = abs(gear.teeth), abs(gear.teeth) // 2
         groups = []
-        for d in np.unique(apart):
+        for d in np.unique(pitches):
             teeth = d + lines.index[:, None] - others.index
             # a driven gear counts its teeth the other way round
             teeth = teeth if i == 0 else -teeth
             between = blocks[half + (teeth + half) % z - half].swapaxes(1, 2)
-            groups.append((np.flatnonzero(apart == d), between.reshape(math.prod(between.shape[:2]), -1)))
+            groups.append((np.flatnonzero(pitches == d), between.reshape(math.prod(between.shape[:2]), -1)))
         return Link(sides=(one, other), groups=tuple(groups))
 
-    shared = [own for own in seats.values() if len(own) > 1]
+    shared = [of_gear for of_gear in seats.values() if len(of_gear) > 1]
     if not shared:
         return None
     # a gear that drives in one mesh and is driven in another is treated as driving: that side comes first
-    pairs = [sorted(both, key=lambda s: names[s][1]) for own in shared for both in combinations(own, 2)]
+    pairs = [sorted(both, key=lambda s: names[s][1]) for of_gear in shared for both in combinations(of_gear, 2)]
     return Bodies(sides=tuple(sides), links=tuple(link(*both) for both in pairs))
 
 
 def _body(scene: Scene) -> GearBody | None:
     """The ``gear_body`` effect of a mesh, if it couples the teeth."""
-    found = scene.effect("gear_body")
-    return found if isinstance(found, GearBody) and found.model == "ring" and found.coupled else None
+    body = scene.effect("gear_body")
+    return body if isinstance(body, GearBody) and body.model == "ring" and body.coupled else None
 
 
 def _side(scene: Scene, lines: ContactLines, contact: MeshAt, index: int) -> Side:
     """Flank polynomials of a gear, divided by the lever, on the contact lines of its mesh."""
     cells = contact.problem.cells
-    at = lines if cells is None else cells.smooth_lines
+    nodes_on_lines = lines if cells is None else cells.smooth_lines
     body = _body(scene)
     assert body is not None
-    nodes: NDArray = body.shapes(at, index, scene.effects_by_name) / np.expand_dims(at.lever, -1)
-    nodes = np.where(at.active[..., None, None], nodes, 0.0)
+    nodes: NDArray = body.shapes(nodes_on_lines, index, scene.effects_by_name) / np.expand_dims(
+        nodes_on_lines.lever, -1
+    )
+    nodes = np.where(nodes_on_lines.active[..., None, None], nodes, 0.0)
     means = nodes if cells is None else _MEAN @ cells.interpolation @ nodes
     return Side(mesh=0, cells=means, nodes=nodes)

@@ -64,13 +64,13 @@ class TrainCycles:
         pressed = [mesh.driven == RING for mesh in train.meshes]
         if not any(pressed):
             return None
-        sensor, found = turned(solved, RING, time), np.zeros((cycles, positions))
+        sensor, total = turned(solved, RING, time), np.zeros((cycles, positions))
         places = [train.places[train.shaft(mesh.driver)] for mesh in train.meshes]
         for m in np.flatnonzero(pressed):
             x, y = places[m] - train.places[RING]
             away = np.angle(np.exp(1j * (np.arctan2(y, x) - sensor)))
-            found += self.cycle.force[..., m] * np.cos(np.minimum(sum(pressed) * np.abs(away), 2 * np.pi) / 4) ** 2
-        return found
+            total += self.cycle.force[..., m] * np.cos(np.minimum(sum(pressed) * np.abs(away), 2 * np.pi) / 4) ** 2
+        return total
 
 
 def gears_apart(scene: Scene) -> dict[str, Gear]:
@@ -79,18 +79,20 @@ def gears_apart(scene: Scene) -> dict[str, Gear]:
     They have unequal teeth, are eccentric, or are the ring of a planetary set, along which the planets move.
     """
     assert scene.train is not None
-    short, found = scene.train.planetary, {}
-    apart = set() if short is None else {RING, *short.eccentricities}
-    for mesh, own in zip(scene.geometry.meshes, scene.meshes.values(), strict=True):
-        lines, turning = scene_lines(own, np.zeros(1)), tooth_to_tooth_effects(own)
-        for side, (name, gear) in enumerate(zip(mesh.gears, own.pair.gears, strict=True)):
+    short, gears = scene.train.planetary, {}
+    names = set() if short is None else {RING, *short.eccentricities}
+    for mesh, mesh_scene in zip(scene.geometry.meshes, scene.meshes.values(), strict=True):
+        lines, tooth_effects = scene_lines(mesh_scene, np.zeros(1)), tooth_to_tooth_effects(mesh_scene)
+        for side, (name, gear) in enumerate(zip(mesh.gears, mesh_scene.pair.gears, strict=True)):
             teeth = np.arange(abs(gear.teeth))
-            for effect in turning:
-                both = (each.turning(lines, teeth) for each in (effect, effect.later(own.pair, (1 - side, side))))
+            for effect in tooth_effects:
+                both = (
+                    each.turning(lines, teeth) for each in (effect, effect.later(mesh_scene.pair, (1 - side, side)))
+                )
                 one, other = (each.amounts for each in both if each is not None)
-                apart |= set() if np.allclose(one, other, rtol=0, atol=1e-12) else {name}
-            found |= {name: gear} if name in apart else {}
-    return found
+                names |= set() if np.allclose(one, other, rtol=0, atol=1e-12) else {name}
+            gears |= {name: gear} if name in names else {}
+    return gears
 
 
 def check_train_cycles(scene: Scene) -> int:
@@ -137,16 +139,19 @@ def train_cycles(scene: Scene, orders: float, threads: int) -> TrainCycles:
     size = f"{count} mesh cycles × {positions} positions × {meshes} meshes"
     require(train_cycles_memory(meshes, positions, count, orders), "hunting", size, "fewer positions would fit")
     forces = curves(solved, float(len(solved.meshes)))
-    each = zip(mesh_scenes(scene).values(), solved.meshes.values(), strict=True)
-    amounts = [cycle_gap_amounts(tooth_to_tooth_effects(own), mesh.lines, count) for own, mesh in each]
+    meshes_and_scenes = zip(mesh_scenes(scene).values(), solved.meshes.values(), strict=True)
+    amounts = [
+        cycle_gap_amounts(tooth_to_tooth_effects(mesh_scene), mesh.lines, count)
+        for mesh_scene, mesh in meshes_and_scenes
+    ]
 
     def batch(mesh: Solved, contact: MeshAt) -> Batch:
         return prepare(contact.problem, cycle_gap_modes(tooth_to_tooth_effects(mesh.scene), mesh.lines))
 
     flanks = TrainFlanks.of(solved, levels(float(len(solved.meshes))), forces.approach, batch)
     work = partial(_some_cycles, solved, forces, flanks, amounts)
-    parts = list(on_threads(work, (np.unique(each) for each in chunks(np.arange(count))), threads))
-    q, F = (np.concatenate(each) for each in zip(*parts, strict=True))
+    parts = list(on_threads(work, (np.unique(chunk) for chunk in chunks(np.arange(count))), threads))
+    q, F = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
     return TrainCycles(solved=solved, cycle=replace(solved.cycle, force=F, motion=q))
 
 
@@ -154,10 +159,10 @@ def _some_cycles(
     solved: SolvedTrain, forces: Curves, flanks: TrainFlanks, amounts: list[NDArray], cycles: NDArray
 ) -> tuple[NDArray, NDArray]:
     """Motions q (cycle, position, motion) and forces F (cycle, position, mesh) in the mesh cycles ``cycles``."""
-    more = eccentric(solved, _times(solved, cycles))
-    statics = solved.statics(more)
-    _, F = statics.balanced(forces, *solved.begun(more), FORCE_TOLERANCE)
-    meshes_under = partial(flanks.under, [each[cycles] for each in amounts])
+    offset = eccentric(solved, _times(solved, cycles))
+    statics = solved.statics(offset)
+    _, F = statics.balanced(forces, *solved.begun(offset), FORCE_TOLERANCE)
+    meshes_under = partial(flanks.under, [of_mesh[cycles] for of_mesh in amounts])
     search = ForceSearch(meshes_under=meshes_under, nominal=flanks.force, least=LEAST, tolerance=TOUCHED)
     F, q, _, _ = search.solve(statics, F)
     return q, F

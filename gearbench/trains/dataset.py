@@ -25,12 +25,15 @@ def _of_loaded(variables: Columns, loaded: NDArray) -> Columns:
 
     Numbers over the cycle are NaN if flanks part at any position.
     """
-    found = dict(variables)
+    masked = dict(variables)
     for name, (dims, values) in variables.items():
         if name.startswith(CURVES):
-            known = loaded if "position" in dims else loaded.all(axis=1)
-            found[name] = dims, np.where(known.reshape(known.shape + (1,) * (values.ndim - known.ndim)), values, np.nan)
-    return found
+            is_loaded = loaded if "position" in dims else loaded.all(axis=1)
+            masked[name] = (
+                dims,
+                np.where(is_loaded.reshape(is_loaded.shape + (1,) * (values.ndim - is_loaded.ndim)), values, np.nan),
+            )
+    return masked
 
 
 def train_point(solved: SolvedTrain, outputs: Sequence[str]) -> Point:
@@ -38,11 +41,11 @@ def train_point(solved: SolvedTrain, outputs: Sequence[str]) -> Point:
 
     Positions are the phases of the first mesh.
     """
-    own = [name for name in outputs if is_of_train(name)]
-    others = [name for name in outputs if name not in own]
-    each = join_points([Point(*columns(mesh, others)) for mesh in solved.meshes.values()], "mesh")
+    of_train = [name for name in outputs if is_of_train(name)]
+    of_mesh = [name for name in outputs if name not in of_train]
+    meshes = join_points([Point(*columns(mesh, of_mesh)) for mesh in solved.meshes.values()], "mesh")
     linkage, balance, phases = solved.linkage, solved.balance, solved.phases
-    coords, variables = dict(each.coords), _of_loaded(each.variables, balance.force.T > 0)
+    coords, variables = dict(meshes.coords), _of_loaded(meshes.variables, balance.force.T > 0)
     shift = linkage.train.phases(coast=linkage.coast)
     coords |= {"mesh": (("mesh",), np.array(list(solved.meshes)))}
     coords["phase_shift"] = (("mesh",), np.array([shift[name] for name in solved.meshes]))
@@ -65,16 +68,16 @@ def train_point(solved: SolvedTrain, outputs: Sequence[str]) -> Point:
         "train_stiffness": (("position",), solved.stiffness),
         "turning_error": (("member", "position"), 1e6 * np.multiply.outer(solved.ratios, cycle.input_turn)),
     }
-    variables |= {name: ((), response(name).reduce(cycle)) for name in (*USUAL_OF_TRAIN, *own)}
+    variables |= {name: ((), response(name).reduce(cycle)) for name in (*USUAL_OF_TRAIN, *of_train)}
     if more := linkage.additional_motions:
         coords["motion"] = ("motion",), np.array([motion.name for motion in more])
         variables["motion_amount"] = ("motion", "position"), MICROMETRES * balance.motion[:, -len(more) :].T
-    on = np.moveaxis(linkage.on_bodies(balance.force), 0, -1)
-    amplitude = 2 * np.abs(coefficients(phases, on))
+    loads = np.moveaxis(linkage.on_bodies(balance.force), 0, -1)
+    amplitude = 2 * np.abs(coefficients(phases, loads))
     variables |= {
-        "member_force": (("member", "axis", "position"), on[:, :2]),
+        "member_force": (("member", "axis", "position"), loads[:, :2]),
         "member_force_amplitude": (("member", "axis", "harmonic"), amplitude[:, :2]),
-        "member_torque": (("member", "position"), 1e-3 * on[:, 2]),
+        "member_torque": (("member", "position"), 1e-3 * loads[:, 2]),
         "member_torque_amplitude": (("member", "harmonic"), 1e-3 * amplitude[:, 2]),
     }
     more_coords, over = revolution_columns(solved)

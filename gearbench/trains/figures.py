@@ -85,10 +85,10 @@ def draw_train(dataset: xr.Dataset, folder: Path) -> list[Path]:
         "xlim": (0, max(2, Phases.of_dataset(dataset).length)),
     }
     for number, name in enumerate(dataset["mesh"].values.tolist()):
-        own = dataset.sel(mesh=name)
+        of_mesh = dataset.sel(mesh=name)
         # equal curves cover each other: later ones are dashed
         style = "-" if 2 * number < dataset.sizes["mesh"] else (0, (3, 3))
-        plot_two_periods(shares, own, "load_sharing", label=name, color=f"C{number % 10}", lw=1.6, ls=style)
+        plot_two_periods(shares, of_mesh, "load_sharing", label=name, color=f"C{number % 10}", lw=1.6, ls=style)
     shares.set(ylabel="load share L [–]", **phase)
     least, most = min(1.0, float(dataset["load_sharing"].min())), max(1.0, float(dataset["load_sharing"].max()))
     room = max(0.02, 0.15 * (most - least))

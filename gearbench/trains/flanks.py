@@ -59,15 +59,15 @@ class TrainFlanks:
 
         ``approach`` (mesh, position, level) [mm] is the accurate approach at the load levels ``share`` (level,).
         """
-        found, known = [], {}
-        for mesh, contact, own in zip(solved.meshes.values(), solved.contacts, approach, strict=True):
-            if id(contact) not in known:
+        prepared, by_contact = [], {}
+        for mesh, contact, accurate in zip(solved.meshes.values(), solved.contacts, approach, strict=True):
+            if id(contact) not in by_contact:
                 batch = prepare(mesh, contact)
-                load = np.tile(share, (len(own), 1))
+                load = np.tile(share, (len(accurate), 1))
                 cells, _ = _answer(batch, np.zeros((len(share), batch.modes.shape[1])), load)
-                known[id(contact)] = batch, own - cells / contact.cos_b
-            found.append(known[id(contact)])
-        batches, cell_correction = zip(*found, strict=True)
+                by_contact[id(contact)] = batch, accurate - cells / contact.cos_b
+            prepared.append(by_contact[id(contact)])
+        batches, cell_correction = zip(*prepared, strict=True)
         force, cos_b = (np.array([getattr(mesh, name) for mesh in solved.contacts]) for name in ("nominal", "cos_b"))
         return cls(batches=batches, force=force, cos_b=cos_b, share=share, cell_correction=np.array(cell_correction))
 
@@ -81,10 +81,10 @@ class TrainFlanks:
         for m, batch in enumerate(self.batches):
             load = np.maximum(force[..., m].T / self.force[m], self.share[0])
             approach, k = _answer(batch, amounts[m], load)
-            more = [np.interp(np.log(own), level, at) for own, at in zip(load, self.cell_correction[m], strict=True)]
+            correction = [np.interp(np.log(L), level, c) for L, c in zip(load, self.cell_correction[m], strict=True)]
             cos_b = self.cos_b[m]
-            answers.append(((approach / cos_b + more).T, k.T * cos_b**2))
-        approach, k = (np.stack(each, axis=-1) for each in zip(*answers, strict=True))
+            answers.append(((approach / cos_b + correction).T, k.T * cos_b**2))
+        approach, k = (np.stack(arrays, axis=-1) for arrays in zip(*answers, strict=True))
         return approach, k
 
 
@@ -128,8 +128,8 @@ class FlankErrors:
         both = drive & {mesh.scene.gear_names[1] for mesh in solved.meshes.values()}
         errors: dict[str, ErrorMode] = {}
         named = [_named(mesh.scene, name, both) for name, mesh in solved.meshes.items()]
-        for own in named:
-            errors |= own
+        for of_mesh in named:
+            errors |= of_mesh
         order, expansions = {name: i for i, name in enumerate(errors)}, {}
 
         def prepare(mesh: Solved, contact: MeshAt) -> Batch:
@@ -138,7 +138,7 @@ class FlankErrors:
 
         return cls(
             errors=errors,
-            columns=tuple(tuple(order[name] for name in own) for own in named),
+            columns=tuple(tuple(order[name] for name in of_mesh) for of_mesh in named),
             flanks=TrainFlanks.of(solved, share, approach, prepare),
             expansions=tuple(expansions[id(contact)] for contact in solved.contacts),
         )
@@ -151,8 +151,9 @@ class FlankErrors:
 
     def under(self, errors: NDArray, force: NDArray) -> tuple[NDArray, NDArray]:
         """Approach and stiffness with ``errors`` (sample, error) under ``force``; shapes as in ``TrainFlanks``."""
-        own = zip(self.expansions, self.columns, strict=True)
-        return self.flanks.under([each.amounts(errors[:, list(columns)]) for each, columns in own], force)
+        meshes = zip(self.expansions, self.columns, strict=True)
+        amounts = [expansion.amounts(errors[:, list(columns)]) for expansion, columns in meshes]
+        return self.flanks.under(amounts, force)
 
 
 def _named(scene: Scene, mesh: str, both: set[str]) -> dict[str, ErrorMode]:
@@ -160,15 +161,15 @@ def _named(scene: Scene, mesh: str, both: set[str]) -> dict[str, ErrorMode]:
 
     ``both``: gears that drive in one mesh and are driven in another; their names tell the two flanks apart.
     """
-    found = {}
+    errors = {}
     for mode in require_errors(scene).error_modes(scene.pair):
-        side = next(i for i, each in enumerate(GEARS) if f"_{each}" in mode.name)
+        side = next(i for i, name in enumerate(GEARS) if f"_{name}" in mode.name)
         kind, _, tooth = mode.name.partition(f"_{GEARS[side]}")
         gear = scene.gear_names[side]
         flank = f", {('driving', 'driven')[side]} flank" if gear in both else ""
-        at = f", {tooth[1:]} of {mesh}" if tooth else ""
-        found[f"{kind} {gear}{flank}{at}"] = mode
-    return found
+        of_tooth = f", {tooth[1:]} of {mesh}" if tooth else ""
+        errors[f"{kind} {gear}{flank}{of_tooth}"] = mode
+    return errors
 
 
 def check_flanks(scene: Scene) -> None:

@@ -37,15 +37,15 @@ def revolution_columns(solved: SolvedTrain) -> tuple[Columns, Columns]:
 
 def eccentric(solved: SolvedTrain, time: NDArray) -> NDArray:
     """Approach (…, mesh) [mm] that run-out adds to each mesh between time 0 and ``time`` (…) [mesh periods]."""
-    found = np.zeros((*time.shape, len(solved.even)))
+    approach = np.zeros((*time.shape, len(solved.even)))
     short = None if solved.scene.train is None else solved.scene.train.planetary
     if short is None:
-        return found
+        return approach
     modes = short.modes(solved.linkage)
     for name, amount in short.eccentricities.items():
         angle = turned(solved, name, time)[..., None]
-        found += amount * ((np.cos(angle) - 1) * modes[f"{name} x"] + np.sin(angle) * modes[f"{name} y"])
-    return found
+        approach += amount * ((np.cos(angle) - 1) * modes[f"{name} x"] + np.sin(angle) * modes[f"{name} y"])
+    return approach
 
 
 def turned(solved: SolvedTrain, body: str, time: NDArray) -> NDArray:

@@ -110,47 +110,47 @@ def levels(most: float) -> NDArray:
 def curves(solved: SolvedTrain, most: float) -> Curves:
     """Tabulate F(δ) of all meshes up to ``most`` times the force under even sharing."""
     shares = levels(most)
-    found = []
+    curves_of_meshes = []
     for mesh in solved.contacts:
         count = len(mesh.problem.gap)
         problem = part_of(mesh.problem, np.tile(np.arange(count), LEVELS))
         force = np.repeat(shares, count) * mesh.nominal
-        whole = MeshAt(problem=problem, nominal=mesh.nominal, cos_b=mesh.cos_b)
-        approach, slope, _ = whole.under(force, Guess.empty(problem))
-        found.append([each.reshape(LEVELS, count).T for each in (approach, force, slope)])
-    approach, force, slope = (np.stack(each) for each in zip(*found, strict=True))
+        all_levels = MeshAt(problem=problem, nominal=mesh.nominal, cos_b=mesh.cos_b)
+        approach, slope, _ = all_levels.under(force, Guess.empty(problem))
+        curves_of_meshes.append([values.reshape(LEVELS, count).T for values in (approach, force, slope)])
+    approach, force, slope = (np.stack(arrays) for arrays in zip(*curves_of_meshes, strict=True))
     return Curves(approach=approach, force=force, slope=slope, statics=solved.own)
 
 
 def variables(scatter: PlanetaryScatter, planets: tuple[str, ...]) -> dict[str, float]:
     """Name of each random variable → its amplitude [µm]; each run-out is followed by its angle [revolutions]."""
-    found = {}
+    amplitudes = {}
     for key in DEVIATIONS:
         if (f := getattr(scatter, key)) is not None:
-            found |= {f"{key} {name}": f for name in planets}
+            amplitudes |= {f"{key} {name}": f for name in planets}
     for key, names in (("sun", ("sun",)), ("ring", ("ring",)), ("carrier", ("carrier",)), ("planet", planets)):
         if (f := getattr(scatter, f"{key}_run_out")) is not None:
             for name in names:
-                found |= {f"run_out {name}": f, f"angle {name}": 1.0}
-    return found
+                amplitudes |= {f"run_out {name}": f, f"angle {name}": 1.0}
+    return amplitudes
 
 
 def offsets(solved: SolvedTrain, names: dict[str, float], errors: NDArray) -> NDArray:
     """Approach added to each mesh by ``errors`` (sample, variable) of the variables ``names``, (sample, mesh) [mm]."""
     assert solved.scene.train is not None
-    short, found = solved.scene.train.planetary, np.zeros((len(errors), len(solved.even)))
+    short, approach = solved.scene.train.planetary, np.zeros((len(errors), len(solved.even)))
     if short is None:
-        return found
+        return approach
     modes, columns = short.modes(solved.linkage), dict(zip(names, errors.T, strict=False))
     for name, amount in columns.items():
         kind, _, body = name.partition(" ")
         if kind == "run_out":
             angle = 2 * np.pi * columns[f"angle {body}"]
             x, y = modes[f"{body} x"], modes[f"{body} y"]
-            found += amount[:, None] / 2 * (np.cos(angle)[:, None] * x + np.sin(angle)[:, None] * y)
+            approach += amount[:, None] / 2 * (np.cos(angle)[:, None] * x + np.sin(angle)[:, None] * y)
         elif kind != "angle":
-            found += amount[:, None] * modes[name]
-    return found
+            approach += amount[:, None] * modes[name]
+    return approach
 
 
 def draw(scatter: PlanetaryScatter, names: dict[str, float], unit: NDArray) -> NDArray:
@@ -222,19 +222,22 @@ class SampledTrain:
 
         Also ``load_sharing_greatest`` (sample, mesh), and ``train_transmission_error_amplitude`` (sample, harmonic).
         """
-        found = [
+        chunks_of_metrics = [
             {name: response(name).reduce(cycle) for name in names}
             | {"load_sharing_greatest": cycle.sharing.max(axis=1)}
             | {"train_transmission_error_amplitude": 2 * np.abs(coefficients(cycle.phases, cycle.transmission_error))}
             for cycle in self.cycles(errors, threads, progress)
         ]
-        return {name: np.concatenate([each[name] for each in found])[: len(errors)] for name in found[0]}
+        return {
+            name: np.concatenate([chunk[name] for chunk in chunks_of_metrics])[: len(errors)]
+            for name in chunks_of_metrics[0]
+        }
 
     def _cycle(self, errors: NDArray) -> TrainCycle:
         solved, count = self.solved, len(self.names)
-        more = offsets(solved, self.names, errors)[:, None]
-        statics = solved.statics(more)
-        q, F = statics.balanced(self.forces, *solved.begun(more), FORCE_TOLERANCE)
+        offset = offsets(solved, self.names, errors)[:, None]
+        statics = solved.statics(offset)
+        q, F = statics.balanced(self.forces, *solved.begun(offset), FORCE_TOLERANCE)
         if self.flanks is not None:
             under = partial(self.flanks.under, errors[:, count:])
             search = ForceSearch(meshes_under=under, nominal=self.flanks.flanks.force, least=LEAST, tolerance=TOUCHED)
@@ -302,22 +305,22 @@ def robust_train(
     train = sampled_train(scene)
     errors = train.draw(unit_samples(sampler, samples, len(train.error_names), seed))
     names = tuple(dict.fromkeys((*USUAL_OF_TRAIN, *responses)))
-    found = train.respond(errors, names, threads or default_threads(), progress)
+    metrics = train.respond(errors, names, threads or default_threads(), progress)
     attrs = provenance(scene, wall_time=time.perf_counter() - start, seed=seed)
     attrs |= {"sampler": sampler, "samples": samples, "complete": 1}
-    columns = _columns(found, errors, sampler, tuple(dict.fromkeys((*STUDIED, *responses))))
+    columns = _columns(metrics, errors, sampler, tuple(dict.fromkeys((*STUDIED, *responses))))
     coords = {"error_name": np.array(train.error_names), "mesh": np.array(list(train.solved.meshes))}
     coords["harmonic"] = np.array(train.solved.phases.orders)
     return xr.Dataset(described(columns, "NaN where the samples are too few to tell"), coords=coords, attrs=attrs)
 
 
-def _columns(found: dict[str, NDArray], errors: NDArray, sampler: Sampler, studied: Sequence[str]) -> Columns:
+def _columns(metrics: dict[str, NDArray], errors: NDArray, sampler: Sampler, studied: Sequence[str]) -> Columns:
     """Variables of the Dataset: all samples, statistics of the ``studied`` responses, and their sensitivities."""
     columns: Columns = {
         name: (("sample", "harmonic" if name.endswith("amplitude") else "mesh")[: values.ndim], values)
-        for name, values in found.items()
+        for name, values in metrics.items()
     } | {"error": (("sample", "error_name"), errors)}
     if len(errors) < 2:
         return columns
-    values = {name: found[name] for name in studied}
+    values = {name: metrics[name] for name in studied}
     return columns | statistic_columns(values, sampler) | share_columns(values, errors)

@@ -84,9 +84,9 @@ class SolvedTrain:
         own, k = self.own, self.balance.stiffness
         k = np.maximum(k, SEPARATED_STIFFNESS * k.max())
         W, B = own.tangent(k), own.rows
-        moved = -(np.linalg.solve(own.matrix(k), B.T @ W) @ more[..., None])[..., 0]
-        force = self.balance.force + (W @ (moved @ B.T + more)[..., None])[..., 0]
-        return self.balance.motion + moved, force
+        change = -(np.linalg.solve(own.matrix(k), B.T @ W) @ more[..., None])[..., 0]
+        force = self.balance.force + (W @ (change @ B.T + more)[..., None])[..., 0]
+        return self.balance.motion + change, force
 
     @cached_property
     def spread(self) -> NDArray | float:
@@ -118,8 +118,8 @@ class SolvedTrain:
     @cached_property
     def input_stiffness(self) -> NDArray:
         """Torque on the input shaft per unit of its rotation, (position,) [N·mm/rad]."""
-        whole = self.own.matrix(self.balance.stiffness)
-        return 1 / np.linalg.pinv(whole, hermitian=True)[:, self.linkage.input, self.linkage.input]
+        matrix = self.own.matrix(self.balance.stiffness)
+        return 1 / np.linalg.pinv(matrix, hermitian=True)[:, self.linkage.input, self.linkage.input]
 
     @property
     def stiffness(self) -> NDArray:
@@ -130,8 +130,8 @@ class SolvedTrain:
     def cycles(self) -> list[MeshCycle]:
         """Transmission error and stiffness of the train, then of each mesh."""
         error = self.cycle.transmission_error
-        own = MeshCycle(phases=self.phases, transmission_error=error, mesh_stiffness=self.stiffness)
-        return [own, *(mesh.cycle for mesh in self.meshes.values())]
+        of_train = MeshCycle(phases=self.phases, transmission_error=error, mesh_stiffness=self.stiffness)
+        return [of_train, *(mesh.cycle for mesh in self.meshes.values())]
 
     @property
     def change(self) -> NDArray:
@@ -140,8 +140,8 @@ class SolvedTrain:
         change = [(m.solution.approach - m.solution.coarse_approach) / contact.cos_b for m, contact in by_mesh]
         k = self.balance.stiffness
         pulled = self.linkage.rows.T @ self.own.tangent(k) @ np.stack(change, axis=1)[..., None]
-        moved = (np.linalg.pinv(self.own.matrix(k), hermitian=True) @ pulled)[..., 0]
-        return replace(self.cycle, motion=moved).transmission_error
+        motion = (np.linalg.pinv(self.own.matrix(k), hermitian=True) @ pulled)[..., 0]
+        return replace(self.cycle, motion=motion).transmission_error
 
     @property
     def ratios(self) -> NDArray:
@@ -150,11 +150,11 @@ class SolvedTrain:
         Members between the ends have 0.
         """
         rates = self.linkage.rates
-        found = {name: abs(rates[name]) for name in self.linkage.ends}
+        ratios = {name: abs(rates[name]) for name in self.linkage.ends}
         if self.linkage.carrier is not None:  # θ_s − θ_c = i (θ_r − θ_c)
             ratio = rates[self.linkage.ends[1]]
-            found[self.linkage.carrier] = abs(ratio / (1 - ratio))
-        return np.array([found.get(name, 0.0) for name in self.linkage.bodies])
+            ratios[self.linkage.carrier] = abs(ratio / (1 - ratio))
+        return np.array([ratios.get(name, 0.0) for name in self.linkage.bodies])
 
 
 def check_train(scene: Scene) -> Linkage:
@@ -166,10 +166,10 @@ def check_train(scene: Scene) -> Linkage:
         If the tooth numbers or the coupling do not fit, or teeth differ and meshes have different frequencies.
     """
     train = scene.geometry
-    for own in scene.meshes.values() if max(train.periods.values()) > 1 else ():
-        if turning := tooth_to_tooth_effects(own):
+    for mesh_scene in scene.meshes.values() if max(train.periods.values()) > 1 else ():
+        if tooth_effects := tooth_to_tooth_effects(mesh_scene):
             allowed = "differs from tooth to tooth, and needs a train whose meshes have one frequency"
-            raise InputError(f"effects.{turning[0].name}", "given", allowed)
+            raise InputError(f"effects.{tooth_effects[0].name}", "given", allowed)
     assert scene.train is not None
     short = scene.train.planetary
     try:
@@ -191,14 +191,16 @@ def check_train(scene: Scene) -> Linkage:
 
 def mesh_scenes(scene: Scene) -> dict[str, Scene]:
     """Scene of each mesh by name; its effects count the teeth of a gear as the first mesh of the gear does."""
-    found, begun = {}, scene.geometry.begun(coast=scene.load.coast)
-    for name, own in scene.meshes.items():
+    scenes, begun = {}, scene.geometry.begun(coast=scene.load.coast)
+    for name, mesh_scene in scene.meshes.items():
         flanks = {}
         for key in ("effects", "coast"):
-            effects = getattr(own, key)
-            flanks[key] = tuple(e.later(own.pair, begun[name]) if isinstance(e, GapEffect) else e for e in effects)
-        found[name] = own if flanks == {key: getattr(own, key) for key in flanks} else changed(own, **flanks)
-    return found
+            effects = getattr(mesh_scene, key)
+            later = (e.later(mesh_scene.pair, begun[name]) if isinstance(e, GapEffect) else e for e in effects)
+            flanks[key] = tuple(later)
+        same = all(flanks[key] == getattr(mesh_scene, key) for key in flanks)
+        scenes[name] = mesh_scene if same else changed(mesh_scene, **flanks)
+    return scenes
 
 
 @single_threaded_blas()
@@ -226,35 +228,36 @@ def solve_train(
     coast = scene.load.coast
     train, scenes = scene.geometry, dict(meshes or (scene.meshes if alike else mesh_scenes(scene)))
     if phases is None:
-        phases = _phases(
-            {name: with_equal_teeth(own) for name, own in scenes.items()} if alike else scenes, train, coast
-        )
-    even = np.array([own.F_bt for own in scenes.values()])
+        equal = {name: with_equal_teeth(mesh_scene) for name, mesh_scene in scenes.items()} if alike else scenes
+        phases = _phases(equal, train, coast)
+    even = np.array([mesh_scene.F_bt for mesh_scene in scenes.values()])
     f = linkage.force(scene.load.torque)
     statics = Statics(rows=linkage.rows, stiffness=linkage.stiffness, force=f, offset=scene.train.offset(linkage))
-    at, found = _balanced(train, scenes, phases, statics, alike=alike)
+    contact_at, balanced = _balanced(train, scenes, phases, statics, alike=alike)
     for _ in range(ROUNDS):
-        heavy = found.force.max(axis=0) / [mesh.nominal for _, mesh in at.values()]
+        heavy = balanced.force.max(axis=0) / [mesh.nominal for _, mesh in contact_at.values()]
         # off the line of action the contact lines extend with the load
-        far = [own.effect("off_line_contact") is not None for own in scenes.values()]
+        far = [mesh_scene.effect("off_line_contact") is not None for mesh_scene in scenes.values()]
         if not np.any(far & (heavy > HEAVIER)):
             break
         share = np.where(heavy > HEAVIER, heavy, 1.0)
-        scenes = {name: _under(own, by) for (name, own), by in zip(scenes.items(), share, strict=True)}
-        at, found = _balanced(train, scenes, phases, statics, alike=alike)
+        scenes = {name: _under(mesh_scene, by) for (name, mesh_scene), by in zip(scenes.items(), share, strict=True)}
+        contact_at, balanced = _balanced(train, scenes, phases, statics, alike=alike)
     contact_of = {
         name: Solved(
             scene=scenes[name],
             lines=lines,
             weight=phases.weight,
             problem=mesh.problem if field is None else with_field(mesh.problem, field),
-            solution=own,
+            solution=solution,
             at=phases,
         )
-        for (name, (lines, mesh)), own, field in zip(at.items(), found.solutions, found.fields, strict=True)
+        for (name, (lines, mesh)), solution, field in zip(
+            contact_at.items(), balanced.solutions, balanced.fields, strict=True
+        )
     }
-    contacts = tuple(mesh for _, mesh in at.values())
-    parts = {"meshes": contact_of, "contacts": contacts, "own": found.statics, "balance": found}
+    contacts = tuple(mesh for _, mesh in contact_at.values())
+    parts = {"meshes": contact_of, "contacts": contacts, "own": balanced.statics, "balance": balanced}
     return SolvedTrain(scene=scene, linkage=linkage, phases=phases, even=even, **parts)
 
 
@@ -262,19 +265,19 @@ def _balanced(
     train: Train, scenes: Mapping[str, Scene], phases: Phases, statics: Statics, *, alike: bool
 ) -> tuple[dict[str, tuple[ContactLines, MeshAt]], Balance]:
     """Contact lines and contact problem of each mesh by name, and the equilibrium of all meshes."""
-    known: dict[Scene, list[tuple[ContactLines, MeshAt]]] = {}
-    at = {}
+    solved_before: dict[Scene, list[tuple[ContactLines, MeshAt]]] = {}
+    contact_at = {}
     coast = next(iter(scenes.values())).load.coast
     shift = train.phases(coast=coast)
     for name, scene in scenes.items():
-        own, phase = unnamed(scene), phases.phase * train.periods[name] / phases.length + shift[name]
-        phase = phase if tooth_to_tooth_effects(own) else phase % 1.0
-        others = known.setdefault(own, [])
-        again = next((found for other in others if (found := _reordered(other, phase)) is not None), None)
-        at[name] = again or _mesh(own, phase, alike)
-        others.append(at[name])
-    bodies = yielding_bodies(train, scenes, at, coast=coast)
-    return at, balance([mesh for _, mesh in at.values()], statics, bodies)
+        plain, phase = unnamed(scene), phases.phase * train.periods[name] / phases.length + shift[name]
+        phase = phase if tooth_to_tooth_effects(plain) else phase % 1.0
+        others = solved_before.setdefault(plain, [])
+        reordered = next((found for other in others if (found := _reordered(other, phase)) is not None), None)
+        contact_at[name] = reordered or _mesh(plain, phase, alike)
+        others.append(contact_at[name])
+    bodies = yielding_bodies(train, scenes, contact_at, coast=coast)
+    return contact_at, balance([mesh for _, mesh in contact_at.values()], statics, bodies)
 
 
 def unnamed(scene: Scene) -> Scene:
@@ -292,7 +295,7 @@ def _phases(scenes: Mapping[str, Scene], train: Train, coast: bool) -> Phases:
     shift, periods = train.phases(coast=coast), train.periods
     length, most = next(iter(periods.values())), max(periods.values())
     orders = {n * Fraction(own, length) for own in periods.values() for n in range(1, HARMONICS + 1)}
-    whole = {
+    length_and_orders = {
         "length": length,
         "orders": tuple(float(n) if n.denominator > 1 else int(n) for n in sorted(orders)),
     }
@@ -305,16 +308,16 @@ def _phases(scenes: Mapping[str, Scene], train: Train, coast: bool) -> Phases:
         )
     if resolution.positions is not None:
         phase, weight = uniform_phases(resolution.positions * most)
-        return Phases(phase=length * phase, weight=weight, size=None, **whole)
+        return Phases(phase=length * phase, weight=weight, size=None, **length_and_orders)
     size = resolution.gauss_points or GAUSS_POINTS
     exact = size > GAUSS_POINTS
     changes = []
     for name, scene in scenes.items():
         own = transitions(changed(unnamed(scene), resolution=Resolution()), exact=exact)
-        at = ((each, (each.phase - shift[name]) % 1.0 % 1.0) for each in own)
+        shifted = ((each, (each.phase - shift[name]) % 1.0 % 1.0) for each in own)
         each_period = [
             own._replace(phase=(phase + p) * most / periods[name] % most)
-            for own, phase in at
+            for own, phase in shifted
             for p in range(periods[name])
         ]
         changes += each_period
@@ -324,7 +327,7 @@ def _phases(scenes: Mapping[str, Scene], train: Train, coast: bool) -> Phases:
     parts = _repeats([(unnamed(scene), shift[name], periods[name]) for name, scene in scenes.items()])
     ends = [end + part / parts for part in range(parts) for end in ends if end < 1 / parts]
     phase, weight = gauss_phases(ends, size)
-    return Phases(phase=length * phase, weight=weight, size=size, **whole)
+    return Phases(phase=length * phase, weight=weight, size=size, **length_and_orders)
 
 
 def _repeats(meshes: list[tuple[Scene, float, int]]) -> int:
@@ -339,12 +342,12 @@ def _repeats(meshes: list[tuple[Scene, float, int]]) -> int:
 def _reordered(mesh: tuple[ContactLines, MeshAt], phase: NDArray) -> tuple[ContactLines, MeshAt] | None:
     """The mesh in the order of the phases ``phase``; None if these are not its own."""
     lines, contact = mesh
-    own, wanted = (np.round(1e9 * each) for each in (lines.mesh_phase, phase))
-    if np.array_equal(own, wanted):
+    present, target = (np.round(1e9 * phases) for phases in (lines.mesh_phase, phase))
+    if np.array_equal(present, target):
         return mesh
     order = np.empty(len(phase), dtype=int)
-    order[np.argsort(wanted, kind="stable")] = np.argsort(own, kind="stable")
-    if not np.array_equal(own[order], wanted):
+    order[np.argsort(target, kind="stable")] = np.argsort(present, kind="stable")
+    if not np.array_equal(present[order], target):
         return None
     return lines.part(order), replace(contact, problem=part_of(contact.problem, order))
 
