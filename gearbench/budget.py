@@ -40,10 +40,10 @@ def parse_memory(text: str) -> float:
     InputError
         If the text is not a number with a unit.
     """
-    found = re.fullmatch(r"\s*(\d{1,9}(?:\.\d{1,9})?)\s*(B|kB|MB|GB|TB)\s*", text)
-    if found is None or not float(found[1]):
+    match = re.fullmatch(r"\s*(\d{1,9}(?:\.\d{1,9})?)\s*(B|kB|MB|GB|TB)\s*", text)
+    if match is None or not float(match[1]):
         raise InputError("memory", text, "must be a number with a unit, such as 4GB or 500MB")
-    return float(found[1]) * _UNITS[found[2]]
+    return float(match[1]) * _UNITS[match[2]]
 
 
 def shown(size: float) -> str:
@@ -106,7 +106,7 @@ def room() -> float:
     return max(memory_limit(), SMALL)
 
 
-def require_each(each: float, count: int, key: str, of: str) -> None:
+def require_each(bytes_each: float, count: int, key: str, of: str) -> None:
     """Refuse ``count`` items of ``each`` bytes if they exceed the budget.
 
     Parameters
@@ -121,8 +121,10 @@ def require_each(each: float, count: int, key: str, of: str) -> None:
     MemoryBudgetError
         If the items do not fit; says how many would.
     """
-    fits = int(room() / each)
-    require(each * count, key, f"{count} {key}s × {of}", f"{fits} {key}s would fit" if fits else f"less than {of} fit")
+    fits = int(room() / bytes_each)
+    require(
+        bytes_each * count, key, f"{count} {key}s × {of}", f"{fits} {key}s would fit" if fits else f"less than {of} fit"
+    )
 
 
 @contextmanager
@@ -178,8 +180,8 @@ def result_memory(segments: int) -> float:
 
 def batch_memory(segments: int, modes: int, rank: int, blocks: int, *, linearised: bool) -> float:
     """Memory of one position of error samples solved together [bytes]: products of columns, or the dense matrix."""
-    own = 2 * rank * rank if linearised else segments * rank * (rank + 1) / 2 + modes * blocks * rank
-    return _NUMBER * (own + segments * (4 * rank + 4 * modes))
+    of_samples = 2 * rank * rank if linearised else segments * rank * (rank + 1) / 2 + modes * blocks * rank
+    return _NUMBER * (of_samples + segments * (4 * rank + 4 * modes))
 
 
 def gaps_memory(segments: int, errors: int) -> float:

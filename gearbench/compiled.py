@@ -29,10 +29,10 @@ _OPTIONS = {"cache": True, "error_model": "numpy", "nogil": True}
 @lru_cache
 def _sources(folder: Path) -> str:
     """Digest of the files with kernels in a folder, and of ``_SOURCES`` in gearbench."""
-    of_gearbench = (each for name in _SOURCES for each in Path(__file__).parent.glob(f"*/{name}"))
+    of_gearbench = (path for name in _SOURCES for path in Path(__file__).parent.glob(f"*/{name}"))
     digest = sha256()
-    for each in sorted({Path(__file__), *of_gearbench, *folder.glob("_*kernels.py")}):
-        digest.update(each.read_bytes())
+    for path in sorted({Path(__file__), *of_gearbench, *folder.glob("_*kernels.py")}):
+        digest.update(path.read_bytes())
     return digest.hexdigest()
 
 

@@ -33,9 +33,9 @@ class Finding:
 
 def examine() -> list[Finding]:
     """Check Python, packages, effects of other packages, shared libraries, processors, CalculiX and kernels."""
-    found = _packages() + _effects() + _shared_libraries()
-    found.append(Finding("processors", f"{os.cpu_count()}", True))
-    return [*found, _calculix(), _kernel_cache()]
+    findings = _packages() + _effects() + _shared_libraries()
+    findings.append(Finding("processors", f"{os.cpu_count()}", True))
+    return [*findings, _calculix(), _kernel_cache()]
 
 
 def _packages() -> list[Finding]:
@@ -44,20 +44,20 @@ def _packages() -> list[Finding]:
     from packaging.specifiers import SpecifierSet
 
     try:
-        own = metadata("gearbench")
+        of_gearbench = metadata("gearbench")
     except PackageNotFoundError:
         return [Finding("gearbench", "not installed", False, remedy="pip install .")]
-    needed = own["Requires-Python"]
+    needed = of_gearbench["Requires-Python"]
     fine = SpecifierSet(needed).contains(platform.python_version())
-    found = [Finding("Python", platform.python_version(), fine, remedy=f"needs {needed}")]
-    extras, seen = ["", *(own.get_all("Provides-Extra") or ())], {"gearbench"}
+    findings = [Finding("Python", platform.python_version(), fine, remedy=f"needs {needed}")]
+    extras, seen = ["", *(of_gearbench.get_all("Provides-Extra") or ())], {"gearbench"}
     for extra in (name for name in extras if name not in DEVELOPMENT):
-        for text in own.get_all("Requires-Dist") or ():
+        for text in of_gearbench.get_all("Requires-Dist") or ():
             asked = Requirement(text)
             if asked.name not in seen and (asked.marker is None or asked.marker.evaluate({"extra": extra})):
                 seen.add(asked.name)
-                found.append(_package(asked, extra))
-    return found
+                findings.append(_package(asked, extra))
+    return findings
 
 
 def _package(asked: Requirement, extra: str) -> Finding:
@@ -74,15 +74,15 @@ def _effects() -> list[Finding]:
     """Check the effects from other packages."""
     from gearbench.effects.registry import effect_class, installed
 
-    found = []
+    findings = []
     for name, entry in installed().items():
         origin = f"of {entry.dist.name} {entry.dist.version}" if entry.dist is not None else entry.value
         try:
             effect_class(name)
-            found.append(Finding(f"effect {name}", origin, True))
+            findings.append(Finding(f"effect {name}", origin, True))
         except InputError as error:
-            found.append(Finding(f"effect {name}", origin, False, needed=False, remedy=str(error)))
-    return found
+            findings.append(Finding(f"effect {name}", origin, False, needed=False, remedy=str(error)))
+    return findings
 
 
 def _shared_libraries() -> list[Finding]:
@@ -92,15 +92,15 @@ def _shared_libraries() -> list[Finding]:
     from fem_reference.environment import missing_system_packages
 
     missing = missing_system_packages()
-    found = "all there" if not missing else f"missing: {' '.join(missing)}"
-    return [Finding("libraries for gmsh", found, not missing, remedy=f"apt-get install {' '.join(missing)}")]
+    state = "all there" if not missing else f"missing: {' '.join(missing)}"
+    return [Finding("libraries for gmsh", state, not missing, remedy=f"apt-get install {' '.join(missing)}")]
 
 
 def _calculix() -> Finding:
     """Check CalculiX, which only contact finite elements need."""
-    found = shutil.which("ccx")
+    path = shutil.which("ccx")
     return Finding(
-        "CalculiX", found or "not installed", found is not None, needed=False, remedy="apt-get install calculix-ccx"
+        "CalculiX", path or "not installed", path is not None, needed=False, remedy="apt-get install calculix-ccx"
     )
 
 

@@ -49,8 +49,8 @@ class InputError(ValueError):
         shown = f"{value:.6g}" if isinstance(value, float) else shortened(value, LONGEST_VALUE if key else LONGEST_PATH)
         where = f"{shortened(file, LONGEST_PATH)}: " if file else ""
         key = shortened(key)
-        at = f"{key} = {shown}: " if key else f"{shown}: " if shown else ""
-        message = f"{where}{at}{plain(allowed)}"
+        position = f"{key} = {shown}: " if key else f"{shown}: " if shown else ""
+        message = f"{where}{position}{plain(allowed)}"
         super().__init__(message if len(message) <= LONGEST else f"{message[: LONGEST - 1]}…")
 
     def __reduce__(self) -> tuple:
@@ -76,9 +76,11 @@ def naming(file: object) -> Iterator[None]:
 
 def one_of(name: str, names: Iterable[str]) -> str:
     """Text on the allowed ``names``: a similar one first; of a long list the first ones, and how many more."""
-    names = [each for each in names if each != name]
-    close = get_close_matches(name, names, n=1, cutoff=0.7) or [each for each in names if f"_{name}" in f"_{each}_"][:1]
-    shown = [each for i, each in enumerate(names) if len(", ".join(names[: i + 1])) <= LONGEST_LIST]
+    names = [known for known in names if known != name]
+    close = (
+        get_close_matches(name, names, n=1, cutoff=0.7) or [known for known in names if f"_{name}" in f"_{known}_"][:1]
+    )
+    shown = [known for i, known in enumerate(names) if len(", ".join(names[: i + 1])) <= LONGEST_LIST]
     more = f" and {len(names) - len(shown)} more" if len(shown) < len(names) else ""
     return "".join(f"did you mean {match}? " for match in close) + f"allowed: {', '.join(shown)}{more}"
 

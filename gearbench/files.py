@@ -67,7 +67,7 @@ def file_parts(names: Sequence[str]) -> list[str]:
     >>> file_parts(["pair", "../../etc", "Pair"])
     ['pair', '_etc', 'Pair_2']
     """
-    found: list[str] = []
+    parts: list[str] = []
     taken: set[str] = set()
     for name in names:
         first = part = re.sub(r"[^\w-]+", "_", name)[:_NAMED] or "_"
@@ -76,8 +76,8 @@ def file_parts(names: Sequence[str]) -> list[str]:
             number += 1
             part = f"{first}_{number}"
         taken.add(part.casefold())
-        found.append(part)
-    return found
+        parts.append(part)
+    return parts
 
 
 def read_bytes(path: str | Path) -> bytes:

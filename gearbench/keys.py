@@ -77,12 +77,12 @@ def with_values(
 
     def new(old: Any, name: str, kind: type | None) -> Any:
         """Make the replacement of the item or field ``old``."""
-        own, here = below[name], f"{at}.{name}".strip(".")
-        if "" in own:
-            return own[""]
-        if old is None and (made := kind or (class_of and class_of(here))):
-            return read(made, with_values({}, own), here)
-        return with_values({} if old is None else old, own, class_of, here)
+        inner, inner_path = below[name], f"{at}.{name}".strip(".")
+        if "" in inner:
+            return inner[""]
+        if old is None and (made := kind or (class_of and class_of(inner_path))):
+            return read(made, with_values({}, inner), inner_path)
+        return with_values({} if old is None else old, inner, class_of, inner_path)
 
     if isinstance(table, Mapping):
         return {**table, **{name: new(table.get(name), name, None) for name in below}}

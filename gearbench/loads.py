@@ -56,10 +56,10 @@ class WeightedLoad:
 
 def greatest_load(loads: Sequence[WeightedLoad]) -> Load:
     """Load with the greatest absolute torque."""
-    return Load(torque=max((each.torque for each in loads), key=abs))
+    return Load(torque=max((load.torque for load in loads), key=abs))
 
 
 def load_weights(loads: Sequence[WeightedLoad]) -> NDArray:
     """Normalised weights of the loads, torques ascending, (load,)."""
-    weight = np.array([each.weight for each in sorted(loads, key=lambda each: each.torque)])
+    weight = np.array([load.weight for load in sorted(loads, key=lambda load: load.torque)])
     return weight / weight.sum()

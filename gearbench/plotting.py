@@ -75,39 +75,39 @@ def over_two_periods(dataset: xr.Dataset, name: str, axes: Axes | None = None, c
     A sweep gets one curve in its colour per point, at most ``POINTS``.
     """
     axes = _axes(axes)
-    for one, label, own in _points(dataset, name, "position"):
-        plot_two_periods(axes, one, name, color=own or colour, lw=1.6, label=label)
+    for one, label, colour_of_point in _points(dataset, name, "position"):
+        plot_two_periods(axes, one, name, color=colour_of_point or colour, lw=1.6, label=label)
     axes.axvline(1.0, color=GREY, lw=0.8, ls=":")
     axes.set(xlim=(0, 2), xlabel="mesh phase τ [mesh periods]")
     axes.set_ylabel(f"{dataset[name].attrs['symbol']} [{dataset[name].attrs['units']}]")
     return _legend(axes)
 
 
-def _points(dataset: xr.Dataset, name: str, own: str) -> list[tuple[xr.Dataset, str | None, Any]]:
+def _points(dataset: xr.Dataset, name: str, along: str) -> list[tuple[xr.Dataset, str | None, Any]]:
     """Choose points of a sweep: Dataset, label and colour; a single scene has no label and colour.
 
     ``own`` is the dimension of the variable that is not swept.
     """
     from matplotlib import colormaps
 
-    outer = {str(dim): size for dim, size in dataset[name].sizes.items() if dim != own}
+    outer = {str(dim): size for dim, size in dataset[name].sizes.items() if dim != along}
     if not outer:
         return [(dataset, None, None)]
     every = list(np.ndindex(*outer.values()))
     chosen = np.unique(np.linspace(0, len(every) - 1, min(POINTS, len(every))).round().astype(int))
-    found = []
+    points = []
     for i in chosen:
         one = dataset.isel(dict(zip(outer, every[i], strict=True)))
         label = ", ".join(_value(one, dim) for dim in outer)
-        found.append((one, label, colormaps["viridis"](0.9 * i / max(len(every) - 1, 1))))
-    return found
+        points.append((one, label, colormaps["viridis"](0.9 * i / max(len(every) - 1, 1))))
+    return points
 
 
 def _value(dataset: xr.Dataset, dim: str) -> str:
     """Text with a swept key and its value at a point."""
-    at = dataset[dim] if dim in dataset.coords else None
-    units = "" if at is None or at.attrs.get("units", "1") == "1" else f" {at.attrs['units']}"
-    return dim if at is None else f"{dim.split('.')[-1].replace('_', ' ')} {at.item():g}{units}"
+    coordinate = dataset[dim] if dim in dataset.coords else None
+    units = "" if coordinate is None or coordinate.attrs.get("units", "1") == "1" else f" {coordinate.attrs['units']}"
+    return dim if coordinate is None else f"{dim.split('.')[-1].replace('_', ' ')} {coordinate.item():g}{units}"
 
 
 def _legend(axes: Axes) -> Axes:
@@ -117,10 +117,10 @@ def _legend(axes: Axes) -> Axes:
     return axes
 
 
-def _one_point(dataset: xr.Dataset, name: str, *own: str) -> None:
+def _one_point(dataset: xr.Dataset, name: str, *allowed: str) -> None:
     """Refuse a sweep for a figure of a single scene; ``own`` are the dimensions that a scene has."""
     for dim in dataset[name].dims:
-        if dim not in own:
+        if dim not in allowed:
             raise InputError(
                 "dataset", f"swept over {dim}", f"must be one point, e.g. dataset.isel({{{str(dim)!r}: 0}})"
             )
@@ -173,20 +173,24 @@ def load_map(dataset: xr.Dataset, gear: int, axes: Axes | None = None, *, scale:
     _one_point(dataset, "line_load", "position", "pair", "segment")
     axes = _axes(axes, (6.0, 5.0))
     scene = scene_of(dataset)
-    pair, own = scene.pair, scene.pair.gears[gear]
+    pair, body = scene.pair, scene.pair.gears[gear]
     u, y, load, weight = _family(dataset)
     pressure = _pressure(pair, u, load)
     top = scale or _top_of_colours(pressure, weight)
     across, path, shown = _on_grid(pair, u, y, weight, pressure)
     roll = pair.meshing.along_path(gear, path)
-    flank = roll <= own.roll_length(own.tip_radius)
-    angle, shown = np.degrees(roll[flank] / own.base_radius), shown[flank]
+    flank = roll <= body.roll_length(body.tip_radius)
+    angle, shown = np.degrees(roll[flank] / body.base_radius), shown[flank]
     _coloured(axes, (across, angle, shown), "contact pressure p [MPa]", top, pressure.max(), pad=0.02)
     for radius, name, style in _circles(scene, gear):
-        at = float(np.degrees(own.roll_length(radius) / own.base_radius))
-        axes.axhline(at, color="black" if style == "-" else "0.25", lw=1.0, ls=style)
+        angle_of_circle = float(np.degrees(body.roll_length(radius) / body.base_radius))
+        axes.axhline(angle_of_circle, color="black" if style == "-" else "0.25", lw=1.0, ls=style)
         axes.annotate(
-            f"{name} ⌀{2 * abs(radius):.2f}", (1.01, at), xycoords=("axes fraction", "data"), va="center", fontsize=7
+            f"{name} ⌀{2 * abs(radius):.2f}",
+            (1.01, angle_of_circle),
+            xycoords=("axes fraction", "data"),
+            va="center",
+            fontsize=7,
         )
     for kink in sorted({y for effect in scene.flank_effects if isinstance(effect, GapEffect)
                          for y in effect.face_kinks(pair)}):  # fmt: skip
@@ -194,7 +198,7 @@ def load_map(dataset: xr.Dataset, gear: int, axes: Axes | None = None, *, scale:
     axes.set(xlim=(0, pair.meshing.face_width), xlabel="position along the face width y [mm]", ylabel="roll angle [°]")
     margin = 0.02 * np.ptp(angle)  # keep the lines of tip and start of active profile clear of the frame
     low, high = angle.min() - margin, angle.max() + margin
-    axes.set_ylim((low, high) if own.teeth > 0 else (high, low))  # with the tip at the top
+    axes.set_ylim((low, high) if body.teeth > 0 else (high, low))  # with the tip at the top
     return axes
 
 
@@ -250,12 +254,16 @@ def _circles(scene: Scene, index: int) -> list[tuple[float, str, str]]:
     """Marked radii of a flank, with names and line styles."""
     pair, gear = scene.pair, scene.pair.gears[index]
     working = gear.base_radius / np.cos(pair.meshing.alpha_wt)
-    found = [(gear.tip_radius, "tip", "-"), (working, "pitch", "--"), (pair.meshing.active_radii[index][0], "SAP", "-")]
+    circles = [
+        (gear.tip_radius, "tip", "-"),
+        (working, "pitch", "--"),
+        (pair.meshing.active_radii[index][0], "SAP", "-"),
+    ]
     reliefs = [effect for effect in scene.flank_effects if isinstance(effect, ProfileRelief)]
     for begin in (m for effect in reliefs for m in effect.modifications(pair) if m.gear == index):
         radius = begin.start if begin.along == "radius" else float(gear.radius_at(begin.start))
-        found.append((radius, "relief", ":"))
-    return found
+        circles.append((radius, "relief", ":"))
+    return circles
 
 
 def _studied(dataset: xr.Dataset) -> tuple[tuple[str, str], tuple[str, str]]:
@@ -273,14 +281,14 @@ def density(dataset: xr.Dataset, name: str, axes: Axes | None = None, colour: st
     axes, attrs = _axes(axes), dataset[name].attrs
     unit = "" if attrs["units"] == "1" else f" {attrs['units']}"
     points = _points(dataset, name, "sample")
-    for one, label, own in points:
+    for one, label, colour_of_point in points:
         values = one[name].values
         if len(points) == 1:
             axes.hist(values, bins=min(40, 5 + len(values) // 10), density=True, color=colour, alpha=0.3)
             axes.axvline(values.mean(), color="black", lw=1, label=f"mean {values.mean():.3g}{unit}")
             axes.axvline(values.max(), color=GREY, lw=1, ls="--", label=f"maximum {values.max():.3g}{unit}")
         if np.ptp(values) > 0 and len(values) > 2:
-            axes.plot(*_smooth(values), color=own or colour, lw=1.8, label=label)
+            axes.plot(*_smooth(values), color=colour_of_point or colour, lw=1.8, label=label)
     axes.set_xlabel(f"{attrs['symbol']} [{unit.strip() or '–'}]")
     axes.set_ylabel(f"density [{f'1/{unit.strip()}' if unit else '–'}]")
     # above the axes, so that no curve crosses it
@@ -317,9 +325,9 @@ def contributions(dataset: xr.Dataset, axes: Axes | None = None) -> Axes:
         share = np.append(alone, max(0.0, 100 - alone.sum() - (total - alone).sum() / 2))
         error = np.append(100 * dataset[f"{name}_first_order_standard_error"].values, np.nan)
         label = dataset[name].attrs["symbol"]
-        at = position + 0.4 * shift - 0.2
-        axes.barh(at[:-1], np.maximum(total, alone), 0.38, color=colour, alpha=0.35)
-        axes.barh(at, share, 0.38, xerr=error, color=colour, ecolor=GREY, label=label)
+        bars = position + 0.4 * shift - 0.2
+        axes.barh(bars[:-1], np.maximum(total, alone), 0.38, color=colour, alpha=0.35)
+        axes.barh(bars, share, 0.38, xerr=error, color=colour, ecolor=GREY, label=label)
     axes.set_yticks(position, names)
     axes.invert_yaxis()
     axes.set_xlabel("share of the variance: alone, and pale with others [%]")
@@ -380,8 +388,8 @@ def draw_robust(dataset: xr.Dataset, folder: Path) -> list[Path]:
     name = heading(dataset)
     figure, axes = plt.subplots(1, 2, figsize=(10.5, 4.2), layout="constrained")
     by = []
-    for (response, words), own, colour in zip(_studied(dataset), axes, (BLUE, ORANGE), strict=True):
-        density(dataset, response, own, colour)
+    for (response, words), ax, colour in zip(_studied(dataset), axes, (BLUE, ORANGE), strict=True):
+        density(dataset, response, ax, colour)
         scatter = float(dataset[f"{response}_std"] / dataset[f"{response}_mean"])
         by.append(f"{words} by {100 * scatter:.0f} %")
     figure.suptitle(f"{name}\n{dataset.sizes['sample']} error samples scatter {', '.join(by)}")

@@ -196,7 +196,7 @@ class Scene:
         self._check_coast()
 
     def _check_loads(self) -> None:
-        torques = [each.torque for each in self.loads]
+        torques = [load.torque for load in self.loads]
         if self.loads and self.load != greatest_load(self.loads):
             raise InputError("load", self.load.torque, "conflicts with loads: give one of the two")
         if len(set(torques)) < len(torques):
@@ -211,7 +211,7 @@ class Scene:
         """Torques by their keys [N·m]."""
         if not self.loads:
             return {"load.torque": self.load.torque}
-        return {f"loads.{i}.torque": each.torque for i, each in enumerate(self.loads)}
+        return {f"loads.{i}.torque": load.torque for i, load in enumerate(self.loads)}
 
     def _check_coast(self) -> None:
         for effect in self.coast:
@@ -258,7 +258,7 @@ class Scene:
     @property
     def each_load(self) -> tuple[Scene, ...]:
         """Scenes with a single load, one per load, torques ascending; the scene itself if it has one load."""
-        torques = sorted(each.torque for each in self.loads)
+        torques = sorted(load.torque for load in self.loads)
         return tuple(self.under(Load(torque=torque)) for torque in torques) or (self,)
 
     @property
@@ -306,26 +306,26 @@ class Scene:
         if self.train is None:
             return {PAIR: self}
         if self.system is not None:
-            own = map(self.seen_from, self.gearbox.names)
+            of_gearbox = map(self.seen_from, self.gearbox.names)
             gears = [(mesh.driver, mesh.driven) for mesh in self.train.meshes]
-            both = zip(self.mesh_names, own, gears, strict=True)
+            both = zip(self.mesh_names, of_gearbox, gears, strict=True)
             return {name: changed(scene, gear_names=names) for name, scene, names in both}
         train = self.geometry
-        found, torques = {}, self.train.shares(train)
+        meshes, torques = {}, self.train.shares(train)
         for mesh, scene in zip(train.meshes, (self, *self.further), strict=True):
             rate = train.own_rate(mesh.name)
-            found[mesh.name] = changed(
+            meshes[mesh.name] = changed(
                 scene,
                 name=f"{self.name}: {mesh.name}".removeprefix(": "),
                 load=Load(torque=torques[mesh.name] * self.load.torque),
-                loads=tuple(changed(each, torque=torques[mesh.name] * each.torque) for each in self.loads),
+                loads=tuple(changed(load, torque=torques[mesh.name] * load.torque) for load in self.loads),
                 resolution=self.resolution,
                 operation=self.operation and self.operation.at(rate),
                 gear_names=mesh.gears,
                 train=None,
                 further=(),
             )
-        return found
+        return meshes
 
     @cached_property
     def geometry(self) -> Train:
@@ -349,8 +349,8 @@ class Scene:
     @property
     def flank_effects(self) -> tuple[Effect, ...]:
         """Effects of the loaded flanks (drive or coast), and those that follow from temperatures."""
-        own = {effect.name: effect for effect in self.coast} if self.load.coast else {}
-        return (*{**self.effects_by_name, **own}.values(), *self._thermal_effects())
+        of_coast = {effect.name: effect for effect in self.coast} if self.load.coast else {}
+        return (*{**self.effects_by_name, **of_coast}.values(), *self._thermal_effects())
 
     def _thermal_effects(self) -> tuple[Effect, ...]:
         pinion, wheel = self.pair.strains
@@ -399,13 +399,13 @@ class Scene:
 
     def seen_from(self, mesh: str) -> Scene:
         """Return the same gearbox with another mesh as the scene's pair, with the torque at that mesh."""
-        own = changed(self, train=None) if self.train is not None else self
+        alone = changed(self, train=None) if self.train is not None else self
         if mesh == PAIR:
-            return own
+            return alone
         box = self.gearbox
         scenes = {
             name: changed(scene, system=None, further=(), load=Load(torque=box.torques[name]))
-            for name, scene in zip(box.names, (own, *self.further), strict=True)
+            for name, scene in zip(box.names, (alone, *self.further), strict=True)
         }
         others = tuple(scene for name, scene in scenes.items() if name != mesh)
         return changed(scenes[mesh], system=box.seen_from(mesh), further=others)
@@ -444,8 +444,8 @@ class Scene:
         tables = given(self)
         tables.pop("further", None)
         if self.train is not None:
-            own = {key: tables[key] for key in tables.keys() - {"pair", "effects", "coast", "gear_names", "train"}}
-            return {**own, **{key: each for key, each in self.train.written.items() if each}}
+            common = {key: tables[key] for key in tables.keys() - {"pair", "effects", "coast", "gear_names", "train"}}
+            return {**common, **{key: table for key, table in self.train.written.items() if table}}
         if self.loads:
             del tables["load"]
         for name in ("effects", "coast"):
@@ -467,7 +467,7 @@ class Scene:
     def _repr_html_(self) -> str:
         tables = self.to_mapping()
         given = {**tables["effects"], "resolution": tables.get("resolution", {})}
-        rows = {"load": [f"{', '.join(f'{each.load.torque:g}' for each in self.each_load)} N·m on the pinion"]}
+        rows = {"load": [f"{', '.join(f'{loaded.load.torque:g}' for loaded in self.each_load)} N·m on the pinion"]}
         for name, table in given.items():
             rows[name] = [", ".join(f"{key} = {value}" for key, value in table.items()) or "defaults"]
         return self.pair._repr_html_() + notebook_table(self.name or "scene", (), rows)
@@ -482,8 +482,8 @@ def check_scene(scene: object) -> None:
         If it is not; for a path, says how to read the file.
     """
     if not isinstance(scene, Scene):
-        what = f"read_scene({scene!r})" if isinstance(scene, str | os.PathLike) else "a Scene"
-        raise TypeError(f"scene must be a Scene, not {type(scene).__name__}: give {what}")
+        argument = f"read_scene({scene!r})" if isinstance(scene, str | os.PathLike) else "a Scene"
+        raise TypeError(f"scene must be a Scene, not {type(scene).__name__}: give {argument}")
 
 
 def digest(text: str) -> str:

@@ -101,9 +101,9 @@ def _train(tables: Mapping[str, Any]) -> Scene:
     coast, torques = train.coast(geometry), train.shares(geometry)
     for number, (name, pair) in enumerate(pairs.items()):
         try:
-            own, other = (train.flanks(number, coast=side) for side in (coast[name], not coast[name]))
-            theirs = {effect: table for effect, table in other.items() if table != own.get(effect)}
-            parts = {**rest, "pair": pair, "effects": own, "coast": theirs}
+            loaded, other = (train.flanks(number, coast=side) for side in (coast[name], not coast[name]))
+            different = {effect: table for effect, table in other.items() if table != loaded.get(effect)}
+            parts = {**rest, "pair": pair, "effects": loaded, "coast": different}
             if scenes:
                 parts = parts | {"load": Load(torque=torques[name] * scenes[0].load.torque)}
                 parts.pop("loads", None)
@@ -112,8 +112,8 @@ def _train(tables: Mapping[str, Any]) -> Scene:
             raise train.named(error, number) from None
     first, *further = scenes
     if "system" in tables:
-        own = train.system(geometry, as_table("system", tables["system"]))
-        first = changed(first, system=read(table_class("system"), own, "system"), further=tuple(further))
+        system = train.system(geometry, as_table("system", tables["system"]))
+        first = changed(first, system=read(table_class("system"), system, "system"), further=tuple(further))
     if not further:
         return changed(first, gear_names=geometry.gears)
     train = replace(train, first=(first.pair, first.effects, first.coast, first.system))

@@ -62,31 +62,31 @@ class Key:
     @property
     def unit(self) -> str:
         """Unit of the value, "" if it has none."""
-        found = re.search(r"\[([^]]+)\]", self.meaning)
-        return found[1] if found else ""
+        match = re.search(r"\[([^]]+)\]", self.meaning)
+        return match[1] if match else ""
 
     @property
     def items(self) -> bool:
         """Whether the key holds a list, or a table of items by name."""
-        return any(get_origin(unannotated(each)[0]) in (tuple, dict) for each in self.hints)
+        return any(get_origin(unannotated(hint)[0]) in (tuple, dict) for hint in self.hints)
 
     @property
     def hints(self) -> tuple[Any, ...]:
         """Types of the value, without None."""
         every = get_args(self.hint) if NoneType in get_args(self.hint) else (self.hint,)
-        return tuple(each for each in every if each is not NoneType)
+        return tuple(hint for hint in every if hint is not NoneType)
 
     @property
     def number(self) -> type | None:
         """``int`` or ``float`` if the key holds a number or a list of numbers; else None."""
-        found = {each for each in _within(self.hint) if each in (int, float)}
-        return float if float in found else int if found else None
+        types = {hint for hint in _within(self.hint) if hint in (int, float)}
+        return float if float in types else int if types else None
 
     @property
     def limits(self) -> tuple[float | None, float | None, bool]:
         """Least and greatest value of a number (None without a limit), and whether the least itself is excluded."""
-        notes = [note for each in _within(self.hint) for note in unannotated(each)[1]]
-        flat = [each for note in notes for each in (note.metadata if isinstance(note, FieldInfo) else (note,))]
+        notes = [note for hint in _within(self.hint) for note in unannotated(hint)[1]]
+        flat = [limit for note in notes for limit in (note.metadata if isinstance(note, FieldInfo) else (note,))]
         bounds = {type(note): note for note in flat}
         least = bounds[Ge].ge if Ge in bounds else bounds[Gt].gt if Gt in bounds else None
         most = bounds[Le].le if Le in bounds else bounds[Lt].lt if Lt in bounds else None
@@ -103,25 +103,25 @@ class Key:
 def keys(kind: type) -> dict[str, Key]:
     """Keys of an input class by name, in the order of its fields."""
     hints, meanings = get_type_hints(kind, include_extras=True), {}
-    for each in reversed(kind.__mro__[:-1]):  # inherited fields are described in their class
-        meanings |= parts(each)[1]
-    found = {}
+    for base in reversed(kind.__mro__[:-1]):  # inherited fields are described in their class
+        meanings |= parts(base)[1]
+    keys_by_name = {}
     for field in fields(kind):
         hint, default = hints[field.name], field.default
         default = default if field.default_factory is MISSING else field.default_factory()
         table = next((t for t in _within(hint) if isinstance(t, type) and is_dataclass(t)), None)
         meaning = meanings.get(field.name, "")
-        found[field.name] = Key(name=field.name, hint=hint, default=default, meaning=meaning, table=table)
-    return found
+        keys_by_name[field.name] = Key(name=field.name, hint=hint, default=default, meaning=meaning, table=table)
+    return keys_by_name
 
 
 def unannotated(hint: Any) -> tuple[Any, tuple[Any, ...]]:
     """Split a type into the bare type and its annotations."""
-    found: tuple[Any, ...] = ()
+    notes: tuple[Any, ...] = ()
     while hasattr(hint, "__metadata__"):
-        found += hint.__metadata__
+        notes += hint.__metadata__
         hint = hint.__origin__
-    return hint, found
+    return hint, notes
 
 
 def _within(hint: Any) -> Iterator[Any]:

@@ -88,15 +88,15 @@ def _warn_of_noise(solved: Solved) -> None:
     """Warn if harmonics or peak-to-peak values are uncertain by more than ``NOISE`` or ``EXTREMES`` of peak-to-peak."""
     loud, extremes = [], []
     for curve in ("transmission_error", "mesh_stiffness"):
-        whole = float(peak_to_peak(solved.phases, getattr(solved.cycle, curve)))
+        extent = float(peak_to_peak(solved.phases, getattr(solved.cycle, curve)))
         floor = float(np.fmax.reduce(output(solved, f"{curve}_amplitude_noise_floor")[1], axis=None))
         # a curve that hardly fluctuates has no harmonics worth a warning
         level = abs(float(getattr(solved.cycle, curve).mean()))
         doubt = float(output(solved, f"{curve}_peak_to_peak_noise_floor")[1])
-        if floor > NOISE * whole > 1e-6 * level:
-            loud.append(f"{curve} {100 * floor / whole:.1f} %")
-        elif doubt > EXTREMES * whole > EXTREMES * 1e-4 * level:
-            extremes.append(f"{curve} {100 * doubt / whole:.0f} %")
+        if floor > NOISE * extent > 1e-6 * level:
+            loud.append(f"{curve} {100 * floor / extent:.1f} %")
+        elif doubt > EXTREMES * extent > EXTREMES * 1e-4 * level:
+            extremes.append(f"{curve} {100 * doubt / extent:.0f} %")
     if loud:
         _LOG.warning(
             "noise floor of the harmonics, of peak-to-peak: %s; resolution.accuracy lowers it", ", ".join(loud)

@@ -80,12 +80,12 @@ def dataset(
     variables = {
         name: ((*before, *dims)[-np.ndim(x) :] if np.ndim(x) else (), x) for name, (dims, x) in variables.items()
     }
-    own = {name: (name, values, attrs) for name, (values, attrs) in before.items()}
+    coordinates = {name: (name, values, attrs) for name, (values, attrs) in before.items()}
     attrs = provenance(solved.scene, wall_time=time.perf_counter() - start)
     if solved.scene.effect("manufacturing_errors") is not None:
         attrs["random_errors"] = "at their means"
     attrs["polished_positions"] = solved.solution.corrected  # number of positions solved once more, see ContactSolution
-    return xr.Dataset(described(variables, UNIFORM), coords=described(coords, UNIFORM) | own, attrs=attrs)
+    return xr.Dataset(described(variables, UNIFORM), coords=described(coords, UNIFORM) | coordinates, attrs=attrs)
 
 
 def columns(solved: Solved, outputs: Sequence[str]) -> tuple[Columns, Columns]:
