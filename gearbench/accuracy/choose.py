@@ -160,16 +160,16 @@ def choose(
     if meshed:
         settings["tooth_bending.accuracy"] = label(meshed)
     search = _Search(run=run, numbers=numbers, scene=scene, requested=requested, left=left)
-    at, errors, answer = search.search(budget - meshed)
+    setting, errors, answer = search.search(budget - meshed)
     return Choice(
-        scene=search.scene_at(at),
+        scene=search.scene_at(setting),
         run=answer,
         requested=requested,
         errors=errors + meshed,
         names=COVERED[: len(errors)],
-        settings=settings | search.words(at),
+        settings=settings | search.words(setting),
         trials=len(search.values),
-        seconds=time.perf_counter() - start - search.seconds[at],
+        seconds=time.perf_counter() - start - search.seconds[setting],
     )
 
 
@@ -227,13 +227,13 @@ class _Search(Generic[R]):
         n, g = (setting.levels(self.scene)[-1] for setting in (SEGMENTS, GAUSS_POINTS))
         return _At(n=n, g=g, order=max(0, len(self.orders) - 1))
 
-    def scene_at(self, at: _At) -> Scene:
-        scene = with_resolution(self.scene, segments=at.n, gauss_points=at.g)
-        return with_order(scene, self.orders[at.order]) if self.orders else scene
+    def scene_at(self, setting: _At) -> Scene:
+        scene = with_resolution(self.scene, segments=setting.n, gauss_points=setting.g)
+        return with_order(scene, self.orders[setting.order]) if self.orders else scene
 
-    def words(self, at: _At) -> dict[str, str]:
-        order = {"order": label(self.orders[at.order])} if self.orders else {}
-        return order | {"segments": label(at.n), "gauss_points": label(at.g)}
+    def words(self, setting: _At) -> dict[str, str]:
+        order = {"order": label(self.orders[setting.order])} if self.orders else {}
+        return order | {"segments": label(setting.n), "gauss_points": label(setting.g)}
 
     def first(self, budget: float) -> _At:
         """Initial settings, whose error on gears in use was about ``budget``."""
@@ -250,26 +250,26 @@ class _Search(Generic[R]):
         if not self.orders:
             return self._resolved(first, budget)
         lower = replace(first, order=max(0, first.order - LOWER))
-        at, rest, _ = self._resolved(lower, REST_SHARE * budget)
-        return self._climbed(at, first.order, rest, budget)
+        setting, rest, _ = self._resolved(lower, REST_SHARE * budget)
+        return self._climbed(setting, first.order, rest, budget)
 
-    def _resolved(self, at: _At, budget: float) -> tuple[_At, NDArray, R]:
+    def _resolved(self, setting: _At, budget: float) -> tuple[_At, NDArray, R]:
         """Search over segments and Gauss points only, until their error is within ``budget``; returns as ``search``."""
         for _ in range(ROUNDS):
-            answer = self._solve(at)
-            errors = self.left * largest_errors(self(self._coarse(at)), self(at))
+            answer = self._solve(setting)
+            errors = self.left * largest_errors(self(self._coarse(setting)), self(setting))
             errors[[name.endswith("peak_to_peak") for name in COVERED[: errors.size]]] *= PEAKS
             error = float(errors.max())
             if not self.orders:
-                self.reached[at] = error
+                self.reached[setting] = error
             if error <= budget:
-                return at, errors, answer
+                return setting, errors, answer
             del answer  # it may be large
-            finer, most = self._finer(at, error / budget), self.most
+            finer, most = self._finer(setting, error / budget), self.most
             finer = replace(finer, n=min(most.n, finer.n), g=min(most.g, finer.g))
-            if finer == at:
+            if finer == setting:
                 raise self._stopped("nothing finer can be chosen")
-            at = finer
+            setting = finer
         raise self._stopped(f"{ROUNDS} rounds do not suffice")
 
     def _climbed(self, lower: _At, order: int, rest: NDArray, budget: float) -> tuple[_At, NDArray, R]:
@@ -278,63 +278,65 @@ class _Search(Generic[R]):
         The error of the order, which makes teeth too stiff, is independent of the others, so their squares add up.
         """
         while True:
-            at = replace(lower, order=order)
-            answer = self._solve(at)
+            setting = replace(lower, order=order)
+            answer = self._solve(setting)
             falls = self._falls(lower.order, order)
-            by_order = CHANCE * falls / (1 - falls) * largest_errors(self(lower), self(at))
+            by_order = CHANCE * falls / (1 - falls) * largest_errors(self(lower), self(setting))
             errors = np.hypot(rest, by_order)
-            self.reached[at] = float(errors.max())
-            if self.reached[at] <= budget:
-                return at, errors, answer
+            self.reached[setting] = float(errors.max())
+            if self.reached[setting] <= budget:
+                return setting, errors, answer
             finest = float((self._falls(order, self.most.order) * by_order / CHANCE).max())
             if order == self.most.order or finest > budget:
                 raise self._stopped(f"solid teeth of the highest order leave about {100 * finest:.2g} %")
             del answer  # it may be large
-            lower, order = at, order + 1
+            lower, order = setting, order + 1
 
     def _falls(self, lower: int, order: int) -> float:
         """Ratio of the error at one order of solid teeth to that at a lower one."""
         low, high = (self.orders[each][1] for each in (lower, order))
         return (high / low) ** -(SOLID_CONVERGENCE if high <= COARSE_HEIGHT else FINE_CONVERGENCE)
 
-    def _coarse(self, at: _At) -> _At:
+    def _coarse(self, setting: _At) -> _At:
         """Settings of the companion run."""
-        return replace(at, n=_coarser(at.n, 0), g=_coarser(at.g, 1))
+        return replace(setting, n=_coarser(setting.n, 0), g=_coarser(setting.g, 1))
 
-    def _finer(self, at: _At, excess: float) -> _At:
+    def _finer(self, setting: _At, excess: float) -> _At:
         """Refine segments, Gauss points or both, whichever contributes more, to divide the error by ``excess``."""
-        between = replace(at, g=_coarser(at.g, 1))
-        by_phases = float(largest_errors(self(between), self(at)).max())
-        by_segments = float(largest_errors(self(self._coarse(at)), self(between)).max())
+        between = replace(setting, g=_coarser(setting.g, 1))
+        by_phases = float(largest_errors(self(between), self(setting)).max())
+        by_segments = float(largest_errors(self(self._coarse(setting)), self(between)).max())
         factor = min(max(1.4, excess ** (1 / 2)), MOST)
-        n = math.ceil(factor * at.n) if by_segments * ALIKE >= by_phases else at.n
+        n = math.ceil(factor * setting.n) if by_segments * ALIKE >= by_phases else setting.n
         return replace(
-            at, n=n, g=at.g + math.ceil(at.g * (factor - 1) / 2) if by_phases * ALIKE >= by_segments else at.g
+            setting,
+            n=n,
+            g=setting.g + math.ceil(setting.g * (factor - 1) / 2) if by_phases * ALIKE >= by_segments else setting.g,
         )
 
-    def __call__(self, at: _At) -> NDArray:
-        if at not in self.values:
-            self._solve(at)
-        return self.values[at]
+    def __call__(self, setting: _At) -> NDArray:
+        if setting not in self.values:
+            self._solve(setting)
+        return self.values[setting]
 
-    def _solve(self, at: _At) -> R:
+    def _solve(self, setting: _At) -> R:
         if sum(self.seconds.values()) > SEARCH_TIME:
             raise self._stopped(f"{SEARCH_TIME:.0f} s do not suffice")
         start = time.perf_counter()
         try:
-            answer = self.run(self.scene_at(at))
+            answer = self.run(self.scene_at(setting))
         except MemoryBudgetError as error:
             raise self._stopped(error.allowed) from None
-        self.values[at] = self.numbers(answer)
-        self.seconds[at] = time.perf_counter() - start
+        self.values[setting] = self.numbers(answer)
+        self.seconds[setting] = time.perf_counter() - start
         return answer
 
     def _stopped(self, why: str) -> InputError:
         """Error for a search that cannot go on; says why, and the best error it has reached."""
         if not self.reached:
             return InputError("accuracy", self.requested, f"the search cannot begin: {why}")
-        at, error = min(self.reached.items(), key=lambda item: item[1])
-        reached = f"the search ended at an error of about {100 * error:.2g} % with {_listed(self.words(at))}"
+        setting, error = min(self.reached.items(), key=lambda item: item[1])
+        reached = f"the search ended at an error of about {100 * error:.2g} % with {_listed(self.words(setting))}"
         return InputError("accuracy", self.requested, f"{reached}, because {why}: ask for less, or give these settings")
 
 

@@ -30,11 +30,11 @@ def orders_of_gears(dataset: xr.Dataset) -> dict[str, NDArray]:
     """Orders of the spectrum as orders of the rotation of a shaft, by its name; shafts of equal speed appear once."""
     if "member_order" not in dataset.coords:
         return {f"the {name}": dataset[f"{name}_order"].values for name in GEARS}
-    found: dict[str, NDArray] = {}
+    orders: dict[str, NDArray] = {}
     for name, order in zip(dataset["member"].values.tolist(), dataset["member_order"].values, strict=True):
-        if not any(np.allclose(order, known) for known in found.values()):
-            found[name] = order
-    return found
+        if not any(np.allclose(order, known) for known in orders.values()):
+            orders[name] = order
+    return orders
 
 
 def side_bands(dataset: xr.Dataset, axes: Axes, name: str | None = None) -> Axes:
@@ -50,15 +50,17 @@ def side_bands(dataset: xr.Dataset, axes: Axes, name: str | None = None) -> Axes
     gears = orders_of_gears(dataset)
     colours = dict(zip(gears, (ORANGE, GREEN, PURPLE, *(f"C{n}" for n in range(4, 10))), strict=False))
     left = np.ones(len(order), dtype=bool)
-    for label, own, colour in (
+    for label, gear_order, colour in (
         ("mesh orders", order, BLUE),
-        *((f"orders of {gear}", own, colours.get(gear, GREY)) for gear, own in gears.items()),
+        *((f"orders of {gear}", gear_order, colours.get(gear, GREY)) for gear, gear_order in gears.items()),
         ("of no single gear" if len(gears) > 2 else "both gears", None, GREY),
     ):
-        mine = left if own is None else left & np.isclose(own, np.round(own), rtol=0, atol=1e-6)
-        left, shown = left & ~mine, mine & (amplitude > floor)
-        if shown.any():
-            axes.vlines(order[shown], floor, amplitude[shown], color=colour, lw=2.0 if own is order else 1.0)
+        mine = left if gear_order is None else left & np.isclose(gear_order, np.round(gear_order), rtol=0, atol=1e-6)
+        left, is_shown = left & ~mine, mine & (amplitude > floor)
+        if is_shown.any():
+            axes.vlines(
+                order[is_shown], floor, amplitude[is_shown], color=colour, lw=2.0 if gear_order is order else 1.0
+            )
             axes.plot([], [], color=colour, label=label)
     label = f"amplitude of {dataset[name].attrs['symbol'].removesuffix('_p')} [{dataset[name].attrs['units']}]"
     axes.set(xlabel="mesh order", ylabel=label, yscale="log", xlim=(0, order[-1] * 1.02))

@@ -87,12 +87,12 @@ def _of_pair(scene: Scene, orders: float, threads: int) -> tuple[Phases, Columns
 
 
 def _of_train(scene: Scene, orders: float, threads: int) -> tuple[Phases, Columns, Columns]:
-    found = train_cycles(scene, orders, threads)
-    solved, linkage = found.solved, found.solved.linkage
-    sharing = np.moveaxis(found.cycle.sharing, -1, 0)
-    variables: Columns = {"train_transmission_error": (("cycle", "position"), found.cycle.transmission_error)}
+    train = train_cycles(scene, orders, threads)
+    solved, linkage = train.solved, train.solved.linkage
+    sharing = np.moveaxis(train.cycle.sharing, -1, 0)
+    variables: Columns = {"train_transmission_error": (("cycle", "position"), train.cycle.transmission_error)}
     variables["load_sharing"] = ("mesh", "cycle", "position"), sharing
-    if (passing := found.passing) is not None:
+    if (passing := train.passing) is not None:
         variables["passing_force"] = ("cycle", "position"), passing
     coords, amplitudes = _spectra(solved.phases, variables, orders)
     first = linkage.train.meshes[0].pair.gears[0].teeth

@@ -115,8 +115,8 @@ class RootBending:
     def loaded(self, radius: NDArray) -> NDArray:
         """Y_F Y_S for loads at transverse radii [mm] on the flank of the actual gear; same shape as ``radius``."""
         tooth = self.tooth
-        at, back = np.unique(radius, return_inverse=True)
-        virtual = np.maximum(tooth.pitch_radius + at - tooth.gear.pitch_radius, tooth.base_radius)
+        radii, back = np.unique(radius, return_inverse=True)
+        virtual = np.maximum(tooth.pitch_radius + radii - tooth.gear.pitch_radius, tooth.base_radius)
         factors = np.array([math.prod(self.factors_at(float(r))) for r in virtual])
         return factors[back].reshape(radius.shape)
 

@@ -71,9 +71,9 @@ class VirtualTooth:
     @property
     def fillet(self) -> Fillet:
         """Root fillet that the rack generates in the virtual gear."""
-        own, shift = self.gear.fillet, self.gear.profile_shift * self.gear.normal_module
-        assert isinstance(own, Fillet)
-        return Fillet(rack=own.rack, teeth=self.teeth, pitch_radius=self.pitch_radius, shift=shift, beta=0.0)
+        fillet, shift = self.gear.fillet, self.gear.profile_shift * self.gear.normal_module
+        assert isinstance(fillet, Fillet)
+        return Fillet(rack=fillet.rack, teeth=self.teeth, pitch_radius=self.pitch_radius, shift=shift, beta=0.0)
 
     @cached_property
     def section(self) -> RootSection:
@@ -122,15 +122,15 @@ def _tangent_parameter(fillet: Fillet) -> float:
     plane, and the tangent of the fillet at the angle π/2 − φ.
     """
     r, G, xi = fillet.pitch_radius, _corner_height(fillet), fillet.rack.corner[0]
-    wanted = math.pi / 2 - TANGENT_ANGLE - math.pi / fillet.teeth + xi / r
+    target = math.pi / 2 - TANGENT_ANGLE - math.pi / fillet.teeth + xi / r
 
     def excess(phi: float) -> float:
-        return phi - G / r * math.tan(phi) - wanted
+        return phi - G / r * math.tan(phi) - target
 
     low, high = 0.0, fillet.phi_end
     if excess(high) <= 0:
         return high
-    phi = min(wanted, high)
+    phi = min(target, high)
     # Newton's method within a bracket, since extreme profile shifts make the function non-monotone
     for _ in range(60):
         value = excess(phi)

@@ -176,11 +176,11 @@ def validate(
                 "scenes", f"{len(named)} scenes", "a planetary set is compared alone: give one scene", name
             )
     sizes = [_of(name, partial(require_reference, scene, accuracy)) for name, scene in named]
-    found = []
+    comparisons = []
     for (name, scene), size in zip(named, sizes, strict=True):
         progress(f"{name}: finite elements of {size} unknowns" if size else name)
-        found.append(_of(name, partial(compare, scene, accuracy)))
-    return stack(found, labels(scenes)).assign_attrs(run_provenance(wall_time=time.perf_counter() - start))
+        comparisons.append(_of(name, partial(compare, scene, accuracy)))
+    return stack(comparisons, labels(scenes)).assign_attrs(run_provenance(wall_time=time.perf_counter() - start))
 
 
 def _of(name: str, work: Callable[[], T]) -> T:

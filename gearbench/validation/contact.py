@@ -142,20 +142,20 @@ def findings(dataset: xr.Dataset) -> list[str]:
     bar = 100 * float(dataset.transmission_error_uncertainty) / mean
     fast, lines = (100 * float(dataset.residual.sel(model=name)) for name in ("fast", "lines"))
     off = ste["fast"] - ste["contact"]
-    at = int(np.argmax(np.abs(off)))
-    compliance, touching = (float((ste[a] - ste[b])[at]) for a, b in (("fast", "lines"), ("lines", "contact")))
-    outside = 100 * float(dataset.share_outside_path[at])
-    found = [
+    worst = int(np.argmax(np.abs(off)))
+    compliance, touching = (float((ste[a] - ste[b])[worst]) for a, b in (("fast", "lines"), ("lines", "contact")))
+    outside = 100 * float(dataset.share_outside_path[worst])
+    texts = [
         f"RMS off contact finite elements, of the mean STE {mean:.4g} µm ± {bar:.2f} %: fast model {fast:.2f} %, "
         f"finite elements on lines {lines:.2f} %",
-        f"most at τ = {float(dataset.mesh_phase[at]):.3g}: fast model {off[at]:+.3f} µm, of which {compliance:+.3f} µm "
-        f"compliance of teeth and bodies, {touching:+.3f} µm where and how flanks touch; {outside:.0f} % of the load "
-        "lies outside the path of contact there",
+        f"most at τ = {float(dataset.mesh_phase[worst]):.3g}: fast model {off[worst]:+.3f} µm, "
+        f"of which {compliance:+.3f} µm compliance of teeth and bodies, {touching:+.3f} µm where and how flanks touch; "
+        f"{outside:.0f} % of the load lies outside the path of contact there",
     ]
     if "off_line" in ste:
         better = 100 * float(dataset.residual.sel(model="off_line"))
-        found.append(f"with [effects.off_line_contact] the fast model is {better:.2f} % off")
-    return found
+        texts.append(f"with [effects.off_line_contact] the fast model is {better:.2f} % off")
+    return texts
 
 
 def write(datasets: list[xr.Dataset], folder: Path) -> list[Path]:

@@ -25,17 +25,19 @@ TEXTS = {
 CYCLE = ("mesh_phase", "phase_weight", "panel_start", "panel_end", "pair_index")
 
 
-def stack(found: Sequence[xr.Dataset], names: Sequence[str]) -> xr.Dataset:
+def stack(datasets: Sequence[xr.Dataset], names: Sequence[str]) -> xr.Dataset:
     """Stack comparisons into one Dataset; positions and pairs that a scene does not have are NaN."""
     import xarray as xr
 
-    sizes = {dim: max(each.sizes[dim] for each in found) for dim in ("position", "pair") if dim in found[0].dims}
+    sizes = {
+        dim: max(dataset.sizes[dim] for dataset in datasets) for dim in ("position", "pair") if dim in datasets[0].dims
+    }
     padded = []
-    for each in found:
-        missing = {dim: (0, size - each.sizes[dim]) for dim, size in sizes.items()}
-        text = {variable: ((), each.attrs[key]) for key, variable in TEXTS.items()}
-        floats = each.assign_coords({name: each[name].astype(float) for name in CYCLE if name in each.coords})
-        floats = floats.reset_coords([name for name in CYCLE if name in each.coords])
+    for dataset in datasets:
+        missing = {dim: (0, size - dataset.sizes[dim]) for dim, size in sizes.items()}
+        text = {variable: ((), dataset.attrs[key]) for key, variable in TEXTS.items()}
+        floats = dataset.assign_coords({name: dataset[name].astype(float) for name in CYCLE if name in dataset.coords})
+        floats = floats.reset_coords([name for name in CYCLE if name in dataset.coords])
         padded.append(floats.pad(missing, constant_values=np.nan, keep_attrs=True).assign(text).drop_attrs(deep=False))
     joined = xr.concat(padded, "scene", combine_attrs="override", data_vars="all", coords="minimal")
     known = [name for name in CYCLE if name in joined]

@@ -119,18 +119,18 @@ def _judgement(scene: Scene, fast: xr.Dataset, reference: Scene) -> Judgement:
         cycle, again = (set_cycle(scene, each, Phases.of_dataset(fast)) for each in (exact, bare))
     else:
         cycle, again = (cycle_beside(fast, own, reference) for each in (exact, bare) for own in each.values())
-    found = cycle_errors(fast, cycle) | shapes(meshes, exact)
-    bars = error_bars(found, cycle_errors(fast, again) | shapes(meshes, bare))
-    return Judgement(reference=reference, cycle=cycle, found=found | bars, settled=settled(found | bars))
+    errors = cycle_errors(fast, cycle) | shapes(meshes, exact)
+    bars = error_bars(errors, cycle_errors(fast, again) | shapes(meshes, bare))
+    return Judgement(reference=reference, cycle=cycle, found=errors | bars, settled=settled(errors | bars))
 
 
 def _with_teeth(meshes: Mapping[str, Scene], kind: Callable[[Scene], Scene]) -> dict[str, Scene]:
     """Meshes of a reference with the teeth that ``kind`` puts inside, the same ones in equal meshes."""
     known: dict[Scene, Scene] = {}
-    for own in map(unnamed, meshes.values()):
-        if own not in known:
-            known[own] = kind(own)
-    return {name: known[unnamed(own)] for name, own in meshes.items()}
+    for plain in map(unnamed, meshes.values()):
+        if plain not in known:
+            known[plain] = kind(plain)
+    return {name: known[unnamed(scene)] for name, scene in meshes.items()}
 
 
 def cycle_beside(fast: xr.Dataset, solved: Scene, reference: Scene) -> xr.Dataset:
@@ -140,22 +140,22 @@ def cycle_beside(fast: xr.Dataset, solved: Scene, reference: Scene) -> xr.Datase
     differ by a percent or two. The Dataset stores the scene ``reference``, which can be written to a file.
     """
     start, phases = time.perf_counter(), Phases.of_dataset(fast)
-    found = solve_lines(solved, scene_lines(solved, phases.phase), phases.weight, phases.size)
-    return dataset(replace(found, scene=reference), OUTPUTS, start)
+    solved_beside = solve_lines(solved, scene_lines(solved, phases.phase), phases.weight, phases.size)
+    return dataset(replace(solved_beside, scene=reference), OUTPUTS, start)
 
 
-def settled(found: dict[str, tuple]) -> bool:
+def settled(variables: dict[str, tuple]) -> bool:
     """Whether ``TIMES`` the error bar is at most the difference, or ``NEGLIGIBLE``, for all judged differences."""
-    errors, bars = (np.array([float(found[name + end][1]) for name in JUDGED]) for end in ("", "_bar"))
+    errors, bars = (np.array([float(variables[name + end][1]) for name in JUDGED]) for end in ("", "_bar"))
     return bool(np.all(TIMES * bars <= np.maximum(np.abs(errors), NEGLIGIBLE)))
 
 
 def shapes(meshes: Mapping[str, Scene], reference: Mapping[str, Scene]) -> dict[str, tuple]:
     """Variables of a comparison on the deflection shapes of the gears, from the meshes of both models."""
     both = [(meshes[mesh], reference[mesh], index) for _, mesh, index in members(meshes)]
-    found = [compare_shapes(*each) for each in both]
+    comparisons = [compare_shapes(*each) for each in both]
     over = ("gear", "load_height", "load_face")
-    criterion = np.array([each.mac for each in found])
+    criterion = np.array([each.mac for each in comparisons])
     lines = np.array([line_mac(*each) for each in both])
     return {
         "mac": (over, criterion),
@@ -163,6 +163,6 @@ def shapes(meshes: Mapping[str, Scene], reference: Mapping[str, Scene]) -> dict[
         "mac_mean": (("gear",), criterion.mean(axis=(1, 2))),
         "line_mac_worst": (("gear",), lines[:, 0]),
         "line_mac_mean": (("gear",), lines[:, 1]),
-        "norm_ratio": (over, np.array([each.norm_ratio for each in found])),
-        "compliance_ratio": (("gear",), np.array([each.compliance_ratio for each in found])),
+        "norm_ratio": (over, np.array([each.norm_ratio for each in comparisons])),
+        "compliance_ratio": (("gear",), np.array([each.compliance_ratio for each in comparisons])),
     }

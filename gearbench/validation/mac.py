@@ -97,9 +97,9 @@ def line_mac(fast: Scene, reference: Scene, index: int) -> tuple[float, float]:
     """Worst and mean MAC of the shapes under the contact lines of a mesh cycle; line lengths weight the mean."""
     phase, weight = mesh_phases(fast)
     lines = scene_lines(fast, phase)
-    found = mac(*(line_shapes(scene, index, lines) for scene in (fast, reference)))
-    return float(found.min()), float(
-        np.average(found, weights=(weight[:, None] * lines.length.sum(axis=2))[lines.active])
+    criterion = mac(*(line_shapes(scene, index, lines) for scene in (fast, reference)))
+    return float(criterion.min()), float(
+        np.average(criterion, weights=(weight[:, None] * lines.length.sum(axis=2))[lines.active])
     )
 
 

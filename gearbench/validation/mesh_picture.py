@@ -54,13 +54,13 @@ def mesh_figure(dataset: xr.Dataset) -> Figure:
     gears = members(meshes)
     figure = Figure(figsize=(4.75 * len(gears), 4.8))
     for number, (name, mesh, index) in enumerate(gears):
-        found, reference = dataset.isel(gear=number), meshes[mesh]
+        of_gear, reference = dataset.isel(gear=number), meshes[mesh]
         body = finite_elements(reference).body(reference.pair, index, reference.effects_by_name)
         section = Section(body=body, grain=Grain(degree=2))  # all levels have the same quadrilaterals
         axes = figure.add_subplot(1, len(gears), number + 1)
         draw_section(section, axes)
         axes.tick_params(axis="x", rotation=90)  # a sector may be narrower than the tick labels
-        unknowns, error = int(found["reference_unknowns"]), float(found["reference_error"])
+        unknowns, error = int(of_gear["reference_unknowns"]), float(of_gear["reference_error"])
         axes.set_title(
             f"{name}: {len(section.maps)} quadrilaterals, {unknowns} unknowns,\nestimated error {100 * error:.2g} %",
             fontsize=10,

@@ -148,9 +148,9 @@ def _cycle_table(one: xr.Dataset) -> str:
     for word, name in (("STE", "transmission_error"), ("stiffness", "mesh_stiffness")):
         known = f"{name}_amplitude"
         for n in range(one.sizes["harmonic"]):
-            here = one.isel(harmonic=n)
-            error = f"{_error(here, f'{known}_error')} of the fundamental"
-            rows.append([f"harmonic {n + 1} of {word}", *_both(here[known], here[f"{known}_bar"]), error])
+            of_harmonic = one.isel(harmonic=n)
+            error = f"{_error(of_harmonic, f'{known}_error')} of the fundamental"
+            rows.append([f"harmonic {n + 1} of {word}", *_both(of_harmonic[known], of_harmonic[f"{known}_bar"]), error])
     for label, part in (("largest", "max"), ("RMS", "rms")):
         difference, bar = (100 * float(one[f"load_share_error_{part}{end}"]) for end in ("", "_bar"))
         of = "an even share" if "mesh_load_factor" in one else "the load"

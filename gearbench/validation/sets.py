@@ -23,19 +23,19 @@ def meshes_of(scene: Scene) -> dict[str, Scene]:
 
 def distinct(meshes: Mapping[str, Scene]) -> dict[str, Scene]:
     """The meshes of different pairs: one with the sun and one with the ring for all planets."""
-    found: dict[tuple, str] = {}
-    for name, own in meshes.items():
-        found.setdefault((own.pair, own.load.coast), name)
-    return {name: meshes[name] for name in found.values()}
+    names: dict[tuple, str] = {}
+    for name, mesh_scene in meshes.items():
+        names.setdefault((mesh_scene.pair, mesh_scene.load.coast), name)
+    return {name: meshes[name] for name in names.values()}
 
 
 def members(meshes: Mapping[str, Scene]) -> list[tuple[str, str, int]]:
     """Gears of the ``distinct`` meshes: name, mesh, and index in it; a planet is listed at both its mates."""
-    both = [(name, own.gear_names, index) for name, own in distinct(meshes).items() for index in (0, 1)]
+    both = [(name, scene.gear_names, index) for name, scene in distinct(meshes).items() for index in (0, 1)]
     names = [gears[index] for _, gears, index in both]
     return [
-        (own if names.count(own) == 1 else f"{own} at {gears[1 - index]}", mesh, index)
-        for own, (mesh, gears, index) in zip(names, both, strict=True)
+        (gear if names.count(gear) == 1 else f"{gear} at {gears[1 - index]}", mesh, index)
+        for gear, (mesh, gears, index) in zip(names, both, strict=True)
     ]
 
 

@@ -40,24 +40,24 @@ def cycle_errors(fast: xr.Dataset, reference: xr.Dataset) -> dict[str, tuple]:
     those of the ``load_sharing`` of a mesh, and the error of K_γ.
     """
     sides = (fast, reference)
-    found: dict[str, tuple] = {}
+    variables: dict[str, tuple] = {}
     for name in CURVES:
         for part in ("mean", "peak_to_peak"):
             a, b = (float(side[f"{name}_{part}"]) for side in sides)
-            found[f"{name}_{part}"] = (("model",), np.array([a, b]))
-            found[f"{name}_{part}_error"] = ((), relative_error(a, b))
+            variables[f"{name}_{part}"] = (("model",), np.array([a, b]))
+            variables[f"{name}_{part}_error"] = ((), relative_error(a, b))
         a, b = (fourier(side, name, HARMONICS) for side in sides)
-        found[f"{name}_amplitude"] = (("model", "harmonic"), np.array([a, b]))
-        found[f"{name}_amplitude_error"] = (("harmonic",), relative_error(a, b, np.full(HARMONICS, b[0])))
+        variables[f"{name}_amplitude"] = (("model", "harmonic"), np.array([a, b]))
+        variables[f"{name}_amplitude_error"] = (("harmonic",), relative_error(a, b, np.full(HARMONICS, b[0])))
     if "load_sharing" in fast:
         a, b = (float(side["mesh_load_factor"]) for side in sides)
-        found |= {
+        variables |= {
             "mesh_load_factor": (("model",), np.array([a, b])),
             "mesh_load_factor_error": ((), relative_error(a, b)),
         }
-    own, exact = (side[shared_load(side)].values for side in sides)
-    largest, rms = load_share_error(own, exact, fast["phase_weight"].values)
-    return found | {"load_share_error_max": ((), largest), "load_share_error_rms": ((), rms)}
+    fast_share, exact = (side[shared_load(side)].values for side in sides)
+    largest, rms = load_share_error(fast_share, exact, fast["phase_weight"].values)
+    return variables | {"load_share_error_max": ((), largest), "load_share_error_rms": ((), rms)}
 
 
 def error_bars(judged: Mapping[str, tuple], again: Mapping[str, tuple]) -> dict[str, tuple]:

@@ -110,7 +110,7 @@ def draw_verification(dataset: xr.Dataset, folder: Path, name: str) -> Path:
         for axis in axes.flat:
             axis.grid(alpha=0.3)
         rho = dataset["rank_correlation"].values
-        held = f", their order holds to a rank correlation of {np.nanmin(rho):.3f}" if np.any(np.isfinite(rho)) else ""
+        order = f", their order holds to a rank correlation of {np.nanmin(rho):.3f}" if np.any(np.isfinite(rho)) else ""
         largest = np.nanmax(np.abs(dataset["shift"].values))
-        figure.suptitle(f"{as_label(name or 'study')}: finite elements move objectives by up to {largest:.0f} %{held}")
+        figure.suptitle(f"{as_label(name or 'study')}: finite elements move objectives by up to {largest:.0f} %{order}")
         return write_figure(figure, folder / "verification.png")
