@@ -1,5 +1,6 @@
 """Mesh orders of error samples and of hunting cycles: without errors those of ``simulate``."""
 
+import tomllib
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,11 +15,11 @@ from gearbench.effects.waviness import Wave, Waviness
 from gearbench.scene import Resolution, Scene
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
-TRAINS = ("idler", "planetary")  # each mesh has effects of its own, and a hunting cycle is of one mesh
+#: Examples of pairs: each mesh of a train has effects of its own, and a hunting cycle is of one mesh.
 FILES = sorted(
     path
     for path in (*EXAMPLES.glob("*.toml"), *(EXAMPLES / "gears").glob("*.toml"))
-    if "optimise" not in path.name and path.stem not in TRAINS
+    if "pair" in tomllib.loads(path.read_text(encoding="utf-8"))
 )
 CURVES = ("transmission_error", "mesh_stiffness")
 ORDERS = range(1, 11)
