@@ -23,7 +23,8 @@ FUSED = frozenset({"contract"})
 
 #: Files whose code or constants kernels hold.
 _SOURCES = ("_*kernels.py", "law.py", "lapack.py")
-_OPTIONS = {"cache": True, "error_model": "numpy", "nogil": True}
+# C does not call kernels: a wrapper for it would only be compiled
+_OPTIONS = {"cache": True, "error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
 
 
 @lru_cache
@@ -60,8 +61,8 @@ def entry(fastmath: frozenset[str] = frozenset()) -> Callable[[Callable[..., Any
 
 
 def part(fastmath: frozenset[str] = frozenset()) -> Callable[[Callable[..., Any]], Any]:
-    """Compile a function that is inlined in its callers; ``fastmath`` as for ``entry``."""
-    return _compiled(fastmath, forceinline=True)
+    """Compile a function that is inlined in its callers, and that Python cannot call; ``fastmath`` as for ``entry``."""
+    return _compiled(fastmath, forceinline=True, no_cpython_wrapper=True)
 
 
 def bit_casts() -> tuple[Any, Any]:

@@ -168,7 +168,7 @@ def arrays(p: ContactProblem) -> Arrays:
     """Arrays of a problem for the compiled solvers."""
     from gearbench.contact._kernels import Arrays
 
-    block = np.ascontiguousarray(np.broadcast_to(p.block, p.gap.shape))
+    block = np.tile(p.block, (len(p.gap), 1))
     return Arrays(p.gap, p.a, p.h, p.sigma, p.active, p.factor, block)
 
 

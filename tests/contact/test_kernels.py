@@ -17,6 +17,7 @@ from gearbench.contact.solver import Guess, newton
 from gearbench.effects.off_line_contact import OffLineContact
 from gearbench.effects.tip_relief import TipRelief
 from gearbench.geometry.quadrature import interpolation
+from tests.support.compiled import callable_part
 from tests.support.contact_twin import solve_one
 from tests.support.patch_twin import patch_nodes as twin_nodes
 from tests.support.paths import ROOT
@@ -29,7 +30,7 @@ FORCES = np.concatenate([[0.0], 10.0 ** np.linspace(-12, 2, 60)])
 @pytest.mark.parametrize("stiff", [0.4, 3.0])
 def test_the_compression_is_that_of_its_readable_twin(h, sigma, stiff):
     a = np.full(FORCES.shape, stiff + 8 * h)
-    found = [_kernels.compression(p, stiff + 8 * h, h, sigma) for p in FORCES]
+    found = [callable_part(_kernels.compression)(p, stiff + 8 * h, h, sigma) for p in FORCES]
     assert_allclose(found, compression(FORCES, a, np.full(FORCES.shape, h), sigma), rtol=1e-14, atol=1e-300)
 
 
@@ -37,8 +38,8 @@ def segment_laws(s, a, h, sigma):
     """Forces and slopes of segments, and their sums and that of the energies."""
     constants, scratch = np.empty((_law_kernels.CONSTANTS, s.size)), np.empty((_law_kernels.SCRATCH, s.size))
     P, W = np.empty((2, s.size))
-    _law_kernels.law_constants(a, h, sigma, constants)
-    return P, W, _law_kernels.apply_laws(s, constants, scratch, P, W)
+    callable_part(_law_kernels.law_constants)(a, h, sigma, constants)
+    return P, W, callable_part(_law_kernels.apply_laws)(s, constants, scratch, P, W)
 
 
 @pytest.mark.parametrize("linear", [False, True])
@@ -86,7 +87,7 @@ def test_patches_are_those_of_the_readable_twin():
     scene = read_scene(ROOT / "examples" / "gears" / "large_wheel.toml").without("off_line_contact")
     lines, rng = scene_lines(scene, np.linspace(0.0, 0.9, 9)), np.random.default_rng(5)
     patches = 0
-    for _ in range(20):
+    for _ in range(4):
         s = rng.normal(size=(*lines.shape, 3)).cumsum(axis=2) + rng.normal()
         s[:, :, 1:, 0] = s[:, :, :-1, 2]
         s = np.where(lines.active[..., None, None], s, -1.0)
@@ -100,7 +101,7 @@ def test_patches_are_those_of_the_readable_twin():
         assert_allclose(y, y_twin, rtol=0, atol=1e-11)
         assert_allclose(width, width_twin, rtol=0, atol=1e-11)
         patches += np.count_nonzero(np.diff(np.sign(s.reshape(*lines.shape[:2], -1))) > 0)
-    assert patches > 100
+    assert patches > 50
 
 
 @pytest.mark.parametrize("blocks", [1, 3])

@@ -26,6 +26,7 @@ from gearbench.robustness.montecarlo import prepare_scene, respond
 from gearbench.robustness.run import robust
 from gearbench.scene import Resolution, Scene
 from tests.support.batches import solve_batch
+from tests.support.compiled import callable_part
 from tests.support.samples import single, stiffness_slopes
 
 
@@ -182,11 +183,11 @@ def test_the_law_of_the_lanes_is_that_of_its_readable_twin(h, sigma):
     lanes.s[:], lanes.sigma[0], lanes.sigma[1] = s, max(sigma, POINT), 0.5 / max(sigma, POINT)
     a, h, sigma = np.broadcast_to(a[:, None], s.shape), np.full(s.shape, h), np.full(s.shape, sigma)
     force, slope, _ = inverse(s, a, h, sigma)
-    apply_laws(3, laws, lanes)
+    callable_part(apply_laws)(3, laws, lanes)
     # one Halley step from a guess good to 1e-4 leaves a few units of 1e-13
     assert_allclose(lanes.p, force, rtol=2e-12)
     assert_allclose(lanes.w, slope, rtol=2e-12)
-    steepen(3, laws, lanes)
+    callable_part(steepen)(3, laws, lanes)
     assert_allclose(lanes.w, stiffness_slopes(s, a, h, sigma), rtol=4e-12)
 
 
