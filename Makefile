@@ -15,15 +15,15 @@ apt = if [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null; then echo "instal
   apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq $(1) >/dev/null; \
   else echo "missing of the system: sudo apt-get install $(1)"; false; fi
 
-.PHONY: demo test test-all lint bench studies docs docs-tables wheel clean system-libraries programs
+.PHONY: demo test test-all lint bench studies docs docs-tables wheel clean system-libraries programs kernels
 
 demo: $(STAMP)
 	@$(BIN)/python -m examples.demo out/demo
 
-test: $(STAMP) system-libraries
+test: $(STAMP) system-libraries kernels
 	$(BIN)/python -m pytest -m "not slow" -n 2 --dist loadfile --max-worker-restart 0
 
-test-all: $(STAMP) system-libraries programs
+test-all: $(STAMP) system-libraries programs kernels
 	$(BIN)/python -m pytest -n 2 --dist loadfile --max-worker-restart 0
 
 lint: $(STAMP)
@@ -56,6 +56,10 @@ wheel: $(STAMP)
 # Pages that are made from the code; tests/docs/test_tables.py holds them up to date.
 docs-tables: $(STAMP)
 	$(BIN)/python -m docs.generate
+
+# Compiled loops, which the processes of pytest would each compile for themselves.
+kernels: $(STAMP)
+	@$(BIN)/python -m tests.support.kernels
 
 # Shared libraries that gmsh loads.
 system-libraries: $(STAMP)

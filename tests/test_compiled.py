@@ -4,23 +4,17 @@ from __future__ import annotations
 
 import ast
 import os
+import re
 import subprocess
 import sys
-import tomllib
-from dataclasses import replace
 from importlib import import_module
 from typing import Any
 
-import numpy as np
+import numba
 import pytest
 
-from gearbench import nonlinear_response, revolution_response, robust, robust_response, simulate, sweep
-from gearbench.effects.teeth import clear_tooth_cache
-from gearbench.library.garambois2017 import case
-from gearbench.scene import Resolution, Scene
-from gearbench.scene_file import parse_scene
+from tests.support import kernels
 from tests.support.paths import ROOT
-from tests.support.systems import spur_scene
 from tests.test_architecture import MODULES
 
 KERNELS = {name: ast.parse(path.read_text(encoding="utf-8")) for name, path in MODULES.items() if "_kernels" in name}
@@ -66,26 +60,17 @@ def test_python_calls_entries_and_nothing_else_that_is_compiled():
     assert seen == ENTRIES
 
 
-def without_order(value: Any) -> bool:
-    """Whether ``value`` holds an array that is not C-contiguous."""
-    if isinstance(value, tuple):
-        return any(map(without_order, value))
-    return isinstance(value, np.ndarray) and not value.flags.c_contiguous
-
-
 @pytest.fixture
-def calls(monkeypatch) -> dict[str, set[int]]:
-    """Of each entry that is called, which of its arguments were arrays that are not contiguous."""
-    found: dict[str, set[int]] = {}
+def calls(monkeypatch) -> dict[str, set[str]]:
+    """Of each entry that is called, the types of its arguments."""
+    found: dict[str, set[str]] = {}
 
     def watch(module: str, name: str) -> None:
         own = getattr(import_module(module), name)
 
-        def watched(*arguments: Any, **more: Any) -> Any:
-            found[name] = found.get(name, set()) | {
-                i for i, value in enumerate((*arguments, *more.values())) if without_order(value)
-            }
-            return own(*arguments, **more)
+        def watched(*arguments: Any) -> Any:
+            found.setdefault(name, set()).add(str(numba.typeof(arguments)))
+            return own(*arguments)
 
         monkeypatch.setattr(import_module(module), name, watched)
 
@@ -94,33 +79,12 @@ def calls(monkeypatch) -> dict[str, set[int]]:
     return found
 
 
-def small(name: str, **effects: Any) -> Scene:
-    """An example with more effects, at few phases."""
-    given = tomllib.loads((ROOT / "examples" / name).read_text(encoding="utf-8"))
-    return parse_scene(given | {"effects": given["effects"] | effects, "resolution": {"positions": 6, "segments": 9}})
-
-
-def test_entries_are_called_with_contiguous_arrays(calls):
-    clear_tooth_cache()  # of tests before: they are built by compiled code too
-    errors = {"manufacturing_errors": {"preset": "garambois2017"}}
-    simulate(case(2, Resolution(positions=4)))
-    for scene in (small("sc.toml", **errors), small("gears/hcr_spur.toml", gear_body={}, **errors)):
-        simulate(scene)
-        robust(scene, samples=3)
-    spur = small("gears/hcr_spur.toml", gear_body={})
-    sweep(spur, torque=[50.0, 60.0])
-    wheel = replace(spur.pair.wheel, rim_thickness=6.0, web_thickness=8.0)
-    simulate(replace(spur, pair=replace(spur.pair, wheel=wheel)))
-    driven = spur_scene({}, effects={"hertz": {"law": "yang_sun"}} | errors, segments=4, gauss_points=2)
-    for scene in (driven, small("shafts.toml", **errors)):
-        robust_response(scene, speed=900.0, harmonics=1, samples=2)
-    driven = replace(driven, pair=replace(driven.pair, backlash=0.15), effects=driven.effects[:1])
-    nonlinear_response(driven, speed=[900.0], harmonics=1)
-    pitch = {"pitch_errors": {"pinion": [0.0, 1.0] * 12 + [0.0]}}
-    driven = spur_scene({}, effects={"hertz": {}} | pitch, segments=4, gauss_points=2)
-    revolution_response(driven, speed=900.0, harmonics=1)
+def test_entries_are_called_with_contiguous_arrays_and_compiled_once(calls):
+    for job in kernels.JOBS:
+        kernels.run(job)
     assert set(calls) == {name for _, name in ENTRIES}
-    assert {name: loose for name, loose in calls.items() if loose} == {}
+    assert {name: types for name, types in calls.items() if len(types) > 1} == {}
+    assert {name: types for name, types in calls.items() if re.search(r"readonly|, [AF]\)", str(types))} == {}
 
 
 BITS = """
