@@ -92,7 +92,7 @@ def cut_by_rack(g: Gear, radius: np.ndarray) -> np.ndarray:
     for i, R in enumerate(radius):
         # rack tooth centred at s = r·turn when the gear has turned by it: which angles of the circle R are cut?
         low, high = 0.0, math.pi / g.teeth * 1.5
-        for _ in range(40):
+        for _ in range(24):
             psi = (low + high) / 2
             phi = psi - turn
             x, y = R * np.sin(phi), R * np.cos(phi)
