@@ -53,10 +53,10 @@ def test_the_teeth_drawn_touch_on_the_path_of_contact(scene):
 def test_the_command_writes_the_page_of_one_load(scene, tmp_path):
     file = tmp_path / "scene.toml"
     file.write_text(scene.to_toml(), encoding="utf-8")
-    command(file, report=tmp_path / "page.html", quiet=True)
+    command(file, report=tmp_path / "page.html")
     assert "mean mesh stiffness" in (tmp_path / "page.html").read_text(encoding="utf-8")
     loads = tuple(WeightedLoad(torque=torque, weight=1.0) for torque in (6000.0, 13200.0))
     file.write_text(replace(scene, load=replace(scene.load, torque=13200.0), loads=loads).to_toml(), encoding="utf-8")
     with pytest.raises(InputError, match="here give one"):
-        command(file, report=Path(tmp_path / "other.html"), quiet=True)
+        command(file, report=Path(tmp_path / "other.html"))
     assert not (tmp_path / "other.html").exists()

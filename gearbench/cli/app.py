@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import logging
 import re
 import sys
@@ -14,7 +15,8 @@ from typing import Annotated, Any, NoReturn
 import typer
 
 from gearbench.cli import log
-from gearbench.cli.options import shows_progress
+from gearbench.cli.options import COMMON, MEMORY
+from gearbench.cli.output import printing, shows_progress
 from gearbench.doctor import is_first_run
 from gearbench.errors import GearbenchError, InputError, install_extra, plain
 
@@ -40,7 +42,7 @@ COMMANDS = (
     "verify",
 )
 COMMANDS += ("validate", "plan", "cost", "rexs", "doctor")
-#: Commands that solve no contact problem.
+#: Commands that solve no contact problem; they take no ``--memory``.
 _QUICK = ("select", "rexs", "doctor")
 #: Kind of value of an option, as typer names it → as a message names it.
 _KINDS = {"integer": "a whole number", "number": "a number", "boolean": "true or false"}
@@ -62,20 +64,25 @@ def application(names: Sequence[str] = COMMANDS) -> typer.Typer:
 
 
 def _command(name: str, function: Callable[..., None]) -> Callable[..., None]:
-    """Wrap a command: before a first run, announce the compilation; add the file to its input errors."""
+    """Wrap a command: add the common options; announce the compilation; add the file to its input errors."""
 
     @wraps(function)
-    def run(*args: Any, **options: Any) -> None:
-        show_progress = shows_progress(quiet=options.get("quiet", False), json=options.get("json", False))
-        if show_progress and name not in _QUICK and is_first_run():
-            print("first run: the solver is compiled, once after an installation; about a minute", file=sys.stderr)
-        try:
-            function(*args, **options)
-        except InputError as error:
-            raise _in_its_file(error, options) from None
-        except KeyboardInterrupt:
-            raise Interrupted from None
+    def run(*, quiet: bool, json: bool, **options: Any) -> None:
+        with printing("json" if json else "nothing" if quiet else "tables"):
+            if shows_progress() and name not in _QUICK and is_first_run():
+                print("first run: the solver is compiled, once after an installation; about a minute", file=sys.stderr)
+            try:
+                function(**{key: value for key, value in options.items() if key not in common})
+            except InputError as error:
+                raise _in_its_file(error, options) from None
+            except KeyboardInterrupt:
+                raise Interrupted from None
 
+    own, common = inspect.signature(function, eval_str=True), COMMON if name in _QUICK else MEMORY | COMMON
+    more = [inspect.Parameter(key, inspect.Parameter.KEYWORD_ONLY, **how) for key, how in common.items()]
+    whole = own.replace(parameters=[*own.parameters.values(), *more])
+    run.__signature__ = whole  # type: ignore[attr-defined]
+    run.__annotations__ = {key: each.annotation for key, each in whole.parameters.items()}
     return run
 
 

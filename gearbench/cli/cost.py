@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gearbench.cli.options import Json, Quiet, SceneFile, Verbose, say
+from gearbench.cli.options import SceneFile, plot_folder
+from gearbench.cli.output import answer
 
 if TYPE_CHECKING:
     import xarray as xr
-
-    from gearbench.scene import Scene
 
 Folder = Annotated[
     Path | None, typer.Option("--output", "-o", metavar="DIR", help="Write cost.nc and plots into this folder.")
@@ -24,15 +23,12 @@ def cost(
     scene: SceneFile,
     output: Folder = None,
     repeats: Repeats = 5,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
-    json: Json = False,
 ) -> None:
     """Measure error against time for every setting of SCENE.
 
     Example: gearbench cost examples/sc.toml -o cost
     """
-    from gearbench.cli.options import plot_folder
+    from gearbench.cli.summary import as_json, pair_line
     from gearbench.effort.workprecision import cost as run
     from gearbench.results.netcdf import save
     from gearbench.scene_file import read_scene
@@ -46,15 +42,17 @@ def cost(
         from gearbench.effort.figures import draw_cost
 
         written = [save(dataset, folder / "cost.nc"), *draw_cost(dataset, folder)]
-    if json:
-        _print_json(loaded, dataset, written)
-    elif not quiet:
-        _print(loaded, dataset, written)
+    lines = (
+        "error: the largest of mean STE, RMS STE, mean k, RMS k, relative; ±: of its reference",
+        "order: of each of the four, – where errors are not clear of their reference",
+        "time, memory: of a run with the other settings as in the scene; medians",
+    )
+    data = as_json(loaded, dataset, **_tables(dataset), files=written)
+    answer(data, lines, lambda: _print_table(pair_line(loaded), dataset))
 
 
-def _print_json(scene: Scene, dataset: xr.Dataset, written: list[Path]) -> None:
-    from gearbench.cli.summary import print_json
-
+def _tables(dataset: xr.Dataset) -> dict[str, Any]:
+    """Tables of the JSON object."""
     names = [str(name) for name in dataset["quantity"].values]
     rows = [
         {
@@ -70,18 +68,7 @@ def _print_json(scene: Scene, dataset: xr.Dataset, written: list[Path]) -> None:
         str(orders["knob"].values): dict(zip(names, orders.values.tolist(), strict=True))
         for orders in dataset["observed_order"].transpose("knob", "quantity")
     }
-    print_json(scene, dataset, observed_order=orders, settings=rows, files=written)
-
-
-def _print(scene: Scene, dataset: xr.Dataset, written: list[Path]) -> None:
-    from gearbench.cli.summary import pair_line
-
-    _print_table(pair_line(scene), dataset)
-    print("error: the largest of mean STE, RMS STE, mean k, RMS k, relative; ±: of its reference")
-    print("order: of each of the four, – where errors are not clear of their reference")
-    print("time, memory: of a run with the other settings as in the scene; medians")
-    for path in written:
-        say(f"wrote {path}")
+    return {"observed_order": orders, "settings": rows}
 
 
 def _print_table(title: str, dataset: xr.Dataset) -> None:

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gearbench.cli.options import Json, Quiet, Verbose, to_file
+from gearbench.cli.options import to_file
+from gearbench.cli.output import answer
 from gearbench.cli.rexs import StageName
 
 if TYPE_CHECKING:
@@ -33,9 +34,6 @@ def explore(
     stage: StageName = None,
     port: Port = 5006,
     export: Export = None,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
-    json: Json = False,
 ) -> None:
     """Open a local web page: a design bench for one scene, or the designs of stored studies.
 
@@ -50,21 +48,15 @@ def explore(
         raise GearbenchError(f"the explorer needs bokeh: {install_extra('explore')}") from error
     summary, page, html = _opened(results or [], stage)
     if export is not None:
-        write_text(export, html())
-        if json:
-            _print_json(summary, files=[export])
-        elif not quiet:
-            print(f"wrote {export}")
+        answer({**summary, "files": [write_text(export, html())]})
         return
     from gearbench.explore.server import Explorer
 
     explorer = Explorer(page(), port)
 
     def ready() -> None:
-        if json:
-            _print_json(summary, url=explorer.url, port=explorer.port)
-        elif not quiet:
-            print(f"{explorer.url} (end with Ctrl-C)", flush=True)
+        answer({**summary, "url": explorer.url, "port": explorer.port}, [f"{explorer.url} (end with Ctrl-C)"])
+        sys.stdout.flush()  # the program that starts the server waits for the address
 
     explorer.run(ready)
 
@@ -126,11 +118,3 @@ def _scene(path: Path, stage: str | None) -> Scene | None:
     from gearbench.explore.stored import scene_of_run
 
     return scene_of_run(path)
-
-
-def _print_json(summary: dict[str, Any], **more: object) -> None:
-    """Print summary and address as JSON; flush, because the program that starts the server waits for the address."""
-    from gearbench.cli.summary import print_mapping
-
-    print_mapping({**summary, **more})
-    sys.stdout.flush()

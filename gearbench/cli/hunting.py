@@ -6,18 +6,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gearbench.cli.options import (
-    Json,
-    Memory,
-    Output,
-    Plots,
-    Quiet,
-    SceneFile,
-    Threads,
-    Verbose,
-    plot_folder,
-    say,
-)
+from gearbench.cli.options import Output, Plots, SceneFile, Threads, plot_folder, saved
+from gearbench.cli.output import answer
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -33,10 +23,6 @@ def hunting(
     orders: Orders = 3.0,
     threads: Threads = None,
     plots: Plots = None,
-    memory: Memory = None,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
-    json: Json = False,
 ) -> None:
     """Side bands of pitch errors, run-out and waviness of SCENE, over all mesh cycles until the same teeth meet again.
 
@@ -45,27 +31,25 @@ def hunting(
     from gearbench.cli import summary
     from gearbench.hunting.figures import draw_side_bands
     from gearbench.hunting.run import hunting_cycle
-    from gearbench.results.netcdf import save
     from gearbench.scene_file import read_scene
     from gearbench.threads import default_threads
 
     loaded = read_scene(scene)
     folder = plot_folder(plots)
     dataset = hunting_cycle(loaded, orders=orders, threads=threads or default_threads())
-    written = [save(dataset, output)] if output is not None else []
+    written = saved(dataset, output)
     written += [] if folder is None else [draw_side_bands(dataset, folder)]
-    if json:
-        largest = [{"mesh_order": order, "amplitude": value} for order, value, _ in _largest(dataset)]
-        summary.print_json(loaded, dataset, cycles=dataset.sizes["cycle"], largest=largest, files=written)
-    elif not quiet:
-        title = f"{summary.pair_line(loaded)}, {dataset.sizes['cycle']} mesh cycles"
-        rows = [
-            (f"order {order:.5g} of the mesh, {', '.join(gear_orders)}", f"{value:.4g}", "µm")
-            for order, value, gear_orders in _largest(dataset)
-        ]
-        summary.print_table(title, rows)
-        for line in (*summary.warnings(dataset), *(f"wrote {path}" for path in written)):
-            say(line)
+    cycles, largest_orders = dataset.sizes["cycle"], _largest(dataset)
+    largest = [{"mesh_order": order, "amplitude": value} for order, value, _ in largest_orders]
+    rows = [
+        (f"order {n:.5g} of the mesh, {', '.join(gear_orders)}", f"{value:.4g}", "µm")
+        for n, value, gear_orders in largest_orders
+    ]
+    answer(
+        summary.as_json(loaded, dataset, cycles=cycles, largest=largest, files=written),
+        summary.warnings(dataset),
+        lambda: summary.print_table(f"{summary.pair_line(loaded)}, {cycles} mesh cycles", rows),
+    )
 
 
 def _largest(dataset: xr.Dataset) -> list[tuple[float, float, list[str]]]:

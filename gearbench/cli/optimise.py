@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gearbench.cli.options import Json, Memory, Quiet, Verbose, progress_line, say
+from gearbench.cli.output import answer, progress_line, say
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -33,10 +33,6 @@ def optimise(
     resume: Resume = False,
     scheduler: Scheduler = None,
     threads: Threads = None,
-    memory: Memory = None,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
-    json: Json = False,
 ) -> None:
     """Search for better gears as STUDY says. Every generation is kept in DIR; --resume continues after an interruption.
 
@@ -49,7 +45,7 @@ def optimise(
     loaded = read_study(study)
     try:
         workers = nullcontext() if scheduler is None else dask_workers(scheduler)
-        with progress_line(quiet=quiet, json=json) as tell, workers as executor:
+        with progress_line() as tell, workers as executor:
             options = {"resume": resume, "threads": threads, "executor": executor}
             dataset = run(loaded, directory=output, progress=lambda state: tell(_line(state)), **options)
     except KeyboardInterrupt:
@@ -57,10 +53,8 @@ def optimise(
         again = f"gearbench optimise {study} -o {output} --resume"
         print(f"gearbench: interrupted; {kept} generations are kept. Continue with: {again}", file=sys.stderr)
         raise typer.Exit(130) from None
-    if json:
-        _print_json(dataset, output)
-    elif not quiet:
-        _print_summary(loaded.name, dataset, output)
+    data = {"study_sha256": dataset.attrs["study_sha256"], **_numbers(dataset), "files": [output / "front.nc"]}
+    answer(data, show=lambda: _print_summary(loaded.name, dataset))
 
 
 def _line(state: Progress) -> str:
@@ -86,13 +80,9 @@ def _numbers(dataset: xr.Dataset) -> dict[str, float]:
     }
 
 
-def _print_json(dataset: xr.Dataset, folder: Path) -> None:
-    from gearbench.cli.summary import print_mapping
+def _print_summary(name: str, dataset: xr.Dataset) -> None:
+    from collections import Counter
 
-    print_mapping({"study_sha256": dataset.attrs["study_sha256"], **_numbers(dataset), "files": [folder / "front.nc"]})
-
-
-def _print_summary(name: str, dataset: xr.Dataset, folder: Path) -> None:
     n = _numbers(dataset)
     say(
         f"{name or 'study'}: {n['generations']} generations, {n['asked']} designs asked for, "
@@ -102,9 +92,8 @@ def _print_summary(name: str, dataset: xr.Dataset, folder: Path) -> None:
     if n["on_front"]:
         _print_front(dataset)
     else:
-        reasons, counts = _reasons(dataset)
-        say(f"no feasible design; most often: {reasons[0]} ({counts[0]} designs)")
-    say(f"wrote {folder / 'front.nc'}")
+        ((reason, count),) = Counter(map(str, dataset["reason"].values)).most_common(1)
+        say(f"no feasible design; most often: {reason} ({count} designs)")
 
 
 def _print_front(dataset: xr.Dataset) -> None:
@@ -132,10 +121,3 @@ def _heading(number: int, label: str) -> str:
 
     q = quantity(label)
     return f"objective\n{number + 1}" if q is None else f"{q.symbol}\n{q.units}"
-
-
-def _reasons(dataset: xr.Dataset) -> tuple[list[str], list[int]]:
-    from collections import Counter
-
-    common = Counter(map(str, dataset["reason"].values)).most_common()
-    return [reason for reason, _ in common], [count for _, count in common]

@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from time import monotonic
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from gearbench.cli.log import begin
-from gearbench.errors import escaped
-from gearbench.interruption import check, raising
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from gearbench.scene import Scene
 
 
@@ -50,11 +46,6 @@ Output = Annotated[
     typer.Option("--output", "-o", metavar="OUT.nc", callback=_netcdf, help="Write the Dataset to this netCDF file."),
 ]
 Plots = Annotated[Path | None, typer.Option("--plots", metavar="DIR", help="Draw PNG plots into this folder.")]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")]
-Json = Annotated[bool, typer.Option("--json", help="Print a machine-readable summary instead of a table.")]
-Verbose = Annotated[
-    bool, typer.Option("--verbose", "-v", callback=begin, help="Log each step and its time on the error stream.")
-]
 AccuracyText = Annotated[
     str | None,
     typer.Option("--accuracy", metavar="A", help="Choose the cheapest settings for this accuracy, e.g. 1% or 0.01."),
@@ -76,50 +67,28 @@ def _limit_memory(context: typer.Context, text: str | None) -> str | None:
     return text
 
 
-Memory = Annotated[
-    str | None,
-    typer.Option(
-        metavar="SIZE",
-        callback=_limit_memory,
-        help="Largest memory to use, e.g. 4GB; by default 70 % of the machine's.",
-    ),
-]
+_MEMORY = typer.Option(
+    metavar="SIZE", callback=_limit_memory, help="Largest memory to use, e.g. 4GB; by default 70 % of the machine's."
+)
+_VERBOSE = typer.Option("--verbose", "-v", callback=begin, help="Log each step and its time on the error stream.")
+_JSON = typer.Option("--json", help="Print a machine-readable summary instead of a table.")
+#: Annotation and default of the options of every command, and of those of commands that compute.
+COMMON: dict[str, dict[str, Any]] = {
+    "quiet": {
+        "annotation": Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")],
+        "default": False,
+    },
+    "verbose": {"annotation": Annotated[bool, _VERBOSE], "default": False},
+    "json": {"annotation": Annotated[bool, _JSON], "default": False},
+}
+MEMORY: dict[str, dict[str, Any]] = {"memory": {"annotation": Annotated[str | None, _MEMORY], "default": None}}
 
 
-def say(line: str) -> None:
-    """Print a line that may hold names from files, with control characters made harmless."""
-    print(escaped(line))
+def saved(dataset: xr.Dataset, output: Path | None) -> list[Path]:
+    """Write the Dataset if ``output`` is given; return the files written."""
+    from gearbench.results.netcdf import save
 
-
-def shows_progress(*, quiet: bool, json: bool) -> bool:
-    """Whether to show progress: only on a terminal, and not with --quiet or --json."""
-    return not quiet and not json and sys.stderr.isatty()
-
-
-@contextmanager
-def progress_line(*, quiet: bool, json: bool) -> Iterator[Callable[[str], None]]:
-    """Context with a function that replaces the progress line, if progress is shown; Ctrl-C raises inside."""
-    shown, last = shows_progress(quiet=quiet, json=json), 0.0
-
-    def tell(line: str) -> None:
-        nonlocal last
-        check()
-        if shown and (now := monotonic()) - last > 0.1:
-            last = now
-            print(f"\r\x1b[2K{line}", end="", file=sys.stderr, flush=True)
-
-    with raising():
-        try:
-            yield tell
-        finally:
-            if shown and last:
-                print("\r\x1b[2K", end="", file=sys.stderr, flush=True)
-
-
-def progress_lines(*, quiet: bool, json: bool) -> Callable[[str], None]:
-    """Make a function that prints a line of progress on stderr, if progress is shown."""
-    shown = shows_progress(quiet=quiet, json=json)
-    return lambda line: print(line, file=sys.stderr) if shown else None
+    return [] if output is None else [save(dataset, output)]
 
 
 def share(text: str) -> float:

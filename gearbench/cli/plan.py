@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gearbench.cli.options import AccuracyText, Json, Memory, Quiet, Verbose, say, with_accuracy
+from gearbench.cli.options import AccuracyText, with_accuracy
+from gearbench.cli.output import answer
 from gearbench.cli.rexs import LoadCase, StageName, Torque, load_any
 
 if TYPE_CHECKING:
@@ -24,28 +25,24 @@ def plan(
     torque: Torque = None,
     load_case: LoadCase = None,
     accuracy: AccuracyText = None,
-    memory: Memory = None,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
-    json: Json = False,
 ) -> None:
     """Show the computations of SCENE, their sizes and memory; for a study, those of one evaluation.
 
     Example: gearbench plan examples/case1.toml
     """
-    from gearbench.cli.summary import print_mapping
     from gearbench.effort.plan import plan as plan_of
 
     if _is_study(scene):
-        _plan_study(scene, quiet=quiet, json=json)
+        _plan_study(scene)
         return
     loaded, _ = load_any(scene, stage, torque, load_case)
     loaded = with_accuracy(loaded, accuracy)
     made = plan_of(loaded)
-    if json:
-        print_mapping({"name": loaded.name, "scene_sha256": loaded.digest, **asdict(made)})
-    elif not quiet:
-        _print(loaded, made)
+    lines = []
+    for command, megabytes in made.megabytes.items():
+        lines += [f"{command}: {megabytes:.1f} MB of memory", *_refusal(megabytes, command)]
+    data = {"name": loaded.name, "scene_sha256": loaded.digest, **asdict(made)}
+    answer(data, lines, lambda: _print(loaded, made))
 
 
 def _is_study(path: Path) -> bool:
@@ -55,20 +52,20 @@ def _is_study(path: Path) -> bool:
     return not is_rexs(path) and "objectives" in read_toml(path)
 
 
-def _plan_study(path: Path, *, quiet: bool, json: bool) -> None:
-    from gearbench.cli.summary import duration, print_mapping
+def _plan_study(path: Path) -> None:
+    from gearbench.cli.summary import duration
     from gearbench.effort.plan import study_plan
     from gearbench.optimisation.study_file import read_study
 
     study = read_study(path)
     made = study_plan(study)
-    if json:
-        print_mapping({"name": study.name, "study_sha256": study.digest, **asdict(made)})
-    elif not quiet:
-        say(f"{study.name or 'study'}: {made.designs} designs at most, {made.samples} error samples each")
-        say(f"one evaluation takes {duration(made.design_seconds)} here")
-        say(f"all take {duration(made.seconds)} at most, {made.threads} side by side, and {made.megabytes:.1f} MB")
-        _print_refusal(made.megabytes, "optimise")
+    lines = (
+        f"{study.name or 'study'}: {made.designs} designs at most, {made.samples} error samples each",
+        f"one evaluation takes {duration(made.design_seconds)} here",
+        f"all take {duration(made.seconds)} at most, {made.threads} side by side, and {made.megabytes:.1f} MB",
+        *_refusal(made.megabytes, "optimise"),
+    )
+    answer({"name": study.name, "study_sha256": study.digest, **asdict(made)}, lines)
 
 
 def _print(scene: Scene, made: Plan) -> None:
@@ -77,13 +74,11 @@ def _print(scene: Scene, made: Plan) -> None:
 
     rows = [(part.name, part.does, part.size) for part in made.parts]
     print_columns(pair_line(scene), ("part", "does", "size"), rows, left=(0, 1, 2))
-    for command, megabytes in made.megabytes.items():
-        say(f"{command}: {megabytes:.1f} MB of memory")
-        _print_refusal(megabytes, command)
 
 
-def _print_refusal(megabytes: float, command: str) -> None:
+def _refusal(megabytes: float, command: str) -> list[str]:
     from gearbench.budget import SMALL, memory_limit, shown
 
-    if 1e6 * megabytes > max(memory_limit(), SMALL):
-        say(f"this is more than the {shown(memory_limit())} of memory that are allowed: {command} refuses it")
+    if 1e6 * megabytes <= max(memory_limit(), SMALL):
+        return []
+    return [f"this is more than the {shown(memory_limit())} of memory that are allowed: {command} refuses it"]

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gearbench.cli.options import Json, Memory, Output, Plots, Quiet, Threads, Verbose, plot_folder, say, to_file
+from gearbench.cli.options import Output, Plots, Threads, plot_folder, saved, to_file
+from gearbench.cli.output import answer
 from gearbench.cli.rexs import AnyFile, LoadCase, StageName, Torque, load_any
 
 if TYPE_CHECKING:
@@ -64,10 +65,6 @@ def response(
     stage: StageName = None,
     torque: Torque = None,
     load_case: LoadCase = None,
-    memory: Memory = None,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
-    json: Json = False,
 ) -> None:
     """Dynamic transmission error, mesh and bearing forces of SCENE (with [system] or [planetary]) over speed.
 
@@ -90,7 +87,11 @@ def response(
     if transfer is not None:
         with naming(housing):
             dataset = housing_response(dataset, transfer)
-    written = _written(dataset, output, folder)
+    written = saved(dataset, output)
+    if folder is not None:
+        from gearbench.dynamics.figures import draw_response
+
+        written += draw_response(dataset, folder)
     notes = [*remarks, *filter(None, dataset.attrs.get("notes", "").split("\n"))]
     if sound is not None:
         from gearbench.dynamics.sound import write_run_up
@@ -99,30 +100,11 @@ def response(
         written.append(file)
         unit = dataset["housing_amplitude"].attrs["units"] if sound_at in dataset.get("point", ()) else "N"
         notes.append(f"full scale of the sound is {scale:.4g} {unit}: for a variant, --full-scale {scale:.4g}")
-    if json:
-        summary.print_json(loaded, dataset, files=written, notes=notes)
-        return
-    if quiet:
-        return
-    summary.print_table(summary.pair_line(loaded), list(_rows(dataset)))
-    for line in (
-        *summary.warnings(dataset),
-        *(f"note: {note}" for note in notes),
-        *(f"wrote {path}" for path in written),
-    ):
-        say(line)
-
-
-def _written(dataset: xr.Dataset, output: Path | None, folder: Path | None) -> list[Path]:
-    """Write the Dataset and its figures; return their paths."""
-    from gearbench.results.netcdf import save
-
-    written = [save(dataset, output)] if output is not None else []
-    if folder is not None:
-        from gearbench.dynamics.figures import draw_response
-
-        written += draw_response(dataset, folder)
-    return written
+    answer(
+        summary.as_json(loaded, dataset, files=written, notes=notes),
+        [*summary.warnings(dataset), *(f"note: {note}" for note in notes)],
+        lambda: summary.print_table(summary.pair_line(loaded), list(_rows(dataset))),
+    )
 
 
 def _kind(

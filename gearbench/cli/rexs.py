@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gearbench.cli.options import Json, Quiet, Verbose, say
+from gearbench.cli.output import answer
 
 if TYPE_CHECKING:
     from gearbench.exchange.rexs import Stage
@@ -93,9 +93,6 @@ def rexs(
     to: To = None,
     torque: Torque = None,
     load_case: LoadCase = None,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
-    json: Json = False,
 ) -> None:
     """List the stages of a REXS FILE, write one as a scene file, or write results back into a copy.
 
@@ -108,7 +105,7 @@ def rexs(
         from gearbench.scene_file import read_scene
 
         written, notes = write_planetary(read_scene(file), to)
-        _say(file, [written], notes, quiet=quiet, json=json)
+        _answer(file, [written], notes)
         return
     document = read_document(file)
     notes = ()
@@ -122,20 +119,14 @@ def rexs(
 
         files.append(write_results(document, find_stage(document, stage), open_result(write[0]), write[1]))
     if not files:
-        _list(document, torque, load_case, json=json)
+        _list(document, torque, load_case)
     else:
-        _say(document.path, files, notes, quiet=quiet, json=json)
+        _answer(document.path, files, notes)
 
 
-def _say(file: Path, files: list[Path], notes: tuple[str, ...], *, quiet: bool, json: bool) -> None:
+def _answer(file: Path, files: list[Path], notes: tuple[str, ...]) -> None:
     """Print the files written from ``file``, and notes."""
-    if json:
-        from gearbench.cli.summary import print_mapping
-
-        print_mapping({"file": str(file), "notes": list(notes), "files": files})
-    elif not quiet:
-        for line in (*(f"note: {note}" for note in notes), *(f"wrote {path}" for path in files)):
-            say(line)
+    answer({"file": file, "notes": notes, "files": files}, [f"note: {note}" for note in notes])
 
 
 def _write_scene(
@@ -172,22 +163,18 @@ def _write_scene(
     return list(files), notes
 
 
-def _list(document: RexsDocument, torque: float | None, load_case: int | None, *, json: bool) -> None:
+def _list(document: RexsDocument, torque: float | None, load_case: int | None) -> None:
+    from gearbench.cli.table import print_columns
     from gearbench.exchange.rexs import stages
 
     rows = [_row(document, stage, torque, load_case) for stage in stages(document)]
-    if json:
-        from gearbench.cli.summary import print_mapping
-
-        print_mapping({"file": str(document.path), "version": document.version, "stages": rows})
-        return
-    from gearbench.cli.table import print_columns
-
     cells = [[_shown(row.get(name)) for name in _COLUMNS] for row in rows]
-    print_columns(f"{document.path.name}, REXS {document.version}", [*_COLUMNS.values()], cells, left=(2,))
-    for row in rows:
-        for note in row["notes"]:
-            say(f"stage {row['stage']}: {note}")
+    title = f"{document.path.name}, REXS {document.version}"
+    answer(
+        {"file": document.path, "version": document.version, "stages": rows},
+        [f"stage {row['stage']}: {note}" for row in rows for note in row["notes"]],
+        lambda: print_columns(title, [*_COLUMNS.values()], cells, left=(2,)),
+    )
 
 
 #: Column of the list of stages → its heading.

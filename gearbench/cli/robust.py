@@ -9,21 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from gearbench.cli.options import (
-    AccuracyText,
-    Json,
-    Memory,
-    Output,
-    Plots,
-    Quiet,
-    SceneFile,
-    Threads,
-    Verbose,
-    plot_folder,
-    progress_line,
-    say,
-    with_accuracy,
-)
+from gearbench.cli.options import AccuracyText, Output, Plots, SceneFile, Threads, plot_folder, saved, with_accuracy
+from gearbench.cli.output import answer, progress_line
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -47,17 +34,12 @@ def robust(
     accuracy: AccuracyText = None,
     response: More = None,
     plots: Plots = None,
-    memory: Memory = None,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
-    json: Json = False,
 ) -> None:
     """Scatter of SCENE under random manufacturing errors: RMS values, their statistics, and which error matters.
 
     Example: gearbench robust examples/gear55_robust.toml --samples 1000 -o robust.nc --plots plots
     """
     from gearbench.cli import summary
-    from gearbench.results.netcdf import save
     from gearbench.robustness.montecarlo import SAMPLES
     from gearbench.robustness.run import robust as run
     from gearbench.robustness.tightening import tighten_first
@@ -66,30 +48,26 @@ def robust(
     loaded = with_accuracy(read_scene(scene), accuracy)
     folder = plot_folder(plots)
     count = samples or (None if loaded.resolution.accuracy is not None else SAMPLES)
-    with progress_line(quiet=quiet, json=json) as tell:
+    with progress_line() as tell:
         more: dict[str, Any] = {"sampler": sampler, "threads": threads, "responses": response or ()}
         advance = lambda done: tell(f"{done} of {count or 'some'} samples")  # noqa: E731
         dataset = run(loaded, samples=samples, seed=seed, progress=advance, **more)
-    written = [save(dataset, output)] if output is not None else []
+    written = saved(dataset, output)
     done = dataset.sizes["sample"]
     if folder is not None and done > 1:
         from gearbench.plotting import draw_robust
 
         for part, target in _by_load(dataset, folder) if loaded.loads else [(dataset, folder)]:
             written += draw_robust(part, target)
-    if json:
-        answer = {"complete": bool(dataset.attrs["complete"]), "tighten_first": tighten_first(dataset)}
-        summary.print_json(loaded, dataset, samples=done, files=written, **answer)
-    elif not quiet:
+    more = {"complete": bool(dataset.attrs["complete"]), "tighten_first": tighten_first(dataset)}
+    lines = [*summary.accuracy_line(dataset), *filter(None, [more["tighten_first"]]), *summary.warnings(dataset)]
+
+    def show() -> None:
         if loaded.loads:
             summary.print_points(loaded, dataset)
         summary.print_table(f"{summary.pair_line(loaded)}, {done} samples", summary.result_rows(dataset))
-        if "accuracy_settings" in dataset.attrs:
-            say(summary.accuracy_line(dataset))
-        if advice := tighten_first(dataset):
-            say(advice)
-        for line in (*summary.warnings(dataset), *(f"wrote {path}" for path in written)):
-            say(line)
+
+    answer(summary.as_json(loaded, dataset, samples=done, files=written, **more), lines, show)
     if not dataset.attrs["complete"]:
         print(f"gearbench: interrupted after {done} of {count or 'more'} samples; they are kept", file=sys.stderr)
         raise typer.Exit(130)

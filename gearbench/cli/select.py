@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gearbench.cli.options import Json, Quiet, Stored, Verbose, say, target, to_file
+from gearbench.cli.options import Stored, target, to_file
+from gearbench.cli.output import answer, say
 
 if TYPE_CHECKING:
     from gearbench.optimisation.select import Resonance, Selection
@@ -46,9 +47,6 @@ def select(
     csv: Csv = None,
     markdown: Markdown = None,
     export: Export = None,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
-    json: Json = False,
 ) -> None:
     """Filter, rank and list the designs of an optimisation, and export one as a scene.
 
@@ -76,12 +74,7 @@ def select(
         write_text(markdown, markdown_text(selection, top))
     if export is not None and scene is not None:
         write_text(export[1], scene.to_toml())
-    if json:
-        _print_json(selection, top, targets)
-    elif not quiet:
-        _print_list(selection, top)
-        for path in targets:
-            say(f"wrote {path}")
+    answer(_json(selection, top) | {"files": targets}, show=lambda: _print_list(selection, top))
 
 
 def _resonances(bands: list[str], speed: str | None, orders: int) -> list[Resonance]:
@@ -99,13 +92,11 @@ def _resonances(bands: list[str], speed: str | None, orders: int) -> list[Resona
     return [Resonance(frequency=parse_band("avoid", band), speed=rpm, orders=orders) for band in bands]
 
 
-def _print_json(selection: Selection, top: int, targets: list[Path]) -> None:
-    from gearbench.cli.summary import print_mapping
-
+def _json(selection: Selection, top: int) -> dict[str, Any]:
     table = selection.table(top)
     rows = [dict(zip(table, (v.item() for v in row), strict=True)) for row in zip(*table.values(), strict=True)]
     steps = [{"condition": condition, "left": left} for condition, left in selection.steps]
-    print_mapping({"steps": steps, "ranking": selection.ranking, "designs": rows, "files": targets})
+    return {"steps": steps, "ranking": selection.ranking, "designs": rows}
 
 
 def _print_list(selection: Selection, top: int) -> None:

@@ -7,19 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gearbench.cli.options import (
-    AccuracyText,
-    Json,
-    Memory,
-    Output,
-    Plots,
-    Quiet,
-    Verbose,
-    plot_folder,
-    say,
-    to_file,
-    with_accuracy,
-)
+from gearbench.cli.options import AccuracyText, Output, Plots, plot_folder, saved, to_file, with_accuracy
+from gearbench.cli.output import answer
 from gearbench.cli.rexs import AnyFile, LoadCase, StageName, Torque, load_any
 
 if TYPE_CHECKING:
@@ -55,10 +44,6 @@ def simulate(
     also: Also = None,
     scale: Scale = None,
     report: Report = None,
-    memory: Memory = None,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
-    json: Json = False,
 ) -> None:
     """Static transmission error and mesh stiffness of SCENE over a mesh cycle.
 
@@ -68,7 +53,6 @@ def simulate(
     """
     from gearbench.cli import summary
     from gearbench.geometry.blank import RACK
-    from gearbench.results.netcdf import save
     from gearbench.results.origin import single_mesh
     from gearbench.results.outputs import DEFAULT_OUTPUTS
     from gearbench.results.warnings import warnings
@@ -89,7 +73,7 @@ def simulate(
         line for name, of_mesh in each.items() for line in warnings(kinds[loaded.meshes[name].pair], of_mesh)
     )
     cautions = [*dict.fromkeys(mesh_warnings)]
-    written = [save(dataset, output)] if output is not None else []
+    written = saved(dataset, output)
     if folder is not None:
         written += _draw(loaded, dataset, folder, scale)
     if report is not None:
@@ -97,16 +81,12 @@ def simulate(
 
         tables = {"geometry": summary.geometry_rows(loaded), "over the mesh cycle": summary.result_rows(dataset)}
         written.append(write_pair_report(dataset, report, summary.pair_line(loaded), tables, cautions))
-    if json:
-        more: dict[str, object] = {"files": written, "notes": [*cautions, *notes]}
-        if loaded.train is not None:
-            more["meshes"] = {name: summary.scalars(of_mesh) for name, of_mesh in each.items()}
-        summary.print_json(loaded, dataset, **more)
-    elif not quiet:
-        _print(loaded, dataset)
-        lines = (*(f"warning: {each}" for each in cautions), *(f"note: {note}" for note in notes))
-        for line in (*summary.warnings(dataset), *lines, *(f"wrote {path}" for path in written)):
-            say(line)
+    more: dict[str, object] = {"files": written, "notes": [*cautions, *notes]}
+    if loaded.train is not None:
+        more["meshes"] = {name: summary.scalars(of_mesh) for name, of_mesh in each.items()}
+    lines = [*summary.accuracy_line(dataset), *summary.warnings(dataset)]
+    lines += [*(f"warning: {each}" for each in cautions), *(f"note: {note}" for note in notes)]
+    answer(summary.as_json(loaded, dataset, **more), lines, lambda: _print(loaded, dataset))
 
 
 def _draw(scene: Scene, dataset: xr.Dataset, folder: Path, scale: float | None) -> list[Path]:
@@ -168,5 +148,3 @@ def _print(scene: Scene, dataset: xr.Dataset) -> None:
         ("computing time", *summary.duration(dataset.attrs["wall_time_s"]).split()),
     ]
     summary.print_table("over the loads" if scene.loads else "over the mesh cycle", rows)
-    if "accuracy_settings" in dataset.attrs:
-        say(summary.accuracy_line(dataset))

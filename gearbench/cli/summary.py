@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import math
-from collections.abc import Mapping
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -28,8 +25,8 @@ def scalars(dataset: xr.Dataset) -> dict[str, float]:
     return {str(name): float(values) for name, values in dataset.data_vars.items() if values.ndim == 0}
 
 
-def print_json(scene: Scene, dataset: xr.Dataset, **more: object) -> None:
-    """Print scene name, hash, support and all scalars of the Dataset as one JSON object, with their units.
+def as_json(scene: Scene, dataset: xr.Dataset, **more: object) -> dict[str, Any]:
+    """Scene name, hash, support and all scalars of the Dataset for a JSON object, with their units.
 
     Beside them the largest residuals of the contact solution and the accuracy, where the Dataset holds them.
     """
@@ -40,22 +37,7 @@ def print_json(scene: Scene, dataset: xr.Dataset, **more: object) -> None:
     head["units"] = {name: dataset[name].attrs.get("units", "1") for name in values}
     residuals = [str(name) for name in dataset.data_vars if str(name).endswith("_residual")]
     head |= {f"{name}_max": float(dataset[name].max()) for name in residuals}
-    print_mapping({**head, **more, **values})
-
-
-def print_mapping(mapping: Mapping[str, Any]) -> None:
-    """Print a mapping as JSON; paths become text, and numbers that are not finite become null."""
-    print(json.dumps(_for_json(mapping), indent=2, ensure_ascii=False, allow_nan=False))
-
-
-def _for_json(value: Any) -> Any:
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if isinstance(value, Path):
-        return str(value)
-    if isinstance(value, Mapping):
-        return {key: _for_json(item) for key, item in value.items()}
-    return [_for_json(item) for item in value] if isinstance(value, list | tuple) else value
+    return {**head, **more, **values}
 
 
 def pair_line(scene: Scene) -> str:
@@ -152,13 +134,14 @@ def warnings(dataset: xr.Dataset) -> tuple[str, ...]:
     return tuple(f"warning: {line}" for line in dataset.attrs.get("warning", "").split("\n") if line)
 
 
-def accuracy_line(dataset: xr.Dataset) -> str:
-    """Line on the settings chosen for an accuracy, and their estimated error."""
+def accuracy_line(dataset: xr.Dataset) -> list[str]:
+    """Line on the settings chosen for an accuracy, and their estimated error; none without."""
     attrs = dataset.attrs
-    return (
-        f"accuracy {100 * attrs['accuracy_requested']:.3g} %: {attrs['accuracy_settings']}; "
-        f"estimated error {100 * attrs['accuracy_estimated']:.2g} %, chosen in {attrs['accuracy_seconds']:.2g} s"
-    )
+    if "accuracy_settings" not in attrs:
+        return []
+    chosen = f"accuracy {100 * attrs['accuracy_requested']:.3g} %: {attrs['accuracy_settings']}"
+    error, seconds = 100 * attrs["accuracy_estimated"], attrs["accuracy_seconds"]
+    return [f"{chosen}; estimated error {error:.2g} %, chosen in {seconds:.2g} s"]
 
 
 def print_points(scene: Scene, dataset: xr.Dataset) -> None:

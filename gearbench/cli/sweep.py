@@ -10,19 +10,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gearbench.cli.options import (
-    Json,
-    Memory,
-    Output,
-    Plots,
-    Quiet,
-    SceneFile,
-    Threads,
-    Verbose,
-    plot_folder,
-    progress_line,
-    say,
-)
+from gearbench.cli.options import Output, Plots, SceneFile, Threads, plot_folder, saved
+from gearbench.cli.output import answer, progress_line
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -52,10 +41,6 @@ def sweep(
     seed: Seed = 0,
     threads: Threads = None,
     plots: Plots = None,
-    memory: Memory = None,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
-    json: Json = False,
 ) -> None:
     """Transmission error, stiffness and mesh orders of SCENE over ranges of the torque and other keys.
 
@@ -65,8 +50,8 @@ def sweep(
 
     Completed points are saved to OUT.nc from time to time.
     """
+    from gearbench.cli.summary import warnings
     from gearbench.errors import naming
-    from gearbench.results.netcdf import save
     from gearbench.scene_file import read_scene
     from gearbench.sweeps.ranges import parse_range, parse_setting
     from gearbench.sweeps.run import sweep as run
@@ -75,27 +60,19 @@ def sweep(
     ranges = {} if torque is None else {"torque": parse_range("torque", torque)}
     ranges |= dict(map(parse_setting, set_ or ()))
     folder = plot_folder(plots)
-    with progress_line(quiet=quiet, json=json) as tell, naming(scene), _keeping(output) as keep:
+    with progress_line() as tell, naming(scene), _keeping(output) as keep:
         options = {"samples": samples, "seed": seed, "threads": threads, "keep": keep}
         dataset = run(loaded, ranges, progress=lambda done, of: tell(f"{done} of {of} points"), **options)
-    written = [save(dataset, output)] if output is not None else []
+    written = saved(dataset, output)
     if folder is not None and "torque" in dataset.dims and not samples:
         from gearbench.sweeps.figures import draw_sweep
 
         written += draw_sweep(dataset, folder)
-    if json:
-        from gearbench.cli.summary import print_mapping
-
-        # the swept keys are the first dimensions, in their order
-        sizes = dict(zip(dataset.attrs["swept"], dataset["transmission_error_mean"].shape, strict=False))
-        head = {"scene_sha256": loaded.digest, "wall_time_s": dataset.attrs["wall_time_s"]}
-        print_mapping({**head, "points": sizes, "complete": bool(dataset.attrs["complete"]), "files": written})
-    elif not quiet:
-        from gearbench.cli.summary import warnings
-
-        _print(loaded, dataset)
-        for line in (*warnings(dataset), *(f"wrote {path}" for path in written)):
-            say(line)
+    # the swept keys are the first dimensions, in their order
+    sizes = dict(zip(dataset.attrs["swept"], dataset["transmission_error_mean"].shape, strict=False))
+    head = {"scene_sha256": loaded.digest, "wall_time_s": dataset.attrs["wall_time_s"], "points": sizes}
+    data = {**head, "complete": bool(dataset.attrs["complete"]), "files": written}
+    answer(data, warnings(dataset), lambda: _print(loaded, dataset))
     if not dataset.attrs["complete"]:
         print("gearbench: interrupted; completed points are saved, the others are NaN", file=sys.stderr)
         raise typer.Exit(130)

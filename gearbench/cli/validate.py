@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gearbench.cli.options import Json, Memory, Quiet, Verbose, progress_lines, say, share
+from gearbench.cli.options import share
+from gearbench.cli.output import answer, progress
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -41,10 +42,6 @@ def validate(
     accuracy: Accuracy = None,
     contact: Contact = False,
     phases: Phases = 20,
-    memory: Memory = None,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
-    json: Json = False,
 ) -> None:
     """Compare each SCENE with finite elements: a report and a Dataset of errors, shapes and times.
 
@@ -55,10 +52,11 @@ def validate(
     from gearbench.scene_file import read_scene
     from gearbench.validation.comparison import check
     from gearbench.validation.comparison import validate as run
-    from gearbench.validation.report import write
+    from gearbench.validation.dataset import of_scene
+    from gearbench.validation.report import finding, write
 
     if contact:
-        _contact(scenes, output, phases, quiet=quiet, json=json)
+        _contact(scenes, output, phases)
         return
     requested_accuracy = None if accuracy is None else share(accuracy)
     if requested_accuracy is not None and not 1e-4 <= requested_accuracy <= 0.1:
@@ -67,20 +65,16 @@ def validate(
     for path, scene in zip(scenes, loaded, strict=True):
         check(scene, str(path))
     folder = make_folder("output", output)
-    report = progress_lines(quiet=quiet, json=json)
-    dataset = run(loaded, requested_accuracy, lambda line: report(f"{line} …"))
-    written = write(dataset, folder)
-    if json:
-        _print_json(dataset, written)
-    elif not quiet:
-        _print_findings(dataset)
-        for path in written:
-            say(f"wrote {path}")
+    dataset = run(loaded, requested_accuracy, lambda line: progress(f"{line} …"))
+    names = enumerate(dataset["scene"].values)
+    answer(
+        _json(dataset) | {"files": write(dataset, folder)},
+        [f"{name}. {finding(of_scene(dataset, i))}" for i, name in names],
+    )
 
 
-def _contact(paths: list[Path], output: Path, phases: int, *, quiet: bool, json: bool) -> None:
+def _contact(paths: list[Path], output: Path, phases: int) -> None:
     """Compare the fast model with finite elements on lines and with contact finite elements."""
-    from gearbench.cli.summary import print_mapping
     from gearbench.files import make_folder
     from gearbench.scene_file import read_scene
     from gearbench.validation.contact import check, compare_contact, findings, write
@@ -89,36 +83,20 @@ def _contact(paths: list[Path], output: Path, phases: int, *, quiet: bool, json:
     for path, scene in zip(paths, loaded, strict=True):
         check(scene, str(path))
     folder = make_folder("output", output)
-    report = progress_lines(quiet=quiet, json=json)
-    comparisons = []
+    found = []
     for path, scene in zip(paths, loaded, strict=True):
         name = scene.name or path.stem
-        comparisons.append(compare_contact(scene, phases, lambda part, name=name: report(f"{name}: {part} …")))
-    written = write(comparisons, folder)
-    if json:
-        print_mapping({"findings": [findings(comparison) for comparison in comparisons], "files": written})
-    elif not quiet:
-        for dataset, path in zip(comparisons, paths, strict=True):
-            for line in findings(dataset):
-                print(f"{dataset.attrs['name'] or path.stem}: {line}")
-        for path in written:
-            print(f"wrote {path}")
+        found.append(compare_contact(scene, phases, lambda part, name=name: progress(f"{name}: {part} …")))
+    said = [findings(each) for each in found]
+    names = [dataset.attrs["name"] or path.stem for dataset, path in zip(found, paths, strict=True)]
+    lines = [f"{name}: {line}" for name, own in zip(names, said, strict=True) for line in own]
+    answer({"findings": said, "files": write(found, folder)}, lines)
 
 
-def _print_findings(dataset: xr.Dataset) -> None:
-    from gearbench.validation.dataset import of_scene
-    from gearbench.validation.report import finding
-
-    for i, name in enumerate(dataset["scene"].values):
-        say(f"{name}. {finding(of_scene(dataset, i))}")
-
-
-def _print_json(dataset: xr.Dataset, written: list[Path]) -> None:
-    from gearbench.cli.summary import print_mapping
-
+def _json(dataset: xr.Dataset) -> dict[str, Any]:
     scenes = []
     for i, name in enumerate(dataset["scene"].values):
         one = dataset.isel(scene=i)
         numbers = {str(key): float(v) for key, v in one.data_vars.items() if v.ndim == 0 and v.dtype.kind == "f"}
         scenes.append({"name": str(name), "scene_sha256": str(one["scene_sha256"].item()), **numbers})
-    print_mapping({"wall_time_s": dataset.attrs["wall_time_s"], "scenes": scenes, "files": written})
+    return {"wall_time_s": dataset.attrs["wall_time_s"], "scenes": scenes}

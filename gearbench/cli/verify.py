@@ -3,24 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gearbench.cli.options import (
-    Json,
-    Memory,
-    Output,
-    Plots,
-    Quiet,
-    Stored,
-    Threads,
-    Verbose,
-    plot_folder,
-    progress_lines,
-    say,
-    to_file,
-)
+from gearbench.cli.options import Output, Plots, Stored, Threads, plot_folder, saved, to_file
+from gearbench.cli.output import answer, progress
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -40,10 +28,6 @@ def verify(
     markdown: Markdown = None,
     plots: Plots = None,
     threads: Threads = None,
-    memory: Memory = None,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
-    json: Json = False,
 ) -> None:
     """Evaluate the front of an optimisation again with finite elements: shifts of designs, and rank correlation.
 
@@ -54,44 +38,31 @@ def verify(
     from gearbench.files import write_text
     from gearbench.optimisation.select import open_designs
     from gearbench.optimisation.verify import verify as run
-    from gearbench.results.netcdf import save
     from gearbench.validation.verification import draw_verification, findings
     from gearbench.validation.verification import markdown as text
 
-    targets = [path for path in (output, markdown) if path is not None]
     folder = plot_folder(plots)
     designs = open_designs(stored)
-    progress = progress_lines(quiet=quiet, json=json)
     dataset = run(designs, numbers=design, accuracy=accuracy, threads=threads, progress=progress)
     name = designs.study.name
-    if output is not None:
-        save(dataset, output)
+    written = saved(dataset, output)
     if markdown is not None:
-        write_text(markdown, text(dataset, name))
+        written.append(write_text(markdown, text(dataset, name)))
     if folder is not None:
-        targets.append(draw_verification(dataset, folder, name))
-    if json:
-        _print_json(dataset, targets)
-    elif not quiet:
-        say(f"{name or 'study'}: {dataset.sizes['design']} designs, {dataset.attrs['macro_geometries']} FE models")
-        for line in [*findings(dataset), *(f"wrote {path}" for path in targets)]:
-            say(line)
+        written.append(draw_verification(dataset, folder, name))
+    head = f"{name or 'study'}: {dataset.sizes['design']} designs, {dataset.attrs['macro_geometries']} FE models"
+    answer(_json(dataset) | {"files": written}, [head, *findings(dataset)])
 
 
-def _print_json(dataset: xr.Dataset, targets: list[Path]) -> None:
-    from gearbench.cli.summary import print_mapping
-
+def _json(dataset: xr.Dataset) -> dict[str, Any]:
     objectives = map(str, dataset["objective_name"].values)
-    print_mapping(
-        {
-            "study_sha256": dataset.attrs["study_sha256"],
-            "designs": dataset.sizes["design"],
-            "macro_geometries": dataset.attrs["macro_geometries"],
-            "rank_correlation": dict(zip(objectives, dataset["rank_correlation"].values.tolist(), strict=True)),
-            "shift_percent": dataset["shift"].values.tolist(),
-            "number": dataset["number"].values.tolist(),
-            "on_front_verified": int(dataset["on_front_verified"].sum()),
-            "wall_time_s": dataset.attrs["wall_time_s"],
-            "files": targets,
-        }
-    )
+    return {
+        "study_sha256": dataset.attrs["study_sha256"],
+        "designs": dataset.sizes["design"],
+        "macro_geometries": dataset.attrs["macro_geometries"],
+        "rank_correlation": dict(zip(objectives, dataset["rank_correlation"].values.tolist(), strict=True)),
+        "shift_percent": dataset["shift"].values.tolist(),
+        "number": dataset["number"].values.tolist(),
+        "on_front_verified": int(dataset["on_front_verified"].sum()),
+        "wall_time_s": dataset.attrs["wall_time_s"],
+    }

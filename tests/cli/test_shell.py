@@ -16,7 +16,7 @@ from pathlib import Path
 import pytest
 
 from gearbench.cli.app import COMMANDS
-from gearbench.cli.summary import print_mapping
+from gearbench.cli.output import print_mapping
 from tests.support.paths import EXAMPLES, ROOT
 
 GEARBOX = ROOT / "tests" / "data" / "sew_3_stage_cylindrical_gearbox_1.0.rexs"
