@@ -1,16 +1,10 @@
-"""Compliance of a tooth flank from one factorisation: all loads at once, displacements of every tooth.
-
-Compliance c(P, Q) [mm/N] is the displacement along the inward normal at P due to a unit force along the inward normal
-at Q. The contact law contains the compression between flank and centre line, see
-``gearbench.compliance.local``.
-"""
+"""Loads on the flank of a meshed tooth: displacements of all loads from one factorisation."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,12 +14,7 @@ from fem_reference.flank import Flank
 from fem_reference.section import on_tooth
 from fem_reference.solver import solve
 from fem_reference.tooth_mesh import ToothMesh
-from gearbench.compliance.flank import FlankCompliance, flank_polynomials
-from gearbench.compliance.local import half_space_compression
 from gearbench.geometry.material import Material
-
-#: Neighbours on each side whose displacements are stored.
-NEIGHBOURS = 3
 
 #: Force densities per dR dy on the flank: (R, y) -> (…, load).
 Loads = Callable[[NDArray, NDArray], NDArray]
@@ -81,26 +70,3 @@ def flank_load(tooth: ToothMesh, loads: Loads, d: int = 0) -> NDArray:
     R = np.maximum(R, tooth.body.gear.base_radius)
     density = loads(R, y) / flank.stretch(R)[:, None]
     return points.load(flank.normal(R, y)[:, :, None] * density[:, None, :], space)
-
-
-def flank_compliance(tooth: ToothMesh, material: Material, order: tuple[int, int]) -> FlankCompliance:
-    """Compliance of a meshed body, projected onto polynomial loads of the given order, without the local part.
-
-    It is the displacement of the flank surface minus the compression of the half-space down to the centre line
-    (``gearbench.compliance.local``), and symmetric.
-    """
-    gear = tooth.body.gear
-    basis = partial(flank_polynomials, gear, order)
-    solution = solve_flank(tooth, material, basis)
-    n = min(tooth.body.teeth // 2, NEIGHBOURS)
-    raw = np.array([solution.surface(basis, d) for d in range(-n, n + 1)])
-    raw[n] -= half_space_compression(gear, material.E, material.nu, order, points=24)
-    blocks = 0.5 * (raw + raw[::-1].transpose(0, 2, 1))
-    attrs = {
-        "solver": solution.solver,
-        "unknowns": 3 * tooth.space.n_nodes,
-        "element": tooth.kind,
-        "mesh_seconds": tooth.seconds,
-        "solve_seconds": solution.seconds,
-    }
-    return FlankCompliance(gear=gear, order=order, blocks=blocks, attrs=attrs)

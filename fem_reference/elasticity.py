@@ -1,4 +1,4 @@
-"""Linear elasticity by finite elements: the weak form as in the book, and its fast assembly.
+"""Linear elasticity by finite elements: fast assembly of the weak form.
 
 Weak form: find u with ∫ σ(u) : ε(v) dx = ∫ t · v ds for all v, σ = λ tr(ε) 1 + 2μ ε, ε = ½(∇u + ∇uᵀ). In two
 dimensions the same form is plane strain per unit width.
@@ -15,7 +15,6 @@ import scipy.sparse as sp
 import skfem
 from numpy.typing import NDArray
 from skfem.assembly.dofs import Dofs
-from skfem.helpers import ddot, eye, sym_grad, trace
 from skfem.quadrature import get_quadrature
 
 from gearbench.geometry.material import lame
@@ -67,19 +66,6 @@ class Lame:
     def of(cls, E: float, nu: float) -> Lame:
         """From Young's modulus [N/mm²] and Poisson's ratio."""
         return cls(*lame(E, nu))
-
-
-def weak_form(material: Lame) -> skfem.BilinearForm:
-    """∫ σ(u) : ε(v) dx, as written in the book."""
-    lam, mu = material.lam, material.mu
-
-    @skfem.BilinearForm
-    def energy(u, v, _):
-        epsilon = sym_grad(u)
-        sigma = lam * eye(trace(epsilon), epsilon.shape[0]) + 2 * mu * epsilon
-        return ddot(sigma, sym_grad(v))
-
-    return energy
 
 
 class InvalidMeshError(ValueError):
@@ -137,16 +123,6 @@ class Space:
     def geometry(self) -> NDArray:
         """Geometry nodes of each element, (element, geometry node, dim) [mm]."""
         return self.mesh.doflocs.T[self.mesh.dofs.element_dofs.T]
-
-    @cached_property
-    def node_positions(self) -> NDArray:
-        """Positions of the nodes, (node, dim) [mm]."""
-        corners = np.asarray(self.element.doflocs, dtype=float).T
-        shapes, _ = self.geometry_shapes(corners)
-        points = np.einsum("eai,aq->qei", self.geometry, shapes)
-        out = np.empty((self.n_nodes, self.dim))
-        out[self.nodes_of] = points
-        return out
 
     def geometry_shapes(self, X: NDArray) -> tuple[NDArray, NDArray]:
         """Shape functions of the geometry, like ``reference_gradients``."""

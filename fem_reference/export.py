@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fem_reference.compliance import FlankSolution, solve_flank
-from fem_reference.elasticity import surface_points
+from fem_reference.elasticity import Lame, surface_points
 from fem_reference.flank import Flank
-from fem_reference.stress import cauchy_stress
 from fem_reference.tooth_mesh import Body, Cells, ToothMesh, tooth_mesh
 from gearbench.errors import InputError
 from gearbench.geometry.material import Material
@@ -150,3 +149,11 @@ def von_mises(tooth: ToothMesh, material: Material, displacement: NDArray) -> ND
     mean = total / np.bincount(space.nodes_of.ravel(), minlength=space.n_nodes)[:, None, None]
     deviator = mean - np.trace(mean, axis1=-2, axis2=-1)[:, None, None] / 3 * np.eye(3)
     return np.sqrt(1.5 * np.einsum("nij,nij->n", deviator, deviator))
+
+
+def cauchy_stress(gradient: NDArray, material: Material) -> NDArray:
+    """σ = λ tr(ε) 1 + 2μ ε (…, d, d) [N/mm²] from ∂u_i/∂x_j (…, d, d); plane strain where d = 2."""
+    lame, d = Lame.of(material.E, material.nu), gradient.shape[-1]
+    epsilon = 0.5 * (gradient + np.swapaxes(gradient, -1, -2))
+    trace = np.trace(epsilon, axis1=-2, axis2=-1)[..., None, None]
+    return lame.lam * trace * np.eye(d) + 2 * lame.mu * epsilon

@@ -67,34 +67,3 @@ class Flank:
     def coordinates(self, position: NDArray) -> tuple[NDArray, NDArray]:
         """(R, y) of points of the flank (point, 3)."""
         return np.hypot(position[:, 0], position[:, 1]), position[:, 2]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Patches:
-    """Unit loads on patches of a grid of flank points: pressure p = p₀ (1 − ξ²)(1 − η²) over |ξ|, |η| ≤ 1.
-
-    Parameters
-    ----------
-    radius, y
-        Centres of the patches, shape (patch,) [mm].
-    half
-        Half sizes in R and in y [mm].
-    """
-
-    radius: NDArray
-    y: NDArray
-    half: tuple[float, float]
-
-    def __call__(self, R: NDArray, y: NDArray) -> NDArray:
-        """Force density per dR dy at the points, (…, patch) [1/mm²]; unit total force."""
-        xi, eta = (R[..., None] - self.radius) / self.half[0], (y[..., None] - self.y) / self.half[1]
-        bump = np.maximum(1 - xi**2, 0.0) * np.maximum(1 - eta**2, 0.0)
-        return bump * 9 / (16 * self.half[0] * self.half[1])
-
-
-def patch_grid(gear: Gear, heights: int = 6, stations: int = 9) -> Patches:
-    """Return patches that tile the flank, ``heights`` rows of ``stations`` patches, row by row from the root."""
-    low, high = gear.form_radius, gear.tip_radius
-    dR, dy = (high - low) / heights, gear.face_width / stations
-    R, y = np.meshgrid(low + dR * (np.arange(heights) + 0.5), dy * (np.arange(stations) + 0.5), indexing="ij")
-    return Patches(radius=R.ravel(), y=y.ravel(), half=(dR / 2, dy / 2))

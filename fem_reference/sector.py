@@ -247,13 +247,6 @@ class Section:
         """Nodes of each quadrilateral, s fastest."""
         return self._numbering[1]
 
-    def jacobians(self, count: int) -> NDArray:
-        """∂(R, θ)/∂(s, t) at count² Gauss points of each quadrilateral, (quadrilateral, point); positive."""
-        points, _ = gauss(count)
-        s, t = (a.ravel() for a in np.meshgrid(points, points))
-        found = [at(s, t) for at in self.maps]
-        return np.array([R_t * theta_s - R_s * theta_t for _, _, R_s, R_t, theta_s, theta_t in found])
-
     @cached_property
     def of_web(self) -> NDArray:
         """Whether each quadrilateral belongs to the web, which is narrower than the face."""

@@ -118,8 +118,7 @@ def test_heavy_packages_are_imported_where_they_are_used():
         if path.parts[-2] == "fem_reference" or path.name.endswith("kernels.py"):
             heavy = {"gmsh", "matplotlib", "pymoo", "dask", "pypardiso"}
         else:
-            heavy = {"gmsh", "skfem", "pymoo", "dask", "distributed", "matplotlib", "numba", "xarray", "rich"}
-        heavy |= set() if path.name.startswith("symbolic") else {"sympy"}
+            heavy = {"gmsh", "skfem", "pymoo", "dask", "distributed", "matplotlib", "numba", "xarray", "rich", "sympy"}
         top = {name.split(".")[0] for name in imports(tree, everywhere=False)}
         assert not top & heavy, path
 

@@ -227,7 +227,7 @@ def clear_tooth_cache() -> None:
 def fe_body(pair: Pair, index: int, *, on_body: bool, coast: bool = False) -> Body:
     """Part of pinion (``index`` 0) or wheel (1) that is meshed: a clamped tooth, or with ``on_body`` the whole gear.
 
-    Plain meshes (``fem_reference.mesh_family``) have teeth on one sector only: all teeth in contact at a time, and one
+    Meshes of a section (``fem_reference.plane``) have teeth on one sector only: all teeth in contact at a time, and one
     more on either side.
     """
     from fem_reference.section import Body

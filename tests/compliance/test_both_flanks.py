@@ -8,12 +8,12 @@ import pytest
 from numpy.testing import assert_allclose
 
 from fem_reference.flank import Flank
-from fem_reference.plane import Strip, solve_strip
 from fem_reference.section import Body
 from gearbench.compliance.gear_body import ToothedRing
 from gearbench.compliance.solid_tooth import SolidTooth
 from gearbench.geometry.material import Material
 from tests.support.gears import standard_gear
+from tests.support.strips import Strip, solve_strip
 
 #: Root circle over bore: less, and far teeth hardly feel each other.
 HOLLOW = 2.5

@@ -9,11 +9,11 @@ import pytest
 import sympy as sp
 from numpy.testing import assert_allclose
 
-from gearbench.compliance import symbolic_solid
 from gearbench.compliance.bases import axis_functions, gauss, width_functions
 from gearbench.compliance.section import ToothSection
 from gearbench.compliance.solid import Solid
 from gearbench.geometry.material import lame
+from tests.support import symbolic_solid
 from tests.support.toothed_rings import NU, body, gear
 
 ROOT, HEIGHT, WIDTH = 20.0, 2.25, 8.0

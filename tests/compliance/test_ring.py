@@ -11,9 +11,9 @@ import pytest
 import sympy as sp
 from numpy.testing import assert_allclose
 
-from gearbench.compliance import symbolic_solid
 from gearbench.compliance.bases import gauss, width_functions
 from gearbench.compliance.ring import Ring, harmonic_weights
+from tests.support import symbolic_solid
 
 E, NU, R_I, R_O, WIDTH = 210e3, 0.3, 21.0, 40.0, 15.0
 MU = E / (2 * (1 + NU))

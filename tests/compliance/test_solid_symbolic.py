@@ -7,9 +7,9 @@ import pytest
 import sympy as sp
 from numpy.testing import assert_allclose
 
-from gearbench.compliance import symbolic_solid
 from gearbench.compliance.section import ToothSection
 from gearbench.compliance.solid import Solid
+from tests.support import symbolic_solid
 
 R = sp.Rational
 HEIGHT, WIDTH, E, NU, ROOT = R(9, 4), R(8), R(21, 10), R(3, 10), R(20)

@@ -5,8 +5,8 @@ import pytest
 import sympy as sp
 from numpy.testing import assert_allclose
 
-from gearbench.compliance import symbolic
 from gearbench.compliance.plate import PlateTooth
+from tests.support import symbolic_plate as symbolic
 
 R = sp.Rational
 HEIGHT, WIDTH, E, NU = R(9, 4), R(8), R(210_000), R(3, 10)

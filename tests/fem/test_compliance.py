@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from fem_reference.compliance import flank_compliance, solve_flank
-from fem_reference.locate import OutsideError, interior_points
-from fem_reference.mesh_family import mesh_cells, unknowns
+from fem_reference.compliance import solve_flank
 from fem_reference.section import Body
 from fem_reference.tooth_mesh import Cells, tooth_mesh
 from gearbench.compliance.flank import flank_polynomials
 from tests.support.gears import standard_gear
+from tests.support.node_positions import node_positions
+from tests.support.plain_meshes import flank_compliance, mesh_cells, unknowns
+from tests.support.strips import OutsideError, interior_points
 
 COARSE = Cells(thickness=4, flank=5, fillet=4, width=6)
 
@@ -36,7 +37,7 @@ def test_linear_fields_are_interpolated_exactly_inside(tooth):
     theta = psi * gear.half_angle(R)
     place = np.column_stack([R * np.sin(theta), R * np.cos(theta), rng.uniform(0, gear.face_width, 50)])
     A = rng.standard_normal((3, 3))
-    u = (tooth.space.node_positions @ A.T).reshape(-1, 1)
+    u = (node_positions(tooth.space) @ A.T).reshape(-1, 1)
     direction = rng.standard_normal((50, 3))
     found = interior_points(tooth.space, place).displacement(u, direction)[:, 0]
     # isoparametric: linear fields up to the O(h⁴) of a serendipity element on curved cells

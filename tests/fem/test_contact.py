@@ -10,12 +10,12 @@ from numpy.testing import assert_allclose
 
 from fem_reference.elasticity import Lame, Space, free_dofs, surface_points
 from fem_reference.flank import Flank
-from fem_reference.plane import Strip, plane_mesh, solve_strip
 from fem_reference.section import Body
 from fem_reference.solver import solve
 from gearbench.compliance.flank import flank_polynomials
 from gearbench.compliance.local import half_space_compression
 from studies.s08_contact.data import scene
+from tests.support.strips import Strip, plane_mesh, solve_strip
 
 
 def plane_compliance(body: Body, steel, p: int) -> np.ndarray:

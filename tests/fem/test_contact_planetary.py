@@ -9,10 +9,10 @@ import pytest
 
 from fem_reference.contact.mesh import Fineness, gear_mesh
 from fem_reference.contact.phase import Settings
-from fem_reference.contact.planetary import seated, solve_set
 from fem_reference.section import Side
 from gearbench.scene_file import parse_scene
 from gearbench.trains.solve import solve_train
+from tests.support.planetary_contact import seated, solve_set
 
 #: Load of the sun [N·m/mm], stiffness of the pin [N/µm per mm of face width].
 LOAD, PIN = 5.0, 30.0

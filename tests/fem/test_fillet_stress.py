@@ -10,10 +10,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from fem_reference.fillet_stress import Fillet, FilletStress, fillet_stress
-from fem_reference.plane import Strip, solve_strip
 from fem_reference.refinement import Level
 from fem_reference.section import Body
-from fem_reference.stress import plane_root_stress
 from gearbench.geometry.action import contact_lines
 from gearbench.geometry.pair import Member, Pair
 from gearbench.results.flank import loaded_root_stress
@@ -22,6 +20,7 @@ from gearbench.solution import solve_scene
 from gearbench.strength.bending import RootBending
 from tests.support.gears import standard_gear
 from tests.support.paths import EXAMPLES
+from tests.support.strips import Strip, plane_root_stress, solve_strip
 
 
 def test_uniform_strain_gives_its_stress_on_the_surface(steel):

@@ -5,8 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fem_reference.compliance import flank_compliance
-from fem_reference.mesh_family import mesh_cells
 from fem_reference.refinement import refined_compliance
 from fem_reference.section import Body
 from fem_reference.tooth_mesh import tooth_mesh
@@ -15,6 +13,7 @@ from gearbench.compliance.gear_body import ToothedRing
 from gearbench.compliance.solid_tooth import SolidTooth
 from gearbench.geometry.material import Material
 from tests.support.gears import standard_gear
+from tests.support.plain_meshes import flank_compliance, mesh_cells
 
 #: A thin rim with straight teeth, a solid gear with helical ones: helix, teeth, width, bore in root radii.
 CASES = {"thin rim": (0.0, 24, 3.0, 0.8), "helical": (20.0, 18, 4.0, 0.6)}

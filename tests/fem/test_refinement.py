@@ -10,12 +10,12 @@ from numpy.testing import assert_allclose
 from fem_reference import circulant, refinement
 from fem_reference.axis import FaceFunctions
 from fem_reference.circulant import circulant_compliance, tensor_stiffness, wave_numbers
-from fem_reference.mesh_family import plain_compliance
 from fem_reference.refinement import AccuracyError, Level, levels, refined_compliance
 from fem_reference.section import Body
 from fem_reference.solver import available_solver, schur_complement
 from gearbench import budget
 from tests.support.gears import standard_gear
+from tests.support.plain_meshes import plain_compliance
 
 SPUR = Body(gear=standard_gear(24, 3.0), bore_radius=0.8 * standard_gear(24).root_radius, teeth=5)
 HELICAL = Body(

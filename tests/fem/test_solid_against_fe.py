@@ -5,14 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fem_reference.compliance import flank_compliance
-from fem_reference.mesh_family import mesh_cells
-from fem_reference.plane import Strip, solve_strip
 from fem_reference.section import Body
 from fem_reference.tooth_mesh import tooth_mesh
 from gearbench.compliance.local import waves_across
 from gearbench.compliance.solid_tooth import SolidTooth
 from tests.support.gears import standard_gear
+from tests.support.plain_meshes import flank_compliance, mesh_cells
+from tests.support.strips import Strip, solve_strip
 
 
 @pytest.mark.parametrize(("order", "tolerance"), [((5, 7, 14), 0.012), ((8, 12, 14), 0.006)])

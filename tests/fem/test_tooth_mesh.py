@@ -12,12 +12,13 @@ from numpy.testing import assert_allclose
 from fem_reference import tooth_mesh as module
 from fem_reference.elasticity import Space, surface_points
 from fem_reference.flank import Flank
-from fem_reference.mesh_family import mesh_cells
 from fem_reference.tooth_mesh import Body, Cells, MeshingError, tooth_mesh
 from gearbench.errors import InputError
 from gearbench.geometry.gear import Gear
 from gearbench.library.garambois2017 import case
 from tests.support.gears import standard_gear
+from tests.support.node_positions import node_positions
+from tests.support.plain_meshes import mesh_cells
 
 CELLS = Cells(thickness=4, flank=4, fillet=3, width=3, foot=2, land=1, rim=4, rest=(2, 4))
 
@@ -58,7 +59,7 @@ def test_boundary_nodes_lie_on_the_exact_flank(gear, kind):
     turn = math.tan(gear.beta) / gear.pitch_radius
     for name, side in (("right", 1), ("left", -1)):
         nodes = np.unique(np.concatenate([space.boundary_nodes(f"{name}_{part}") for part in ("flank", "fillet")]))
-        x, y, z = space.node_positions[nodes].T
+        x, y, z = node_positions(space)[nodes].T
         R = np.clip(np.hypot(x, y), gear.root_radius, gear.tip_radius)
         section = np.arctan2(x, y) - turn * z
         error = R * np.abs(section - side * gear.half_angle(R))

@@ -8,11 +8,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fem_reference.mesh_family import plain_compliance
 from fem_reference.refinement import refined_compliance
 from gearbench import read_scene
 from gearbench.effects.teeth import fe_body
 from tests.support.paths import EXAMPLES
+from tests.support.plain_meshes import plain_compliance
 
 GEARS = EXAMPLES / "gears"
 ORDER = (4, 5)

@@ -26,6 +26,7 @@ from gearbench.compliance.solid_tooth import SolidTooth
 from gearbench.geometry.material import Material
 from gearbench.geometry.web import make_web
 from tests.support.gears import standard_gear
+from tests.support.node_positions import node_positions
 
 ORDER = (3, 3)
 
@@ -95,7 +96,7 @@ def plain_blocks(body: Body, steel: Material, fine: int, along: Sequence[int]) -
     space = Space(mesh, "hex20")
     gear = body.gear
     assert body.bore_radius is not None
-    free = np.hypot(*space.node_positions[:, :2].T) > body.bore_radius * (1 + 1e-6)
+    free = np.hypot(*node_positions(space)[:, :2].T) > body.bore_radius * (1 + 1e-6)
     loads, facets = [], mesh.boundary_facets()
     x, y, z = mesh.p[:, mesh.facets[:, facets]]
     R = np.hypot(x, y)

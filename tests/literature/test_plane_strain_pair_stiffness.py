@@ -14,13 +14,13 @@ from functools import cache
 
 import pytest
 
-from fem_reference.plane import Strip, solve_strip
 from fem_reference.section import Body
 from gearbench.effects.hertz import Hertz
 from gearbench.geometry.action import contact_lines
 from gearbench.geometry.material import Material
 from gearbench.geometry.pair import Member, Pair
 from tests.support.plane_strain import centre_line_compliance
+from tests.support.strips import Strip, solve_strip
 
 LINE_LOAD = 275.0
 #: Rims of both gears [mm] and stiffness [N/(mm·µm)].

@@ -10,13 +10,13 @@ import math
 
 import pytest
 
-from fem_reference.plane import Strip, solve_strip
 from fem_reference.section import Body
 from gearbench.compliance.gear_body import ToothedRing
 from gearbench.compliance.solid_tooth import SolidTooth
 from gearbench.geometry.material import Material
 from tests.support.gears import standard_gear
 from tests.support.plane_strain import centre_line_compliance
+from tests.support.strips import Strip, solve_strip
 
 PUBLISHED = pytest.mark.parametrize(
     ("teeth", "radius", "compliance"),

@@ -13,21 +13,25 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
 
 from fem_reference.blocks import Cells
-from fem_reference.compliance import flank_compliance
+from fem_reference.compliance import solve_flank
 from fem_reference.section import Body
-from fem_reference.tooth_mesh import tooth_mesh
-from gearbench.compliance.flank import FlankCompliance
+from fem_reference.tooth_mesh import ToothMesh, tooth_mesh
+from gearbench.compliance.flank import FlankCompliance, flank_polynomials
+from gearbench.compliance.local import half_space_compression
 from gearbench.geometry.material import Material
 
 #: Order of convergence that Richardson's value assumes.
 RATE = 2.6
 #: Largest number of unknowns of meshes of the family (about 1.5 GB).
 MOST_UNKNOWNS = 130_000
+#: Neighbours on each side whose displacements are stored.
+NEIGHBOURS = 3
 
 
 def mesh_cells(body: Body, m: int) -> Cells:
@@ -60,6 +64,29 @@ def unknowns(body: Body, cells: Cells) -> int:
         if body.rest == "ring" and not body.closed:
             section += 2 * cells.rim * sum(cells.rest)
     return round(12 * section * cells.width * 1.3)
+
+
+def flank_compliance(tooth: ToothMesh, material: Material, order: tuple[int, int]) -> FlankCompliance:
+    """Compliance of a meshed body, projected onto polynomial loads of the given order, without the local part.
+
+    It is the displacement of the flank surface minus the compression of the half-space down to the centre line
+    (``gearbench.compliance.local``), and symmetric.
+    """
+    gear = tooth.body.gear
+    basis = partial(flank_polynomials, gear, order)
+    solution = solve_flank(tooth, material, basis)
+    n = min(tooth.body.teeth // 2, NEIGHBOURS)
+    raw = np.array([solution.surface(basis, d) for d in range(-n, n + 1)])
+    raw[n] -= half_space_compression(gear, material.E, material.nu, order, points=24)
+    blocks = 0.5 * (raw + raw[::-1].transpose(0, 2, 1))
+    attrs = {
+        "solver": solution.solver,
+        "unknowns": 3 * tooth.space.n_nodes,
+        "element": tooth.kind,
+        "mesh_seconds": tooth.seconds,
+        "solve_seconds": solution.seconds,
+    }
+    return FlankCompliance(gear=gear, order=order, blocks=blocks, attrs=attrs)
 
 
 def plain_compliance(body: Body, material: Material, meshes: Sequence[int], order: tuple[int, int]) -> FlankCompliance:
