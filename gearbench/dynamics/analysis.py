@@ -77,7 +77,7 @@ def response(scene: Scene, *, speed: ArrayLike, harmonics: int = HARMONICS) -> x
     speeds = check_speeds(speed)
     check_harmonics(harmonics)
     model = train_model(scene.single_load) if scene.coupled else Model(scene=scene)
-    orders = harmonics + (EXTRA_ORDERS + MOST_COMBINATIONS if len(model.groups) > 1 else 0)
+    orders = len(model.harmonics(harmonics)) + (EXTRA_ORDERS + MOST_COMBINATIONS if len(model.groups) > 1 else 0)
     speed_bytes = speed_memory(orders, len(model.names), bearings(scene))
     require_each(speed_bytes, len(speeds), "speed", f"{harmonics} orders")
     variables = speed_variables(model, speeds, harmonics)
@@ -128,9 +128,9 @@ def speed_variables(model: LinearModel, speeds: NDArray, harmonics: int) -> Vari
     vibration = Vibration(
         harmonics=harmonics, index=index, omega=solution.omega[:, 1:], mean=mean, force=force, at_bearings=at_bearings
     )
-    points = waves.points(solved)
+    points = waves.points(index.max())
     peak, least = (mean + sign * waves.highest(sign * force, index, points) for sign in (1, -1))
-    mesh_orders, dims = _orders_of_mesh_frequency(model, solved)[:, :harmonics], ("speed", "mesh", "harmonic")
+    mesh_orders, dims = _orders_of_group(model, solved, harmonics), ("speed", "mesh", "harmonic")
     mesh_index = np.arange(len(model.names))[:, None]
     te_at_mesh_orders, force_at_mesh_orders = te[:, mesh_index, mesh_orders], force[:, mesh_index, mesh_orders]
     variables: Variables = {
@@ -185,31 +185,30 @@ def _combination(names: Sequence[str], index: NDArray) -> str:
 def growth(model: LinearModel, group: Group, speeds: NDArray, harmonics: int) -> NDArray:
     """Largest Floquet multiplier of a group (speed,); NaN if the group is proven to be stable at any speed."""
     rows = model.rows_of(group.meshes)
-    stiffness = waves.curve(model.excitation(group, harmonics).stiffness, max(256, 16 * harmonics))
+    points = max(256, waves.points(group.orders(harmonics)[-1]))
+    stiffness = waves.curve(model.excitation(group, harmonics).stiffness, points)
     stiffness = np.moveaxis(stiffness, -1, 0)
     if is_proven_stable(model.modes, rows, stiffness):
         return np.full(len(speeds), np.nan)
     return multipliers(model.modes, rows, model.omega(group, speeds), stiffness[None])
 
 
-def _orders_of_mesh_frequency(model: LinearModel, harmonics: int) -> NDArray:
-    """Indices (mesh, harmonic) of the orders of the mesh frequency of each mesh, among all orders but order zero."""
-    group_of_mesh = np.empty(len(model.names), dtype=int)
-    for number, meshes in enumerate(group.meshes for group in model.groups):
-        group_of_mesh[meshes] = number
-    return harmonics * group_of_mesh[:, None] + np.arange(harmonics)
+def _orders_of_group(model: LinearModel, solved: int, harmonics: int) -> NDArray:
+    """Indices (mesh, harmonic) of the orders of the group of each mesh, among all orders solved but order zero."""
+    first, count = np.empty(len(model.names), dtype=int), 0
+    for group in model.groups:
+        first[group.meshes] = count
+        count += len(group.orders(solved)) - 1
+    return first[:, None] + np.arange(len(model.harmonics(harmonics)))
 
 
 def modal_variables(model: LinearModel, speeds: NDArray, harmonics: int) -> Variables:
     """Elastic modes up to the highest excited frequency, and the critical speeds at which orders meet them."""
     modes = model.modes
-    highest = max(float(model.omega(group, speeds).max()) for group in model.groups) * harmonics
+    n, rate = model.harmonics(harmonics), model.rates
+    highest = 2 * np.pi / 60 * float(speeds.max() * rate.max() * n[-1])
     excited = np.flatnonzero((modes.frequency > 0) & (modes.frequency <= 1.2 * highest))
     f = modes.frequency[excited] / (2 * np.pi)
-    rate = np.empty(len(model.names))
-    for group in model.groups:
-        rate[group.meshes] = group.rate
-    n = np.arange(1, harmonics + 1)
     return {
         "natural_frequency": (("mode",), f),
         "mode_participation": (("mesh", "mode"), modes.participation[:, excited]),
@@ -253,13 +252,15 @@ def notes(model: LinearModel, speeds: NDArray, harmonics: int, variables: Variab
     for group in model.groups:
         slowest = float(model.omega(group, speeds).min())
         share = modes.participation[group.meshes].max(axis=0)
-        omitted = np.flatnonzero((share > NOTED) & (modes.frequency > harmonics * slowest))
+        highest = group.orders(harmonics)[-1]
+        omitted = np.flatnonzero((share > NOTED) & (modes.frequency > highest * slowest))
         if len(omitted):
             f = modes.frequency[omitted[0]] / (2 * np.pi)
-            speed = 60 * f / group.rate / harmonics
+            speed = 60 * f / group.rate / highest
             name = model.names[group.meshes[0]]
             lines.append(
-                f"mesh {name}: below {speed:.4g} 1/min the mode at {f:.4g} Hz is excited by orders above {harmonics} "
+                f"mesh {name}: below {speed:.4g} 1/min the mode at {f:.4g} Hz is excited by orders above "
+                f"{model.harmonics(harmonics)[-1]:.4g} "
                 "only, which are not computed: raise harmonics"
             )
     return lines
@@ -279,14 +280,11 @@ def _dataset(
 ) -> xr.Dataset:
     import xarray as xr
 
-    rates = np.empty(len(model.names))
-    for group in model.groups:
-        rates[group.meshes] = group.rate
     coords: dict[str, Any] = {
         "mesh": ("mesh", list(model.names)),
         "speed": ("speed", speeds),
-        "harmonic": ("harmonic", np.arange(1, harmonics + 1)),
-        "mesh_frequency": (("speed", "mesh"), speeds[:, None] / 60 * rates),
+        "harmonic": ("harmonic", model.harmonics(harmonics)),
+        "mesh_frequency": (("speed", "mesh"), speeds[:, None] / 60 * model.rates),
     }
     if len(model.groups) > 1:
         coords["source"] = ("source", list(model.names))

@@ -26,7 +26,7 @@ class Excitation:
     stiffness
         K̂ of orders 0 … 2H, (row, row, 2H + 1) [N/mm].
     motion, force
-        x̂_s [mm] and f̂_s [N] of orders 0 … H, (row, H + 1).
+        x̂_s [mm] and f̂_s [N] of the orders kept, by default 0 … H, (row, order).
     """
 
     stiffness: NDArray
@@ -87,9 +87,12 @@ def orders(values: NDArray) -> NDArray:
     return np.concatenate([values[..., :1] + 0j, values[..., 1::2] + 1j * values[..., 2::2]], axis=-1)
 
 
-def receptances(modes: Modes, rows: NDArray, omega: NDArray, orders: int) -> NDArray:
-    """ĥ_c (speed, order 0 … H, row, row) [mm/N] of the given ``rows``, at mesh frequencies ω (speed,) [rad/s]."""
-    return modes.mesh_receptance(omega[:, None] * np.arange(orders + 1), rows)
+def receptances(modes: Modes, rows: NDArray, omega: NDArray, orders: int | NDArray) -> NDArray:
+    """ĥ_c (speed, order, row, row) [mm/N] of the given ``rows``, at mesh frequencies ω (speed,) [rad/s].
+
+    ``orders`` are those kept; a number H means 0 … H.
+    """
+    return modes.mesh_receptance(omega[:, None] * (np.arange(orders + 1) if np.isscalar(orders) else orders), rows)
 
 
 def block_rows(h: NDArray) -> NDArray:
@@ -105,19 +108,21 @@ def block_rows(h: NDArray) -> NDArray:
     return out
 
 
-def solve(excitation: Excitation, h: NDArray, mean: NDArray) -> tuple[NDArray, NDArray]:
-    """Motions [mm] and forces [N] of orders 0 … H, (speed, row, H + 1).
+def solve(excitation: Excitation, h: NDArray, mean: NDArray, kept: NDArray | None = None) -> tuple[NDArray, NDArray]:
+    """Motions [mm] and forces [N] of the orders kept, (speed, row, order).
 
     Parameters
     ----------
     excitation
         Stiffness, and quasi-static motion and force.
     h
-        ĥ_c (speed, H + 1, row, row) [mm/N] of the system with the mean stiffness.
+        ĥ_c (speed, order, row, row) [mm/N] of the system with the mean stiffness.
     mean
         Mean stiffness K̄ (row, row) [N/mm].
+    kept
+        The orders kept, in ascending order from 0 to H; by default all.
     """
-    K, x_s = convolution(excitation.stiffness), excitation.motion
+    K, x_s = convolution(excitation.stiffness, None if kept is None else kept[:, None]), excitation.motion
     M, N = K.shape[0], K.shape[-1]
     varying = K - mean[..., None, None] * np.eye(N)
     # f_s − K̄ x_s without order 0, which is in static balance

@@ -20,7 +20,7 @@ SHOWN = 0.01
 #: Largest number of modes in a figure; share of a mode's energy above which a part is named; bins of a waterfall.
 PANELS, LEAST_SHARE, BINS = 6, 0.05, 500
 #: Space for names in a Campbell diagram: width for an order over the speed range, height for a mode over the axis.
-ROOM, LINE = 0.09, 0.03
+ROOM, LINE = 0.12, 0.03
 
 
 def draw_response(dataset: xr.Dataset, folder: Path) -> list[Path]:
@@ -89,7 +89,7 @@ def _orders(figure: Any, data: xr.Dataset) -> str:
     axes = figure.subplots()
     largest_first = np.nan_to_num(data["mesh_force_amplitude"].values).max(axis=0).argsort(kind="stable")[::-1]
     for order in data["harmonic"].values[np.sort(largest_first[:8])]:
-        axes.semilogy(data["speed"], data["mesh_force_amplitude"].sel(harmonic=order), label=f"order {order}")
+        axes.semilogy(data["speed"], data["mesh_force_amplitude"].sel(harmonic=order), label=f"order {order:.4g}")
     axes.set(xlabel=speed_label(data), ylabel="mesh force [N]")
     legend(figure, axes.get_lines())
     force = np.nan_to_num(data["mesh_force_amplitude"].values)
@@ -97,7 +97,7 @@ def _orders(figure: Any, data: xr.Dataset) -> str:
         data["harmonic"].values[force.max(axis=0).argmax()],
         peak(force.max(axis=1), data["speed"].values),
     )
-    return f"order {order} is the largest, {largest:.3g} N at {speed:.4g} 1/min"
+    return f"order {order:.4g} is the largest, {largest:.3g} N at {speed:.4g} 1/min"
 
 
 def _bearings(figure: Any, data: xr.Dataset) -> str:
@@ -264,8 +264,7 @@ def _campbell(figure: Any, data: xr.Dataset) -> str:
         # skip a name that would overlap the one before
         if position is not None and speed[position] < free:
             free = speed[position] - ROOM * np.ptp(speed) if n * frequency.max() > top else np.inf
-            axes.annotate(
-                f"order {n}", (speed[position], n * frequency[position]), fontsize="x-small", ha="right", va="bottom"
-            )
+            end = speed[position], n * frequency[position]
+            axes.annotate(f"order {n:.4g}", end, fontsize="x-small", ha="right", va="bottom")
     axes.set(xlabel=speed_label(data), ylabel="frequency [Hz]", ylim=(0, top))
     return f"{len(natural)} modes that the mesh excites, and the orders that meet them"

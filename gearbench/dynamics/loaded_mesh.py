@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +23,7 @@ from gearbench.effects.shafts import mesh_spread
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.names import PAIR
-from gearbench.results.cycle import MICROMETRES, MeshCycle, Phases, fourier_matrix
+from gearbench.results.cycle import MICROMETRES, MeshCycle, Phases, fourier_rows
 from gearbench.results.solved import Solved
 from gearbench.scene import Scene
 
@@ -196,12 +196,13 @@ def _one_row(scene: Scene, cycle: MeshCycle) -> Resultants:
     return Resultants(force=np.full(k.shape[:-1], scene.F_bt), stiffness=k)
 
 
+@lru_cache(maxsize=16)
 def order_rows(phases: Phases, orders: int) -> NDArray:
-    """Matrix (order + 1, position) from values at ``phases`` to their orders, see ``LoadedMesh.waves``."""
+    """Matrix (order + 1, position) from values at ``phases`` to their orders 0 … n of the cycle."""
     if phases.size is None and 2 * orders >= len(phases.phase):
         allowed = f"must be more than {2 * orders}, twice the {orders} orders of the stiffness, or left out"
-        raise InputError("resolution.positions", len(phases.phase), allowed)
-    return np.concatenate([phases.weight[None], fourier_matrix(phases, orders)])
+        raise InputError("resolution.positions", f"{len(phases.phase)} in a cycle", allowed)
+    return np.concatenate([phases.weight[None], fourier_rows(phases, np.arange(1, orders + 1) / phases.length)])
 
 
 def loaded_mesh(scene: Scene, mesh: str = PAIR, rows: int = 1) -> LoadedMesh:

@@ -27,8 +27,8 @@ class Steady:
     Parameters
     ----------
     index
-        Orders as multiples of the mesh frequencies (order, frequency): zero first, then orders 1 … H of each frequency,
-        then combinations. Negative orders are the conjugates and are not listed.
+        Orders as multiples of the frequencies of the groups (order, frequency): zero first, then the orders kept of
+        each group, then combinations. Negative orders are the conjugates and are not listed.
     omega
         Frequency of each order (speed, order) [rad/s]; a difference of two frequencies may be negative.
     equivalent_force
@@ -49,17 +49,18 @@ def steady(model: LinearModel, speeds: NDArray, harmonics: int) -> Steady:
     The varying stiffness of a mesh also acts on motions that other meshes excite. Order n of one frequency and order m
     of another thus make combinations n ω_1 ± m ω_2.
     """
-    groups, H = model.groups, harmonics
-    index = np.zeros((1 + len(groups) * H, len(groups)), dtype=int)
+    groups, kept = model.groups, [group.orders(harmonics) for group in model.groups]
+    first = np.cumsum([1, *(len(orders) - 1 for orders in kept)])
+    index = np.zeros((first[-1], len(groups)), dtype=int)
     equivalent_force = np.zeros((len(speeds), len(model.stiffness), len(index)), dtype=complex)
     # quasi-static motions x_s, and the forces p_s = f_s − K̄ x_s; order zero stays 0
     x_s, p_s = np.zeros((2, *equivalent_force.shape[1:]), dtype=complex)
     for g, group in enumerate(groups):
-        rows, group_orders = model.rows_of(group.meshes), slice(1 + g * H, 1 + (g + 1) * H)
-        excitation, mean = model.excitation(group, H), model.stiffness_of(group.meshes)
-        x, f = solve(excitation, model.receptances(group, speeds, H), mean)
+        rows, group_orders = model.rows_of(group.meshes), slice(first[g], first[g + 1])
+        excitation, mean = model.excitation(group, harmonics), model.stiffness_of(group.meshes)
+        x, f = solve(excitation, model.receptances(group, speeds, harmonics), mean, kept[g])
         p = excitation.force - mean @ excitation.motion
-        index[group_orders, g] = np.arange(1, H + 1)
+        index[group_orders, g] = kept[g][1:]
         x_s[rows, group_orders], p_s[rows, group_orders] = excitation.motion[:, 1:], p[:, 1:]
         equivalent_force[:, rows, group_orders] = (f - mean @ x)[..., 1:]
         equivalent_force[:, rows, 0] = (f - mean @ x - p)[..., 0]

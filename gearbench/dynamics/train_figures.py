@@ -85,7 +85,10 @@ def draw_sharing(figure: Any, dataset: xr.Dataset) -> str:
 
 def draw_ring(figure: Any, dataset: xr.Dataset) -> str:
     """Draw the side bands of the first mesh orders at a point of the ring, at the speed where they are largest."""
-    wave = dataset["ring_wave_amplitude"].sel(harmonic=slice(1, PANELS))
+    train, wave = scene_of(dataset).geometry, dataset["ring_wave_amplitude"]
+    ratio = train.periods[train.meshes[-1].name] / train.periods[train.meshes[0].name]
+    first = ratio * np.arange(1, 1 + min(PANELS, int(wave["harmonic"].max() / ratio)))
+    wave = wave.sel(harmonic=first, method="nearest")
     index = int(np.argmax(wave.max(["harmonic", "lobes"]).fillna(0.0).values))
     amplitude, f = wave.isel(speed=index), dataset["ring_wave_frequency"].isel(speed=index)
     lobes, top = dataset["lobes"].values, 2.0 * float(amplitude.max())
@@ -97,8 +100,9 @@ def draw_ring(figure: Any, dataset: xr.Dataset) -> str:
             ("bends the ring", np.abs(lobes) > 1, "0.6"),
         ):
             axes.bar(lobes[which], amplitude.sel(harmonic=order).values[which], color=colour, label=words)
-        axes.set(yscale="log", ylim=(FAINT * top, top), ylabel=f"order {int(order)} [N]")
-        axes.annotate(f"{float(f.sel(harmonic=order, lobes=0)):.4g} Hz", (0.01, 0.86), xycoords="axes fraction")
+        axes.set(yscale="log", ylim=(FAINT * top, top), ylabel="force [N]")
+        title = f"order {float(order):.4g}, {float(f.sel(harmonic=order, lobes=0)):.4g} Hz"
+        axes.set_title(title, loc="left", fontsize="small")
     last = grid[-1]
     last.set(
         xlabel="side band k at n f_z + k f_c: |k| lobes that overtake the planets (k > 0) or fall behind them (k < 0)"

@@ -186,23 +186,28 @@ class TrainModel(LinearModel):
 
     @cached_property
     def groups(self) -> tuple[Group, ...]:
-        """One group of all meshes: they share one mesh frequency, and their cycles run over the phase of the first."""
-        count, rate = len(self.names), self.linkage.train.mesh_rate(self.names[0])
-        return (Group(meshes=np.arange(count), rate=rate, phase=np.zeros(count)),)
+        """One group of all meshes: its order 1 has the cycle after which all meshes have their phases again."""
+        count, train = len(self.names), self.linkage.train
+        rate = train.mesh_rate(self.names[0]) / self.solved.phases.length
+        periods = tuple(train.periods.values())
+        return (Group(meshes=np.arange(count), rate=rate, phase=np.zeros(count), periods=periods),)
 
     def excitation(self, group: Group, harmonics: int) -> Excitation:
         """Excitation by the meshes of the group: approach and force of the balanced contact at each phase."""
-        balance, rows = self.solved.balance, order_rows(self.solved.phases, 2 * harmonics)
+        balance, kept = self.solved.balance, group.orders(harmonics)
+        rows = order_rows(self.solved.phases, 2 * kept[-1])
         approach = balance.motion @ self.linkage.rows.T
         return Excitation(
-            stiffness=np.einsum("np,pij->ijn", rows, self._tangent),
-            motion=(rows[: harmonics + 1] @ approach).T,
-            force=(rows[: harmonics + 1] @ balance.force).T,
+            stiffness=np.moveaxis(np.tensordot(rows, self._tangent, 1), 0, -1),
+            motion=(rows[kept] @ approach).T,
+            force=(rows[kept] @ balance.force).T,
         )
 
     def quasi_static_approach(self, orders: int) -> NDArray:
         """Orders 0 … n of the quasi-static approach of each mesh, (mesh, n + 1) [mm]."""
-        return (order_rows(self.solved.phases, orders) @ self.solved.balance.motion @ self.linkage.rows.T).T
+        periods, rows = self.groups[0].periods, order_rows(self.solved.phases, max(self.groups[0].periods) * orders)
+        all_orders = (rows @ self.solved.balance.motion @ self.linkage.rows.T).T
+        return np.stack([own[: period * orders + 1 : period] for own, period in zip(all_orders, periods, strict=True)])
 
     # -- forces around the meshes -------------------------------------------------------------------------------------
     @property
@@ -243,7 +248,7 @@ class TrainModel(LinearModel):
     def other_variables(self, vibration: Vibration, loads: NDArray, speeds: NDArray) -> Variables:
         """Transmission error of the train, load shares, torques on the supports, force waves round the ring."""
         error = np.einsum("b,sbn->sn", self._transmission_error_rows, vibration.at_bearings[:, :, 2])
-        points = waves.points(vibration.index.shape[0])
+        points = waves.points(vibration.index.max())
         share = (vibration.mean + waves.highest(vibration.force, vibration.index, points)) / self.solved.even
         variables: Variables = {
             "train_dynamic_transmission_error_amplitude": (("speed", "harmonic"), 2e3 * np.abs(error)),
@@ -273,11 +278,11 @@ class TrainModel(LinearModel):
         ring = self.linkage.ends[1]
         rate = float(train.rates[carrier] - train.rates[ring]) * (1 if train.clockwise else -1)
         at_ring = [number for number, mesh in enumerate(train.meshes) if mesh.driven == ring]
-        places = np.array([train.places[train.meshes[number].driver] for number in at_ring])
-        lobes, harmonic = self.lobes, np.arange(1, vibration.index.shape[0] + 1)
+        places = np.array([train.places[train.shaft(train.meshes[number].driver)] for number in at_ring])
+        lobes, orders = self.lobes, vibration.index[:, 0]
         turn = np.exp(1j * np.sign(rate) * np.outer(lobes, np.arctan2(places[:, 1], places[:, 0])))
         wave = np.einsum("kj,sjn->snk", turn, vibration.force[:, at_ring])
-        frequency = np.abs(self.groups[0].rate * harmonic[:, None] + abs(rate) * lobes)
+        frequency = np.abs(self.groups[0].rate * orders[:, None] + abs(rate) * lobes)
         dims = ("speed", "harmonic", "lobes")
         return {
             "ring_wave_amplitude": (dims, 2 * np.abs(wave)),
@@ -314,9 +319,16 @@ class TrainModel(LinearModel):
 
     def remarks(self, speeds: NDArray, harmonics: int) -> list[str]:
         """Omissions and assumptions of the model, one line each."""
+        lines, periods = [], self.linkage.train.periods
+        first = self.names[0]
+        if others := {name: count for name, count in periods.items() if count != periods[first]}:
+            rates = ", ".join(dict.fromkeys(f"{count}/{periods[first]}" for count in others.values()))
+            lines.append(
+                f"meshes of different frequencies: harmonics are multiples of the mesh frequency of {first}; the "
+                f"mesh frequency of {', '.join(others)} is {rates} of it"
+            )
         if self.linkage.carrier is None:
-            return []
-        lines = []
+            return lines
         planetary = self.scene.train and self.scene.train.planetary
         carrier = planetary.keys.dynamics.carrier if planetary else None
         if carrier and None in (carrier.mass, carrier.inertia):
@@ -346,9 +358,6 @@ def train_model(scene: Scene) -> TrainModel:
     InputError, ConvergenceError
         As ``simulate``, or if a mesh never has contact.
     """
-    if max(scene.geometry.periods.values()) > 1:
-        key = "meshes" if scene.train is None or scene.train.planetary is None else "planetary.planet_at_ring"
-        raise InputError(key, "given", "has several mesh frequencies: response needs a train with one mesh frequency")
     solved = solve_train(scene)
     idle = [name for name, force in zip(solved.meshes, solved.balance.force.T, strict=True) if not force.any()]
     if idle:
