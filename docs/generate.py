@@ -206,9 +206,11 @@ the flanks; `response` the same over speed.
 
 With stepped planets the meshes of sun and ring have different frequencies. Results run over the cycle after which both
 have their phases again: `mesh_phase` counts mesh periods of the sun, and `harmonic` holds the orders of both, as
-multiples of the sun's mesh frequency. An example is `examples/stepped_planets.toml`. Planets that mesh in pairs are
-given by `[gears.NAME]` and `[[meshes]]`, in the frame of the carrier. Two sets in a row are two scenes: `member_torque`
-of the carrier is the torque on the sun of the next set.
+multiples of the sun's mesh frequency. An example is `examples/stepped_planets.toml`. A sample of `single_pitch` has the
+same teeth in every mesh period of this cycle, like a set whose cycle is one mesh period.
+
+Planets that mesh in pairs are given by `[gears.NAME]` and `[[meshes]]`, in the frame of the carrier. Two sets in a row
+are two scenes: `member_torque` of the carrier is the torque on the sun of the next set.
 
 {key_tables(Planetary)}
 ## Several loads

@@ -9,6 +9,7 @@ from typing import Any
 
 from gearbench.errors import InputError
 from gearbench.geometry.pair import Pair
+from gearbench.geometry.planetary import expanded
 
 #: Function of the scene's tables, of a function that makes a pair from its table, and of the variable's value;
 #: it returns the keys that the value sets.
@@ -63,14 +64,14 @@ def unit_contact_addendum(pair: Pair) -> float:
 
 def _ring_teeth(tables: Mapping[str, Any], _: Callable[[Mapping[str, Any]], Pair], value: float) -> dict[str, Any]:
     planetary = tables["planetary"]
-    sun, planet = (planetary.get(name, {}).get("teeth", 0) for name in ("sun", "planet"))
-    at_ring = planetary.get("planet_at_ring", {}).get("teeth", planet)
-    return {"planetary.ring.teeth": -(sun + planet + at_ring + round(value))}
+    ring = {key: number for key, number in planetary.get("ring", {}).items() if key != "teeth"}
+    known, _ = expanded({**planetary, "ring": ring})
+    return {"planetary.ring.teeth": known.teeth[-1] - round(value)}
 
 
 #: Name → function that sets keys of the scene; applied in this order. Lengths are fractions of the tooth depth h_e
 #: (of the smaller one if the gears differ). The addendum fraction runs from 0 (ε_α = 1) to 1 (standard h_a* = 1).
-#: Extra teeth are added to z_s + z_p + z_q to give the tooth number of the ring; z_q = z_p unless planets are stepped.
+#: Extra teeth are added to the default number of the ring.
 DERIVED: Mapping[str, Derivation] = MappingProxyType(
     {
         "pair.addendum_fraction": _addendum,

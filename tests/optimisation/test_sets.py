@@ -7,7 +7,9 @@ from numpy.testing import assert_allclose
 from gearbench import robust, simulate
 from gearbench.errors import InputError
 from gearbench.explore.stored import open_results
+from gearbench.geometry.pair import Pair
 from gearbench.optimisation.constraints import constrained, number
+from gearbench.optimisation.derived import DERIVED
 from gearbench.optimisation.numbers import OF_SET, gear_ratio, largest_root_stress, mass
 from gearbench.optimisation.problem import evaluate, scene_of
 from gearbench.optimisation.run import optimise
@@ -192,3 +194,13 @@ def test_a_study_may_vary_the_second_gear_of_stepped_planets():
     assert key in [each.name for each in study.variables]
     with pytest.raises(InputError, match=f"base.{key} = missing: is required, here or as a variable"):
         parse_study({**STUDY, "base": base})
+
+
+@pytest.mark.parametrize(
+    ("second", "at_sun"),
+    [({}, 66), ({"normal_module": 1.5}, 88), ({"helix_angle": 20.0}, 62)],  # 66 · 2/1.5; 66 cos 20° = 62.02
+)
+def test_the_ring_of_stepped_planets_has_the_centre_distance_of_the_sun(second, at_sun):
+    own = {"planet_at_ring": {"teeth": 24} | second, "sun": {"teeth": 36}, "ring": {"teeth": -150}}
+    keys = DERIVED["planetary.ring.extra_teeth"]({"planetary": {**BASE["planetary"], **own}}, Pair, 1)
+    assert keys == {"planetary.ring.teeth": -(at_sun + 24 + 1)}
