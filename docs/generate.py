@@ -202,7 +202,7 @@ inertia = 0.011
 All meshes are one contact problem, in which elastic bodies (`[effects.gear_body]`) couple them. `simulate` computes
 `load_sharing` of each mesh, `mesh_load_factor` K_γ, `train_transmission_error`, motions of floating members, and forces
 and torques on every member with their harmonics; `robust` their scatter over the errors of `[planetary.scatter]` and of
-the flanks; `response` the same over speed.
+the flanks; `response` the same over speed, `response --samples` its scatter.
 
 With stepped planets the meshes of sun and ring have different frequencies. Results run over the cycle after which both
 have their phases again: `mesh_phase` counts mesh periods of the sun, and `harmonic` holds the orders of both, as

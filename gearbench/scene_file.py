@@ -91,7 +91,8 @@ def parse_scene(tables: Mapping[str, Any]) -> Scene:
 def _train(tables: Mapping[str, Any]) -> Scene:
     """Read a scene with gears and meshes; if there is only one mesh, the result is the scene of a pair."""
     if "pair" in tables:
-        raise InputError("pair", "given", "conflicts with gears: give one of the two")
+        other = "planetary" if "planetary" in tables else "gears"
+        raise InputError("pair", "given", f"conflicts with {other}: give one of the two")
     train = TrainTables.of(tables, effect_names())
     rest = {name: table for name, table in tables.items() if name not in PARTS}
     pairs = train.pairs()

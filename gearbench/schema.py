@@ -32,7 +32,12 @@ _MISSING = ("missing", "missing_argument", "missing_keyword_only_argument")
 _UNKNOWN = ("unexpected_keyword_argument", "extra_forbidden")
 _RANGE = ("greater_than", "greater_than_equal", "less_than", "less_than_equal")
 #: Beginning of a fault's type → message.
-_TYPES = {"int": "must be a whole number", "float": "must be a number", "bool": "must be true or false"}
+_TYPES = {
+    "int": "must be a whole number",
+    "float": "must be a number",
+    "bool": "must be true or false",
+    "tuple": "must be a list",
+}
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -295,6 +295,8 @@ def test_the_plan_counts_meshes_and_motions():
         ),
         ({"floating": ["sun"], "sun_support": 5.0}, "planetary.floating", "conflicts"),
         ({"floating": ["sun"], "planets": 2}, "planetary.floating", "nothing holds sun x"),
+        ({"floating": "sun"}, "planetary.floating", "must be a list"),
+        ({"sun": {"teeth": 36.0}}, "planetary.sun.teeth", r"36\.0: must be a whole number"),
         ({"planets": 3, "positions": [0.0, 90.0, 180.0, 270.0]}, "planetary.planets", "positions of 4 planets"),
         ({"ring": {"teeth": -96, "normal_module": 3.0}}, "planetary.ring.normal_module", "not for a single gear"),
         ({"planet": {"teeth": 30, "face": 1.0}}, "planetary.planet.face", "unknown|allowed|must be"),

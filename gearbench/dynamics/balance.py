@@ -8,7 +8,7 @@ Each row stores them as real numbers y_0, Re ŷ_1, Im ŷ_1, …. The forces are 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,17 +26,30 @@ class Excitation:
     stiffness
         K̂ of orders 0 … 2H, (row, row, 2H + 1) [N/mm].
     motion, force
-        x̂_s [mm] and f̂_s [N] of the orders kept, by default 0 … H, (row, order).
+        x̂_s [mm] and f̂_s [N] of the orders kept, (row, order).
+    kept
+        Orders kept, in ascending order from 0 to H; by default all.
     """
 
     stiffness: NDArray
     motion: NDArray
     force: NDArray
+    kept: NDArray | None = None
+
+    @property
+    def convolution(self) -> NDArray:
+        """Matrix that multiplies the orders kept by K(t), see ``convolution``."""
+        return convolution(self.stiffness, self.orders[:, None])
+
+    @property
+    def orders(self) -> NDArray:
+        """Orders of ``motion`` and ``force`` (order,)."""
+        return np.arange(self.motion.shape[-1]) if self.kept is None else self.kept
 
     def part(self, samples: slice | None) -> Excitation:
         """Select some of the samples; None turns an excitation without samples into a single sample."""
         arrays = {name: getattr(self, name)[samples] for name in ("stiffness", "motion", "force")}
-        return Excitation(**arrays)
+        return replace(self, **arrays)
 
 
 def convolution(stiffness: NDArray, index: NDArray | None = None, along: int = 0) -> NDArray:
@@ -108,7 +121,7 @@ def block_rows(h: NDArray) -> NDArray:
     return out
 
 
-def solve(excitation: Excitation, h: NDArray, mean: NDArray, kept: NDArray | None = None) -> tuple[NDArray, NDArray]:
+def solve(excitation: Excitation, h: NDArray, mean: NDArray) -> tuple[NDArray, NDArray]:
     """Motions [mm] and forces [N] of the orders kept, (speed, row, order).
 
     Parameters
@@ -119,10 +132,8 @@ def solve(excitation: Excitation, h: NDArray, mean: NDArray, kept: NDArray | Non
         ĥ_c (speed, order, row, row) [mm/N] of the system with the mean stiffness.
     mean
         Mean stiffness K̄ (row, row) [N/mm].
-    kept
-        The orders kept, in ascending order from 0 to H; by default all.
     """
-    K, x_s = convolution(excitation.stiffness, None if kept is None else kept[:, None]), excitation.motion
+    K, x_s = excitation.convolution, excitation.motion
     M, N = K.shape[0], K.shape[-1]
     varying = K - mean[..., None, None] * np.eye(N)
     # f_s − K̄ x_s without order 0, which is in static balance

@@ -9,13 +9,14 @@ mesh force are (1 − (K̄ + V_0) G) e (D5).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.dynamics.balance import Excitation, block_rows, convolution, generalised_conjugate_residuals, real
+from gearbench.dynamics.balance import Excitation, block_rows, generalised_conjugate_residuals, real
 
 #: Residual over right-hand side at which the balance of a sample is solved, and maximum number of steps.
 SETTLED, STEPS = 3e-4, 40
@@ -36,7 +37,7 @@ class SampleBalance:
     motion
         G (speed, unknown, unknown) [mm/N].
     force_orders
-        Matrix from e' to the orders 1 … H of the mesh force (speed, 2H, unknown).
+        Matrix from e' to the orders above 0 of the mesh forces (speed, mesh · 2H, unknown).
     """
 
     stiffness: NDArray
@@ -45,7 +46,7 @@ class SampleBalance:
     force_orders: NDArray
 
     @classmethod
-    def of(cls, samples: Excitation, h: NDArray, stiffness: NDArray) -> SampleBalance:
+    def of(cls, samples: Excitation, h: NDArray, stiffness: NDArray, approach: Sequence[int] = (0,)) -> SampleBalance:
         """Balance about the mean of ``samples`` (sample, row, …).
 
         Parameters
@@ -56,6 +57,8 @@ class SampleBalance:
             ĥ_c (speed, H + 1, row, row) [mm/N].
         stiffness
             K̄ (row, row) [N/mm].
+        approach
+            Rows whose forces are wanted: those of the approach of each mesh.
         """
         receptance = block_rows(h)
         orders = receptance.shape[-1]
@@ -63,7 +66,8 @@ class SampleBalance:
         varying, identity = _varying(samples, stiffness).mean(axis=0), np.eye(receptance.shape[-1])
         motion = np.linalg.solve(identity + receptance @ varying, receptance)
         total = np.kron(stiffness, np.eye(orders)) + varying
-        force_orders = (identity - total @ motion)[:, 1:orders]
+        wanted = orders * np.array(approach)[:, None] + np.arange(1, orders)
+        force_orders = (identity - total @ motion)[:, wanted.ravel()]
         # single precision is enough for scatter
         return cls(
             stiffness=stiffness,
@@ -73,7 +77,7 @@ class SampleBalance:
         )
 
     def forces(self, samples: Excitation) -> NDArray:
-        """Real and imaginary parts of orders 1 … H of the mesh forces (speed, 2H, sample) [N]."""
+        """Real and imaginary parts of the orders above 0 of the mesh forces (speed, mesh · 2H, sample) [N]."""
         varying, x_s = _varying(samples, self.stiffness), samples.motion.copy()
         p_s = samples.force - np.einsum("ij,sjn->sin", self.stiffness, x_s)
         # order zero is in static balance
@@ -99,7 +103,7 @@ class SampleBalance:
 
 def _varying(samples: Excitation, stiffness: NDArray) -> NDArray:
     """K_s − K̄ (sample, unknown, unknown)."""
-    K = convolution(samples.stiffness)
+    K = samples.convolution
     K -= stiffness[..., None, None] * np.eye(K.shape[-1])
     size = K.shape[1] * K.shape[-1]
     return np.swapaxes(K, 2, 3).reshape(len(K), size, size)

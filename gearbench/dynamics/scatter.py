@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,18 +14,20 @@ from numpy.typing import ArrayLike, NDArray
 from gearbench.budget import require_each, sample_memory, speed_memory
 from gearbench.contact.batch import BatchSolution, chunks, on_threads, solve_one_chunk
 from gearbench.dynamics.analysis import GROWTH, HARMONICS, check_harmonics, check_speeds, growth, spans
-from gearbench.dynamics.balance import Excitation
+from gearbench.dynamics.balance import Excitation, receptances
 from gearbench.dynamics.loaded_mesh import LoadedMesh, order_rows
-from gearbench.dynamics.model import Group, Model
+from gearbench.dynamics.model import Group, LinearModel, Model
 from gearbench.dynamics.sample_balance import SampleBalance
+from gearbench.dynamics.train_model import TrainModel, train_model
 from gearbench.errors import InputError
 from gearbench.results.origin import with_grids
 from gearbench.results.provenance import provenance
 from gearbench.results.responses import STATISTICS, described
 from gearbench.robustness.montecarlo import SAMPLES, RobustProblem, prepare_problem, require_errors
-from gearbench.robustness.sampling import Sampler
+from gearbench.robustness.sampling import Sampler, unit_samples
 from gearbench.scene import Scene
 from gearbench.threads import default_threads, single_threaded_blas
+from gearbench.trains.scatter import sampled_train
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -71,12 +73,7 @@ def sample_cycles(
         solution = solve_one_chunk(problem.batch, chunk, segments=mesh.rows > 1)
         return excitation(mesh, problem, solution, harmonics)
 
-    excitations = list(on_threads(orders, chunks(amounts), threads))
-    # the last chunk was padded to full length
-    return [
-        *excitations[:-1],
-        excitations[-1].part(slice(samples - sum(len(chunk.motion) for chunk in excitations[:-1]))),
-    ]
+    return _without_padding(on_threads(orders, chunks(amounts), threads), samples)
 
 
 def excitation(mesh: LoadedMesh, problem: RobustProblem, solution: BatchSolution, harmonics: int) -> Excitation:
@@ -85,13 +82,46 @@ def excitation(mesh: LoadedMesh, problem: RobustProblem, solution: BatchSolution
     return flanks.orders(order_rows(problem.phases, 2 * harmonics))
 
 
-def force_rms(model: Model, group: Group, samples: Sequence[Excitation], speed: NDArray, threads: int) -> NDArray:
-    """RMS of the mesh force (speed, sample) [N] by harmonic balance (D5), for chunks of ``samples`` of one mesh."""
-    harmonics = samples[0].motion.shape[-1] - 1
-    mean = model.stiffness_of(group.meshes)
-    balance = SampleBalance.of(samples[0], model.receptances(group, speed, harmonics), mean)
-    forces = on_threads(balance.forces, samples, threads)
-    return np.concatenate([math.sqrt(2) * np.linalg.norm(f.astype(float), axis=1) for f in forces], axis=1)
+def train_excitations(
+    model: TrainModel, harmonics: int, *, samples: int, seed: int, sampler: Sampler, threads: int
+) -> list[Excitation]:
+    """Excitation by random samples of a train, in chunks (sample, row, …).
+
+    Raises
+    ------
+    InputError
+        As ``sampled_train``.
+    """
+    train, (group,) = sampled_train(model.scene, model.solved), model.groups
+    errors = train.draw(unit_samples(sampler, samples, len(train.error_names), seed))
+
+    def orders(chunk: NDArray) -> Excitation:
+        return model.excitation_by(group, harmonics, *train.balance(chunk))
+
+    return _without_padding(on_threads(orders, train.chunks(errors), threads), samples)
+
+
+def _without_padding(chunks: Iterable[Excitation], samples: int) -> list[Excitation]:
+    """Chunks of ``samples``, the last of which may be padded to full length."""
+    *full, last = chunks
+    return [*full, last.part(slice(samples - sum(len(chunk.motion) for chunk in full)))]
+
+
+def force_rms(model: LinearModel, group: Group, samples: Sequence[Excitation], speed: NDArray, threads: int) -> NDArray:
+    """RMS of the mesh force (speed, sample) [N] by harmonic balance (D5), for chunks of ``samples``.
+
+    Of several meshes, it is the largest RMS.
+    """
+    rows = model.rows_of(group.meshes)
+    h = receptances(model.modes, rows, model.omega(group, speed), samples[0].orders)
+    approach = range(0, len(rows), len(rows) // len(group.meshes))
+    balance = SampleBalance.of(samples[0], h, model.stiffness_of(group.meshes), approach)
+
+    def rms(chunk: Excitation) -> NDArray:
+        by_mesh = balance.forces(chunk).astype(float).reshape(len(speed), len(group.meshes), -1, len(chunk.motion))
+        return math.sqrt(2) * np.linalg.norm(by_mesh, axis=2).max(axis=1)
+
+    return np.concatenate(list(on_threads(rms, samples, threads)), axis=1)
 
 
 @single_threaded_blas()
@@ -113,9 +143,10 @@ def robust_response(
     Parameters
     ----------
     scene
-        A scene with ``[system]`` and the effect ``manufacturing_errors``.
+        A scene with ``[system]`` and the effect ``manufacturing_errors``, or a train whose meshes are one contact
+        problem with random errors as for ``robust``.
     speed
-        Speeds of the pinion [1/min].
+        Speeds of the pinion, or of the member that ``response`` names [1/min].
     samples, seed, sampler
         As for ``robust``.
     harmonics
@@ -125,9 +156,9 @@ def robust_response(
 
     Returns
     -------
-    Dataset with the RMS of the mesh force at each speed: ``mesh_force_percentile`` (speed, percentile), mean, standard
-    deviation and maximum. ``mesh_force`` (sample,) is the RMS of each sample over all speeds, with its statistics
-    ``…_mean``, ``…_std`` and ``…_max`` over the samples.
+    Dataset with the RMS of the mesh force at each speed, of several meshes the largest: ``mesh_force_percentile``
+    (speed, percentile), mean, standard deviation and maximum. ``mesh_force`` (sample,) is the RMS of each sample over
+    all speeds, with its statistics ``…_mean``, ``…_std`` and ``…_max`` over the samples.
 
     Raises
     ------
@@ -141,35 +172,40 @@ def robust_response(
     check_harmonics(harmonics)
     if samples < 2:
         raise InputError("samples", samples, "must be at least 2")
-    model, workers = Model(scene=scene), threads or default_threads()
-    group = model.groups[0]
-    if len(group.meshes) > 1:
+    model = train_model(scene.single_load) if scene.coupled else Model(scene=scene)
+    group, workers = model.groups[0], threads or default_threads()
+    if isinstance(model, Model) and len(group.meshes) > 1:
         raise InputError("system.meshes", "of the same mesh frequency", OWN_FREQUENCY)
-    block = min(BLOCK, len(speeds))
-    require_each(
-        sample_memory(harmonics, block, model.cycles[0].rows),
-        samples,
-        "sample",
-        f"{harmonics} orders and {block} speeds at a time",
-    )
-    require_each(speed_memory(harmonics, 1, 0), len(speeds), "speed", f"{harmonics} orders")
-    cycles = sample_cycles(model, harmonics, samples=samples, seed=seed, sampler=sampler, threads=workers)
+    orders, rows, block = len(group.orders(harmonics)) - 1, len(model.rows_of(group.meshes)), min(BLOCK, len(speeds))
+    size = f"{orders} orders and {block} speeds at a time"
+    require_each(sample_memory(orders, block, rows), samples, "sample", size)
+    require_each(speed_memory(orders, rows, 0), len(speeds), "speed", f"{orders} orders")
+    drawn: Any = {"samples": samples, "seed": seed, "sampler": sampler, "threads": workers}
+    if isinstance(model, Model):
+        cycles = sample_cycles(model, harmonics, **drawn)
+    else:
+        cycles = train_excitations(model, harmonics, **drawn)
     over_speed, overall = _statistics(model, group, cycles, speeds, workers)
     variables = over_speed | {"mesh_force": (("sample",), overall)}
     variables |= {f"mesh_force_{name}": ((), np.asarray(f(overall))) for name, (f, _) in STATISTICS.items()}
     coords = {"speed": ("speed", speeds), "percentile": ("percentile", list(PERCENTILES))}
     lines = remarks(model, group, harmonics, speeds, over_speed["mesh_force_rms_max"][1])
     attrs = provenance(scene, wall_time=time.perf_counter() - start, seed=seed) | {"notes": "\n".join(lines)}
-    return with_grids(xr.Dataset(described(variables), coords=described(coords), attrs=attrs), scene)
+    result = xr.Dataset(described(variables), coords=described(coords), attrs=attrs)
+    if scene.coupled:
+        result["speed"].attrs["long_name"] = f"speed of {scene.geometry.reference}"
+    return with_grids(result, scene)
 
 
-def remarks(model: Model, group: Group, harmonics: int, speeds: NDArray, largest: NDArray) -> list[str]:
+def remarks(model: LinearModel, group: Group, harmonics: int, speeds: NDArray, largest: NDArray) -> list[str]:
     """Notes for the reader of the scatter, one line each, from the ``largest`` RMS of all samples (speed,) [N]."""
-    on_shafts = model.cycles[0].rows > 1
+    on_shafts = isinstance(model, Model) and model.cycles[0].rows > 1
     lines = [f"percentiles averaged over speed are accurate to {2 if on_shafts else 1} %, without relief to 2 %"]
+    if len(group.meshes) > 1:
+        lines.append("at each speed the RMS is that of the mesh where it is largest")
     if (grows := growth(model, group, speeds, harmonics) > 1 + GROWTH).any():
         lines.append(f"parametric instability without scatter at {spans(speeds, grows)} 1/min: no steady response")
-    separated = largest > model.force[group.meshes[0]]
+    separated = largest > model.force[group.meshes].min()
     if separated.any():
         at_speeds = spans(speeds, separated)
         lines.append(
@@ -179,7 +215,7 @@ def remarks(model: Model, group: Group, harmonics: int, speeds: NDArray, largest
 
 
 def _statistics(
-    model: Model, group: Group, cycles: Sequence[Excitation], speeds: NDArray, workers: int
+    model: LinearModel, group: Group, cycles: Sequence[Excitation], speeds: NDArray, workers: int
 ) -> tuple[dict[str, tuple[tuple[str, ...], NDArray]], NDArray]:
     """Variables over speed, and the RMS of each sample over all speeds (sample,) [N]."""
     squares = np.zeros(sum(len(chunk.motion) for chunk in cycles))

@@ -194,13 +194,22 @@ class TrainModel(LinearModel):
 
     def excitation(self, group: Group, harmonics: int) -> Excitation:
         """Excitation by the meshes of the group: approach and force of the balanced contact at each phase."""
-        balance, kept = self.solved.balance, group.orders(harmonics)
+        balance = self.solved.balance
+        return self.excitation_by(group, harmonics, balance.motion, balance.force, balance.stiffness)
+
+    def excitation_by(self, group: Group, harmonics: int, q: NDArray, F: NDArray, k: NDArray) -> Excitation:
+        """Excitation by contact with the motions q, mesh forces F and mesh stiffnesses k, (…, position, …)."""
+        kept = group.orders(harmonics)
         rows = order_rows(self.solved.phases, 2 * kept[-1])
-        approach = balance.motion @ self.linkage.rows.T
+
+        def orders(values: NDArray, rows: NDArray, axis: int) -> NDArray:
+            return np.moveaxis(np.tensordot(rows, values, (1, axis)), 0, -1)
+
         return Excitation(
-            stiffness=np.moveaxis(np.tensordot(rows, self._tangent, 1), 0, -1),
-            motion=(rows[kept] @ approach).T,
-            force=(rows[kept] @ balance.force).T,
+            stiffness=orders(self.solved.own.tangent(k), rows, -3),
+            motion=orders(q @ self.linkage.rows.T, rows[kept], -2),
+            force=orders(F, rows[kept], -2),
+            kept=kept,
         )
 
     def quasi_static_approach(self, orders: int) -> NDArray:

@@ -55,7 +55,7 @@ class PlanetaryRunOut:
 
 @table(frozen=True, kw_only=True, config=STRICT)
 class PlanetaryScatter:
-    """Random errors of a set for ``robust``, independent, and symmetric about the values of the scene.
+    """Random errors of a set, independent, and symmetric about the values of the scene.
 
     Parameters
     ----------
@@ -125,7 +125,7 @@ class Planetary:
     run_out
         Eccentric members, for load sharing over a revolution of the carrier relative to the ring.
     scatter
-        Random errors for ``robust``.
+        Random errors.
     dynamics
         Masses, torsional supports and damping, for ``response``.
     """
@@ -376,8 +376,9 @@ def expanded(given: Any) -> tuple[PlanetarySet, dict[str, Any]]:
         for key in ("shaft",) if name == AT_RING else (*SHARED, "shaft"):
             if key in members[name]:
                 raise InputError(f"planetary.{name}.{key}", members[name][key], "is not for a single gear of a set")
-        if name != RING and (not isinstance(members[name].get("teeth"), int) or members[name]["teeth"] < 1):
-            raise InputError(f"planetary.{name}.teeth", members[name].get("teeth"), "must be a whole number, 1 or more")
+        teeth = members[name].get("teeth", "missing")
+        if name != RING and (not isinstance(teeth, int) or teeth < 1):
+            raise InputError(f"planetary.{name}.teeth", str(teeth), "must be a whole number, 1 or more")
     keys, stepped = read(Planetary, table_of_set, "planetary"), AT_RING in members
     of_stepped = {key: getattr(keys, key) for key in ("planet_timing", "planet_torsional_stiffness")}
     of_stepped["scatter.planet_timing"] = keys.scatter and keys.scatter.planet_timing

@@ -101,6 +101,13 @@ class Curves:
             np.where(separated, SEPARATED_STIFFNESS * self.slope.max(), k), 0, -1
         )
 
+    def stiffness(self, force: NDArray) -> NDArray:
+        """∂F/∂δ [N/mm] under forces [N], both (sample, position, mesh); 0 where flanks are separated."""
+        found = np.empty_like(force)
+        for m, p in np.ndindex(self.force.shape[:2]):
+            found[:, p, m] = np.interp(force[:, p, m], self.force[m, p], self.slope[m, p])
+        return np.where(force > 0, found, 0.0)
+
 
 def levels(most: float) -> NDArray:
     """Force levels of the table, relative to the force under even sharing, up to ``most``; (level,)."""
@@ -204,9 +211,8 @@ class SampledTrain:
 
         The last chunk may be padded with surplus samples. ``progress`` receives the number of samples done.
         """
-        parts = chunks(errors) if self.flanks else (errors[i : i + CHUNK] for i in range(0, len(errors), CHUNK))
         done = 0
-        for cycle in on_threads(self._cycle, parts, threads):
+        for cycle in on_threads(self._cycle, self.chunks(errors), threads):
             yield cycle
             done += len(cycle.force)
             progress(min(done, len(errors)))
@@ -233,16 +239,26 @@ class SampledTrain:
             for name in chunks_of_metrics[0]
         }
 
+    def chunks(self, errors: NDArray) -> Iterator[NDArray]:
+        """Samples that are solved together, (sample, error); the last chunk may be padded."""
+        return chunks(errors) if self.flanks else (errors[i : i + CHUNK] for i in range(0, len(errors), CHUNK))
+
     def _cycle(self, errors: NDArray) -> TrainCycle:
+        q, F, _ = self.balance(errors)
+        return replace(self.solved.cycle, force=F, motion=q)
+
+    def balance(self, errors: NDArray) -> tuple[NDArray, NDArray, NDArray]:
+        """Motions q, forces F and stiffnesses ∂F/∂δ of the meshes (sample, position, …) for a chunk of samples."""
         solved, count = self.solved, len(self.names)
         offset = offsets(solved, self.names, errors)[:, None]
         statics = solved.statics(offset)
         q, F = statics.balanced(self.forces, *solved.begun(offset), FORCE_TOLERANCE)
-        if self.flanks is not None:
-            under = partial(self.flanks.under, errors[:, count:])
-            search = ForceSearch(meshes_under=under, nominal=self.flanks.flanks.force, least=LEAST, tolerance=TOUCHED)
-            F, q, _, _ = search.solve(statics, F)
-        return replace(solved.cycle, force=F, motion=q)
+        if self.flanks is None:
+            return q, F, self.forces.stiffness(F)
+        under = partial(self.flanks.under, errors[:, count:])
+        search = ForceSearch(meshes_under=under, nominal=self.flanks.flanks.force, least=LEAST, tolerance=TOUCHED)
+        F, q, k, _ = search.solve(statics, F)
+        return q, F, k
 
 
 def sampled_train(scene: Scene, solved: SolvedTrain | None = None) -> SampledTrain:

@@ -1,7 +1,6 @@
 """Response of planetary sets, against time integration and the simulation; harmonics that phasing cancels."""
 
 from dataclasses import replace
-from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -23,7 +22,9 @@ from gearbench.dynamics.train_model import TrainModel
 from gearbench.errors import InputError
 from gearbench.geometry.linkage import AXES
 from gearbench.results.cycle import Phases, fourier_rows
+from gearbench.robustness.sampling import unit_samples
 from gearbench.scene_file import parse_scene
+from gearbench.trains.scatter import sampled_train
 from gearbench.trains.solve import solve_train
 
 TEETH = {"tooth_bending": {}, "hertz": {}}
@@ -333,12 +334,32 @@ def test_axes_name_the_member_and_names_of_modes_do_not_overlap(tmp_path, monkey
 
 def test_other_answers_over_speed_are_refused_in_one_line():
     whole = scene(phases=8)
-    for answer in (nonlinear_response, partial(robust_response, samples=4)):
-        with pytest.raises(InputError, match="linear response only"):
-            answer(whole, speed=[3000.0], harmonics=1)
+    with pytest.raises(InputError, match="linear response only"):
+        nonlinear_response(whole, speed=[3000.0], harmonics=1)
+    with pytest.raises(InputError, match=r"planetary.scatter = missing"):
+        robust_response(whole, speed=[3000.0], samples=4, harmonics=1)
     empty = xr.Dataset({"bearing_force_phase": ((), 0.0), "ring_wave_amplitude": (("lobes",), np.zeros(3))})
     with pytest.raises(InputError, match="in the frame of its carrier"):
         housing_response(empty, xr.Dataset())
+
+
+@pytest.mark.parametrize("keys", [{}, STEPPED | {"phases": 32}], ids=["simple", "stepped"])
+def test_samples_over_speed_are_responses_of_sets_with_these_errors(keys):
+    amounts = {"pin_tangential": 12.0, "pin_radial": 8.0}
+    given, speeds = {"planets": 4} | ELASTIC | keys, [1500.0, 3500.0, 6000.0]
+    whole = scene(**given, scatter=amounts)
+    found = robust_response(whole, speed=speeds, samples=2, harmonics=5)
+    train = sampled_train(whole)
+    squares = []
+    for errors in train.draw(unit_samples("sobol", 2, len(train.error_names), 0)):
+        drawn = dict(zip(train.error_names, errors, strict=True))
+        pins = {key: [float(drawn[f"{key} planet {n}"]) for n in (1, 2, 3, 4)] for key in amounts}
+        rms = response(scene(**given, **pins), speed=speeds, harmonics=5)["mesh_force_rms"]
+        squares.append(rms.max("mesh").values ** 2)
+    # samples are balanced until 3e-4 of the excitation is left, which a resonance amplifies
+    assert_allclose(found["mesh_force"], np.sqrt(np.mean(squares, axis=1)), rtol=5e-3)
+    assert_allclose(found["mesh_force_rms_max"], np.sqrt(np.max(squares, axis=0)), rtol=5e-3)
+    assert float(found["mesh_force"].max() / found["mesh_force"].min()) > 1.01
 
 
 def test_remarks_say_what_is_left_out_or_assumed():
