@@ -265,5 +265,5 @@ class ChangingGap(GapEffect):
 
     def gap(self, lines: ContactLines) -> NDArray:
         """Gap of the mesh cycle 0, (position, pair, segment) [mm]."""
-        found = self.turning(lines, np.zeros(1, dtype=int))
-        return found.modes @ found.amounts[0]
+        gaps = self.turning(lines, np.zeros(1, dtype=int))
+        return gaps.modes @ gaps.amounts[0]

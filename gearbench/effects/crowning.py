@@ -43,12 +43,12 @@ class OneCrowning:
         """One parabola over a face of the width b [mm], or half parabolas on both sides of the highest point."""
         first = self.amount if self.amount_at_0 is None else self.amount_at_0
         top = b / 2 if self.highest is None else self.highest
-        whole = Ramp(along="face", start=top, length=top or b, power=2)
+        after_top = Ramp(along="face", start=top, length=top or b, power=2)
         if first == self.amount and top == b / 2:
-            return [Shape(gear=index, amount=self.amount, factors=(whole,))]
+            return [Shape(gear=index, amount=self.amount, factors=(after_top,))]
         sides = ((first, -top), (self.amount, b - top))
         return [
-            Shape(gear=index, amount=x, factors=(replace(whole, length=length, one_sided=True, kinked=False),))
+            Shape(gear=index, amount=x, factors=(replace(after_top, length=length, one_sided=True, kinked=False),))
             for x, length in sides
             if length  # a side of zero width contains no point
         ]

@@ -50,12 +50,12 @@ class FlankCurve:
                 raise InputError("deviation", "given", "conflicts with polynomial: give one of the two")
             return
         count = 0 if self.deviation is None else len(self.deviation)
-        at = self.at or ()
-        if len(at) < 2 or count != len(at):
-            allowed = f"must have as many values as `at` ({len(at)}), at least two"
+        positions = self.at or ()
+        if len(positions) < 2 or count != len(positions):
+            allowed = f"must have as many values as `at` ({len(positions)}), at least two"
             raise InputError("deviation", f"{count} values", allowed)
-        if not np.all(np.diff(at) > 0):
-            raise InputError("at", list(at), "must increase")
+        if not np.all(np.diff(positions) > 0):
+            raise InputError("at", list(positions), "must increase")
 
     def shapes(self, index: int, extent: Ramp) -> Iterator[Shape]:
         """Shapes of the curve on gear ``index``; ``extent`` is the variable t of a polynomial."""
@@ -91,4 +91,6 @@ class CurvesOfGears(ShapeEffect):
 
     def shapes(self, pair: Pair) -> list[Shape]:
         """The terms of the polynomials, or the lines through the points."""
-        return [each for index, curve in self.curves.items() for each in curve.shapes(index, self.extent(pair, index))]
+        return [
+            shape for index, curve in self.curves.items() for shape in curve.shapes(index, self.extent(pair, index))
+        ]

@@ -79,12 +79,12 @@ class OneFace:
 
     def shapes(self, index: int | None, b: float) -> list[Shape]:
         """The reliefs of nonzero amount and length on a face of the width b [mm]."""
-        found = []
+        shapes = []
         for end, edge, inwards in zip(self.ends, (0.0, b), (1, -1), strict=True):
             if end is not None and end.amount and end.length:
                 ramp = relief("face", edge, edge + inwards * end.length, end.amount, end.shape)
-                found.append(Shape(gear=index, amount=end.amount, factors=(ramp,)))
-        return found
+                shapes.append(Shape(gear=index, amount=end.amount, factors=(ramp,)))
+        return shapes
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)

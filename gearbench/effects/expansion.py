@@ -50,7 +50,7 @@ class Expansion:
 
     def amounts(self, errors: NDArray) -> NDArray:
         """Amount of each mode in the ``errors`` (sample, error) beyond their means, (sample, mode)."""
-        found = [
+        parts = [
             part.amounts(errors[:, part.columns]) - part.amounts(self.mean[None, part.columns]) for part in self.parts
         ]
-        return np.concatenate(found, axis=-1)
+        return np.concatenate(parts, axis=-1)

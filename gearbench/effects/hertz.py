@@ -64,14 +64,14 @@ class Hertz(ComplianceEffect):
     def law_on(self, lines: ContactLines) -> LineLaw:
         """``compliance`` computed directly for each segment, without a table."""
         materials = lines.pair.materials
-        each = [2 / (math.pi * material.plane_strain_modulus) for material in materials]
-        c = sum(each)
+        compliances = [2 / (math.pi * material.plane_strain_modulus) for material in materials]
+        c = sum(compliances)
         if self.law == "yang_sun":
             return LineLaw(a=np.full(lines.shape, c), h=np.zeros(lines.shape))
         # at an interference point ρ is 0 and the logarithm infinite: keep ρ above a lower limit
         rho = np.maximum(lines.curvature_radius, 1e-9 * abs(lines.pair.meshing.tangent_length))
         a = np.zeros(lines.shape)
-        for c_i, material, gear, radius in zip(each, materials, lines.pair.gears, lines.radii, strict=True):
+        for c_i, material, gear, radius in zip(compliances, materials, lines.pair.gears, lines.radii, strict=True):
             t, nu = gear.flank_depth(radius), material.nu
             # ln(2t/a_H) = ½ ln(4t² / (2cρ)) − ½ ln q, since a_H² = 2cρq
             a += c_i * (0.5 * np.log(2 * t**2 / (c * rho)) - nu / (2 * (1 - nu)))
@@ -116,8 +116,8 @@ def _kinks(lines: ContactLines, index: int, rho: NDArray, c: float) -> Iterator[
     load_ratio = 2 * max(meshing.transverse_contact_ratio, 1.0)
     # this length is the same in the normal plane, since the profile is perpendicular to the contact line
     half_width = np.sqrt(8 * mean * rho * lines.typical_load)
-    for at, rise in profile.kinks:
-        along = (roll**2 - at**2) / (2 * profile.base_radius)
+    for start, rise in profile.kinks:
+        along = (roll**2 - start**2) / (2 * profile.base_radius)
         near = np.abs(along) < math.sqrt(load_ratio) * half_width
         along, unit, normal = along[near], half_width[near], rho[near] * math.cos(meshing.beta_b)
         # The slope rises by κ = rise at the kink, where x along the profile is 0. The parabola before the kink has its
@@ -167,11 +167,11 @@ def law_table(hertz: Hertz, pair: Pair, separation: Separation, typical_load: fl
     edges = np.interp(np.arange(1 + int(parts.sum())), np.append(0, np.cumsum(parts)), ends)
     width = np.diff(edges)
     u = edges[:-1] + width * _AT[:, None]
-    at = ContactLines(
+    lines = ContactLines(
         pair=pair, mesh_phase=np.zeros(u.size), index=np.zeros(1, dtype=int), u=u.reshape(-1, 1, 1),
         y=np.zeros((u.size, 1, 1)), length=np.ones((u.size, 1, 1)), separation=separation, typical_load=typical_load,
     )  # fmt: skip
-    law = hertz.law_on(at)
+    law = hertz.law_on(lines)
     low, middle, high = np.stack([law.a, law.h]).reshape(2, 3, -1).swapaxes(0, 1)
     coefficients = np.stack([low, 4 * middle - 3 * low - high, 2 * (low + high) - 4 * middle], axis=1)
     return LawTable(start=edges[:-1], width=width, coefficients=coefficients)

@@ -55,9 +55,9 @@ class IndexDeviations(ChangingGap):
         if lines.coast:  # the mirror image of the coast flanks turns in the opposite direction
             later = -later
         amounts = np.zeros(later.shape)
-        for own, tooth in zip(self.of_teeth(lines.pair), self._first, strict=True):
-            if own is not None:
-                amounts += np.array(own)[(tooth + later) % len(own)]
+        for deviations, tooth in zip(self.of_teeth(lines.pair), self._first, strict=True):
+            if deviations is not None:
+                amounts += np.array(deviations)[(tooth + later) % len(deviations)]
         gear, pairs = lines.pair.gears[0], len(lines.index)
         normal = MICROMETRE * math.cos(gear.alpha_t) * math.cos(gear.beta_b)
         modes = np.broadcast_to(normal * np.eye(pairs)[:, None], (*lines.shape, pairs))
@@ -65,5 +65,5 @@ class IndexDeviations(ChangingGap):
 
     def later(self, pair: Pair, cycles: tuple[int, int]) -> Self:
         """The same deviations with mesh cycles that begin ``cycles`` teeth later."""
-        own = zip(GEARS, self._first, cycles, pair.gears, strict=True)
-        return replace(self, **{f"{name}_tooth": (tooth + n) % abs(gear.teeth) for name, tooth, n, gear in own})
+        of_gears = zip(GEARS, self._first, cycles, pair.gears, strict=True)
+        return replace(self, **{f"{name}_tooth": (tooth + n) % abs(gear.teeth) for name, tooth, n, gear in of_gears})

@@ -272,24 +272,24 @@ class ManufacturingErrors(GapEffect):
 
     def _revolving(self) -> tuple[Eccentricity, ...]:
         """Run-out and wobble of each gear that has them."""
-        found = []
+        eccentricities = []
         for name, over_face in _REVOLVING.items():
             if (kind := getattr(self, name)) is not None:
                 for gear in chosen(kind.gear):
-                    found.append(Eccentricity(name, gear, kind.amplitude, kind.distribution, over_face))
-        return tuple(found)
+                    eccentricities.append(Eccentricity(name, gear, kind.amplitude, kind.distribution, over_face))
+        return tuple(eccentricities)
 
     def _of_sizes(self, pair: Pair) -> tuple[RandomVariable, ...]:
         """Random variables of centre distance and tooth thickness."""
-        found = []
+        variables = []
         if self.centre_distance is not None:
             ends = (pair.centre_distance_lower, pair.centre_distance_upper)
-            found.append(self.centre_distance.variable("centre_distance", ends))
+            variables.append(self.centre_distance.variable("centre_distance", ends))
         if self.tooth_thickness is not None:
             for index, member in enumerate(pair.members):
                 ends = (0.0, 0.0) if member.thickness is None else (member.thickness.lower, member.thickness.upper)
-                found.append(self.tooth_thickness.variable(f"tooth_thickness_{GEARS[index]}", ends))
-        return tuple(found)
+                variables.append(self.tooth_thickness.variable(f"tooth_thickness_{GEARS[index]}", ends))
+        return tuple(variables)
 
     def variables(self, pair: Pair) -> tuple[ErrorMode | RandomVariable, ...]:
         """All random variables of the pair in a fixed order, beginning with ``error_modes``."""
@@ -316,15 +316,15 @@ class ManufacturingErrors(GapEffect):
         classic, parts = len(self.error_modes(lines.pair)), []
         if classic:
             parts.append(ErrorModes(columns=slice(0, classic), modes=self.modes(lines), amounts=lambda values: values))
-        at = classic
+        column = classic
         for each in self._revolving():
-            parts.append(ErrorModes(columns=slice(at, at + 2), modes=each.modes(lines), amounts=each.amounts))
-            at += 2
+            parts.append(ErrorModes(columns=slice(column, column + 2), modes=each.modes(lines), amounts=each.amounts))
+            column += 2
         for key in self.varied:
             modes = key.modes(lines, effects)
             share = partial(_amounts, key, modes.shape[-1])
-            parts.append(ErrorModes(columns=slice(at, at + 1), modes=modes, amounts=share))
-            at += 1
+            parts.append(ErrorModes(columns=slice(column, column + 1), modes=modes, amounts=share))
+            column += 1
         if not parts:
             none = np.zeros((*lines.shape, 1))
             parts.append(ErrorModes(columns=slice(0, 1), modes=none, amounts=np.zeros_like))

@@ -21,8 +21,8 @@ class OverFace(ShapeEffect):
 
     def tables(self) -> dict[int | None, Any]:
         """The table of each gear that has one, or of the pair (None)."""
-        own: dict[int | None, Any] = {**each_gear(self)}
-        return own or {None: self.of_pair(**{key.name: getattr(self, key.name) for key in fields(self.of_pair)})}
+        of_gears: dict[int | None, Any] = {**each_gear(self)}
+        return of_gears or {None: self.of_pair(**{key.name: getattr(self, key.name) for key in fields(self.of_pair)})}
 
     def check(self, pair: Pair, effects: Effects) -> None:
         """Refuse shapes that do not fit on a face."""

@@ -89,9 +89,9 @@ class ProfileRelief(ShapeEffect):
 
     def __post_init__(self) -> None:
         one_or_each(self, ("amount", "length"))
-        own = list(each_gear(self))
-        if own and self.gear != "both":
-            raise InputError("gear", self.gear, f"conflicts with the table {GEARS[own[0]]}: give one of the two")
+        with_table = list(each_gear(self))
+        if with_table and self.gear != "both":
+            raise InputError("gear", self.gear, f"conflicts with the table {GEARS[with_table[0]]}: give one of the two")
 
     @abstractmethod
     def edge(self, pair: Pair, index: int) -> float:
@@ -112,7 +112,7 @@ class ProfileRelief(ShapeEffect):
 
     def shapes(self, pair: Pair) -> list[Shape]:
         """The reliefs of nonzero amount and length."""
-        found = []
+        shapes = []
         for index, table in self.tables().items():
             edge, start = self.edge(pair, index), self.start(pair, index, table)
             by_roll = table.start_roll_length is not None or table.start_roll_angle is not None
@@ -121,8 +121,8 @@ class ProfileRelief(ShapeEffect):
                 edge, start = (roll(pair.gears[index], radius) for radius in (edge, start))
             if table.amount != 0 and edge != start:
                 ramp = relief(along, edge, start, table.amount, table.shape)
-                found.append(Shape(gear=index, amount=table.amount, factors=(ramp,)))
-        return found
+                shapes.append(Shape(gear=index, amount=table.amount, factors=(ramp,)))
+        return shapes
 
     def start(self, pair: Pair, index: int, table: Relief) -> float:
         """Radius at which the relief begins [mm]."""

@@ -62,8 +62,8 @@ class DrawnPitch:
         teeth = f_pt / 2 * DISTRIBUTIONS["normal_two_sided"].quantile(random.random(z))
         share, begin = random.random(2)
         size = share * max((F_p or 0.0) - np.ptp(teeth), 0.0) / 2
-        found = teeth + size * np.sin(2 * np.pi * (np.arange(z) / z + begin))
-        return tuple((found * f_pt / max(np.abs(found - np.roll(found, 1)).max(), f_pt)).tolist())
+        deviations = teeth + size * np.sin(2 * np.pi * (np.arange(z) / z + begin))
+        return tuple((deviations * f_pt / max(np.abs(deviations - np.roll(deviations, 1)).max(), f_pt)).tolist())
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -99,4 +99,4 @@ class RandomPitch(IndexDeviations):
     def of_teeth(self, pair: Pair) -> Sequence[Deviations | None]:
         """The deviations that are drawn."""
         both = zip((self.pinion, self.wheel), pair.gears, strict=True)
-        return [None if own is None else own.deviations(gear) for own, gear in both]
+        return [None if drawn is None else drawn.deviations(gear) for drawn, gear in both]

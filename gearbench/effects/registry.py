@@ -49,7 +49,7 @@ def effect_names() -> tuple[str, ...]:
 @cache
 def installed() -> dict[str, EntryPoint]:
     """Effects of other packages, from entry points ``gearbench.effects``; names of gearbench cannot be replaced."""
-    return {found.name: found for found in entry_points(group="gearbench.effects") if found.name not in EFFECTS}
+    return {entry.name: entry for entry in entry_points(group="gearbench.effects") if entry.name not in EFFECTS}
 
 
 def effect_class(name: str) -> type[Effect]:
@@ -65,11 +65,11 @@ def effect_class(name: str) -> type[Effect]:
     if name in EFFECTS:
         module, attribute = EFFECTS[name]
         return getattr(import_module(module), attribute)
-    found = installed()[name]
+    entry = installed()[name]
     try:
-        kind = found.load()
+        kind = entry.load()
     except (ImportError, AttributeError) as error:
-        raise InputError(f"effects.{name}", found.value, f"cannot be imported: {error}") from None
+        raise InputError(f"effects.{name}", entry.value, f"cannot be imported: {error}") from None
     if not (isinstance(kind, type) and issubclass(kind, Effect) and kind.name == name):
-        raise InputError(f"effects.{name}", found.value, f'must be a subclass of Effect with the name "{name}"')
+        raise InputError(f"effects.{name}", entry.value, f'must be a subclass of Effect with the name "{name}"')
     return kind

@@ -173,25 +173,25 @@ class ShapeEffect(GapEffect):
 
     def modifications(self, pair: Pair) -> tuple[Modification, ...]:
         """Profile modifications, if every shape is one; otherwise none."""
-        found = [shape.modification(pair) for shape in self.shapes(pair)]
-        return () if None in found else tuple(m for m in found if m is not None)
+        modifications = [shape.modification(pair) for shape in self.shapes(pair)]
+        return () if None in modifications else tuple(m for m in modifications if m is not None)
 
     def kinks(self, pair: Pair) -> tuple[float, ...]:
         """Positions u [mm] on the path of contact where shapes have a kink."""
-        found = []
+        kinks = []
         for index, factor in self._factors(pair):
             if index is not None and factor.along != "face":
                 rolls = (x if factor.along == "roll" else roll(pair.gears[index], x) for x in factor.kinks)
-                found += [pair.meshing.along_path(index, x) for x in rolls]
-        return tuple(found)
+                kinks += [pair.meshing.along_path(index, x) for x in rolls]
+        return tuple(kinks)
 
     def face_kinks(self, pair: Pair) -> tuple[float, ...]:
         """Positions y [mm] on the common face where shapes have a kink."""
-        found: list[float] = []
+        kinks: list[float] = []
         for index, factor in self._factors(pair):
             if factor.along == "face":
-                found += [y - (0.0 if index is None else pair.overhangs[index][0]) for y in factor.kinks]
-        return tuple(y for y in found if 0 < y < pair.meshing.face_width)
+                kinks += [y - (0.0 if index is None else pair.overhangs[index][0]) for y in factor.kinks]
+        return tuple(y for y in kinks if 0 < y < pair.meshing.face_width)
 
     def _factors(self, pair: Pair) -> Iterable[tuple[int | None, Ramp | Polyline]]:
         return ((shape.gear, factor) for shape in self.shapes(pair) for factor in shape.factors)
@@ -216,8 +216,8 @@ class AmountOfGears(ShapeEffect):
 
 def each_gear(effect: object) -> dict[int, Any]:
     """Values of the keys ``pinion`` (0) and ``wheel`` (1) that are given."""
-    own = ((index, getattr(effect, name)) for index, name in enumerate(GEARS))
-    return {index: value for index, value in own if value is not None}
+    values = ((index, getattr(effect, name)) for index, name in enumerate(GEARS))
+    return {index: value for index, value in values if value is not None}
 
 
 def roll(gear: Gear, radius: float) -> float:
@@ -266,8 +266,8 @@ def opening(lines: ContactLines, inclination: float, deviation: float) -> NDArra
     across = -deviation if lines.coast else deviation
     normal = MICROMETRE * math.cos(lines.pair.meshing.beta_b)
     # diverging axes close the gap of an internal pair
-    apart = math.copysign(1.0, lines.pair.centre_distance) * inclination
-    opened = apart * math.sin(alpha) + across * math.cos(alpha)
+    moves_apart = math.copysign(1.0, lines.pair.centre_distance) * inclination
+    opened = moves_apart * math.sin(alpha) + across * math.cos(alpha)
     return normal * opened * lines.face / lines.pair.meshing.face_width
 
 
@@ -283,13 +283,13 @@ def one_or_each(
     InputError
         Naming the key.
     """
-    own = [name for name in names if getattr(effect, name) is not None]
+    with_table = [name for name in names if getattr(effect, name) is not None]
     for name in (*required, *more):
         value = getattr(effect, name)
-        if own and value is not None:
+        if with_table and value is not None:
             shown = "given" if is_dataclass(value) else value
-            raise InputError(name, shown, f"conflicts with the table {own[0]}: give one of the two")
-        if not own and value is None and name in required:
+            raise InputError(name, shown, f"conflicts with the table {with_table[0]}: give one of the two")
+        if not with_table and value is None and name in required:
             raise InputError(name, "missing", f"is required, or a table {' or '.join(names)}")
 
 

@@ -140,8 +140,8 @@ class ToothBending(Tooth):
         """Compliance of the flank of a gear, see ``Tooth``."""
         if self.model == "solid":
             return solid_flank(pair, index, self.solid_order, _rooted(effects))
-        found = fe_flank(self.body(pair, index, effects, coast), pair.materials[index], self.accuracy)
-        return placed_in_mesh(found, pair, index, coast)
+        compliance = fe_flank(self.body(pair, index, effects, coast), pair.materials[index], self.accuracy)
+        return placed_in_mesh(compliance, pair, index, coast)
 
     def body(self, pair: Pair, index: int, effects: Effects, coast: bool = False) -> Body:
         """Meshed part of pinion (``index`` 0) or wheel (1), seen from the loaded flank."""

@@ -107,14 +107,14 @@ class Topography(GapEffect):
 
     def kept(self) -> dict[str, xr.DataArray]:
         """Grids "topography_pinion" and "topography_wheel" as in the files [µm], with their SHA-256."""
-        found = {}
+        grids = {}
         for gear, grid in zip(_NAMES, self.grids, strict=True):
             if grid is not None:
                 name = f"{self.name}_{gear}"
                 meaning = f"measured deviation of the flank of the {gear}, positive: material {self.positive}"
                 attrs = {"long_name": meaning, "sha256": str(getattr(self, f"{gear}_sha256"))}
-                found[name] = grid.to_array(name).assign_attrs(attrs)
-        return found
+                grids[name] = grid.to_array(name).assign_attrs(attrs)
+        return grids
 
     @classmethod
     def recall(cls, kept: Mapping[str, xr.DataArray]) -> None:
@@ -144,11 +144,11 @@ class Topography(GapEffect):
         """Positions y [mm] of the columns of a coarse grid on a spur pair; helical lines are cut at its rows only."""
         if pair.meshing.overlap_ratio:
             return ()
-        found: set[float] = set()
+        kinks: set[float] = set()
         for index, grid in enumerate(self.grids):
             if grid is not None and len(grid.face) <= _MOST_KINKS:
-                found |= {float(y) - pair.overhangs[index][0] for y in grid.face}
-        return tuple(sorted(y for y in found if 0 < y < pair.meshing.face_width))
+                kinks |= {float(y) - pair.overhangs[index][0] for y in grid.face}
+        return tuple(sorted(y for y in kinks if 0 < y < pair.meshing.face_width))
 
 
 #: Grids by their SHA-256, so that files are read once.

@@ -75,8 +75,8 @@ class VariedKey:
         name, _, path = self.key.partition(".")
         effect = effects.get(name)
         if not isinstance(effect, GapEffect) or not path:
-            found = ", ".join(n for n, e in effects.items() if isinstance(e, GapEffect) and n != "manufacturing_errors")
-            allowed = f"must be a number of a gap effect of the scene: {found or 'there is none'}"
+            names = ", ".join(n for n, e in effects.items() if isinstance(e, GapEffect) and n != "manufacturing_errors")
+            allowed = f"must be a number of a gap effect of the scene: {names or 'there is none'}"
             raise InputError("key", self.key, allowed)
         value = value_at(effect, path)
         if not isinstance(value, float):
@@ -99,8 +99,8 @@ class VariedKey:
         if modes == 1:
             return deviation[:, None]
         values = np.insert(np.eye(len(NODES)), len(NODES) // 2, 0.0, axis=0)
-        at = np.insert(NODES, len(NODES) // 2, 0.0)
-        return np.stack([np.interp(deviation / self.amplitude, at, column) for column in values.T], axis=-1)
+        nodes = np.insert(NODES, len(NODES) // 2, 0.0)
+        return np.stack([np.interp(deviation / self.amplitude, nodes, column) for column in values.T], axis=-1)
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)

@@ -75,7 +75,7 @@ class Waviness(ChangingGap):
         """Two modes of a wave, sin(x + ψ) = sin x cos ψ + cos x sin ψ: x within a mesh cycle, ψ at its beginning."""
         modes, amounts = [], []
         sign = -1 if lines.coast else 1  # the mirror image of the coast flanks turns in the opposite direction
-        for index, wave in ((index, wave) for index, own in enumerate((self.pinion, self.wheel)) for wave in own):
+        for index, wave in ((index, wave) for index, waves in enumerate((self.pinion, self.wheel)) for wave in waves):
             rate = 2 * math.pi * wave.order / abs(lines.pair.gears[index].teeth)
             x = (sign * rate * lines.mesh_phase)[:, None, None]
             face = np.ones(lines.shape)
@@ -89,8 +89,8 @@ class Waviness(ChangingGap):
 
     def later(self, pair: Pair, cycles: tuple[int, int]) -> Waviness:
         """The same waves with the phases that they have ``cycles`` teeth later."""
-        own = []
+        of_gears = []
         for waves, cycle, gear in zip((self.pinion, self.wheel), cycles, pair.gears, strict=True):
             turn = 360.0 * cycle / abs(gear.teeth)
-            own.append(tuple(replace(wave, phase=(wave.phase + wave.order * turn) % 360.0) for wave in waves))
-        return Waviness(pinion=own[0], wheel=own[1])
+            of_gears.append(tuple(replace(wave, phase=(wave.phase + wave.order * turn) % 360.0) for wave in waves))
+        return Waviness(pinion=of_gears[0], wheel=of_gears[1])

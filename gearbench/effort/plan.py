@@ -122,13 +122,13 @@ def _train_plan(scene: Scene) -> Plan:
     parts: list[PlanPart] = []
     megabytes = 0.0
     scenes = list(scene.meshes.values())
-    for own in reversed({each.pair: each for each in reversed(scenes)}.values()):
-        alike = sum(each.pair == own.pair for each in scenes)
-        made = plan(own)
-        megabytes += alike * made.megabytes["simulate"]
-        z = [gear.teeth for gear in own.pair.gears]
-        parts.append(PlanPart(" to ".join(own.gear_names), "a mesh", f"z {z[0]}/{z[1]}, {alike} of the kind"))
-        parts += [part for part in made.parts if part.name != "robust"]
+    for mesh_scene in reversed({each.pair: each for each in reversed(scenes)}.values()):
+        alike = sum(each.pair == mesh_scene.pair for each in scenes)
+        mesh_plan = plan(mesh_scene)
+        megabytes += alike * mesh_plan.megabytes["simulate"]
+        z = [gear.teeth for gear in mesh_scene.pair.gears]
+        parts.append(PlanPart(" to ".join(mesh_scene.gear_names), "a mesh", f"z {z[0]}/{z[1]}, {alike} of the kind"))
+        parts += [part for part in mesh_plan.parts if part.name != "robust"]
     size = f"{len(scenes)} meshes, {len(linkage.motions)} free motions"
     parts.append(PlanPart("balance", "forces and motions of all meshes, Newton's method", size))
     assert scene.train is not None
@@ -143,12 +143,12 @@ def _train_plan(scene: Scene) -> Plan:
     # every mesh is solved at the phases of all others too
     different = len({round(phase, 9) for phase in scene.geometry.phases().values()})
     different *= max(scene.geometry.periods.values())
-    found = {"simulate": different * megabytes}
+    memory = {"simulate": different * megabytes}
     first = first_settings(scenes[0]) if scene.resolution.accuracy is not None else scenes[0]
     positions = scene.resolution.positions or different * len(mesh_phases(first)[0])
     with suppress(InputError):  # all cycles are alike, or there are too many: the command itself reports that
-        found["hunting"] = train_cycles_memory(len(scenes), positions, check_train_cycles(scene), ORDERS) / 1e6
-    return Plan(parts=tuple(parts), megabytes=found)
+        memory["hunting"] = train_cycles_memory(len(scenes), positions, check_train_cycles(scene), ORDERS) / 1e6
+    return Plan(parts=tuple(parts), megabytes=memory)
 
 
 def _size(effect: Effect, scene: Scene, lines: ContactLines) -> str:
@@ -165,18 +165,18 @@ def _size(effect: Effect, scene: Scene, lines: ContactLines) -> str:
 
 def _others(scene: Scene, positions: int) -> dict[str, float]:
     """Memory of the other commands that accept the scene [bytes]."""
-    found: dict[str, float] = {}
-    turning = () if scene.has_shafts else tooth_to_tooth_effects(scene)
-    if turning:
-        modes = cycle_gap_amounts(turning, scene_lines(scene, np.zeros(1)), 1).shape[-1]
+    memory: dict[str, float] = {}
+    tooth_effects = () if scene.has_shafts else tooth_to_tooth_effects(scene)
+    if tooth_effects:
+        modes = cycle_gap_amounts(tooth_effects, scene_lines(scene, np.zeros(1)), 1).shape[-1]
         with suppress(InputError):  # too many cycles: the command itself reports that
-            found["hunting"] = hunting_memory(scene, positions, check_cycles(scene.pair.gears), ORDERS, modes)
+            memory["hunting"] = hunting_memory(scene, positions, check_cycles(scene.pair.gears), ORDERS, modes)
     if scene.system is not None:
-        each = speed_memory(HARMONICS, len(scene.pairs), bearings(scene))
-        found[f"response at {SPEEDS} speeds"] = SPEEDS * each + contact_memory(scene, positions)
+        per_speed = speed_memory(HARMONICS, len(scene.pairs), bearings(scene))
+        memory[f"response at {SPEEDS} speeds"] = SPEEDS * per_speed + contact_memory(scene, positions)
     with suppress(InputError, GearbenchError):  # no reference, or none that fits into memory
-        found["validate"] = reference_memory(reference_scene(scene, 0.01), positions)
-    return found
+        memory["validate"] = reference_memory(reference_scene(scene, 0.01), positions)
+    return memory
 
 
 def study_plan(study: OptimisationStudy, threads: int | None = None) -> StudyPlan:

@@ -103,5 +103,5 @@ def cost(scene: Scene, repeats: int = REPEATS, seeds: int = 8) -> xr.Dataset:
             *sample_curves(scene, repeats, seeds),
         ]
 
-    found, cost = timed(curves)
-    return as_dataset(found).assign_attrs(provenance(scene, wall_time=cost.seconds))
+    measured, cost = timed(curves)
+    return as_dataset(measured).assign_attrs(provenance(scene, wall_time=cost.seconds))

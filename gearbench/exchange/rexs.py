@@ -75,7 +75,7 @@ def stages(document: RexsDocument) -> tuple[Stage, ...]:
         If there are none.
     """
     sets = {part.id: each for each in planetary_stages(document) for part in each.parts}
-    found: list[Stage] = []
+    stages: list[Stage] = []
     for relation in document.relations:
         if relation.kind != "stage":
             continue
@@ -84,16 +84,16 @@ def stages(document: RexsDocument) -> tuple[Stage, ...]:
             continue
         stage, one, two = (document.components[ids[0]] for ids in (names, first, second))
         if (owner := sets.get(stage.id)) is not None:
-            if owner.component not in [each.component for each in found]:
-                found.append(Stage(len(found) + 1, owner.component, owner.gears, owner))
+            if owner.component not in [each.component for each in stages]:
+                stages.append(Stage(len(stages) + 1, owner.component, owner.gears, owner))
         elif stage.kind == "cylindrical_stage":
-            found.append(Stage(len(found) + 1, stage, (one, two)))
-    if not found:
+            stages.append(Stage(len(stages) + 1, stage, (one, two)))
+    if not stages:
         raise InputError("relations", "no cylindrical stage", "must hold one with two gears", str(document.path))
-    return tuple(found)
+    return tuple(stages)
 
 
-def find_stage(document: RexsDocument, wanted: str | int | None) -> Stage:
+def find_stage(document: RexsDocument, name: str | int | None) -> Stage:
     """Find a stage by its number in the list ("2"), or else by its id; "id:37" is always an id.
 
     Raises
@@ -103,11 +103,11 @@ def find_stage(document: RexsDocument, wanted: str | int | None) -> Stage:
     """
     all_stages = stages(document)
     known = ", ".join(f"{stage.number} (id {stage.component.id})" for stage in all_stages)
-    if wanted is None:
+    if name is None:
         if len(all_stages) == 1:
             return all_stages[0]
         raise InputError("stage", "missing", f"choose one of {known}", str(document.path))
-    text = str(wanted)
+    text = str(name)
     for stage in () if text.startswith("id:") else all_stages:
         if text == str(stage.number):
             return stage
@@ -142,25 +142,25 @@ def read_rexs(
     return scene_of(document, stage_scene(document, find_stage(document, stage), torque=torque, load_case=load_case))
 
 
-def scene_of(document: RexsDocument, found: StageScene) -> Scene:
+def scene_of(document: RexsDocument, stage_data: StageScene) -> Scene:
     """Make the scene of a stage; errors name file and stage."""
-    if "load" not in found.tables:
+    if "load" not in stage_data.tables:
         drive = "its torque does not follow from the external loads: give it (--torque)"
-        raise InputError(f"component {found.stage.component.id}.torque", "missing", drive, str(document.path))
+        raise InputError(f"component {stage_data.stage.component.id}.torque", "missing", drive, str(document.path))
     try:
-        return parse_scene(found.tables)
+        return parse_scene(stage_data.tables)
     except InputError as error:
-        raise error.within(f"stage {found.stage.number}").in_file(str(document.path)) from None
+        raise error.within(f"stage {stage_data.stage.number}").in_file(str(document.path)) from None
 
 
-def pair_of(document: RexsDocument, found: StageScene) -> Pair:
+def pair_of(document: RexsDocument, stage_data: StageScene) -> Pair:
     """Make the pair of a stage (sun-planet in a set), for which no torque is needed; errors name file and stage."""
-    if found.stage.planetary is not None:
-        return scene_of(document, replace(found, tables={"load": {"torque": 1.0}, **found.tables})).pair
+    if stage_data.stage.planetary is not None:
+        return scene_of(document, replace(stage_data, tables={"load": {"torque": 1.0}, **stage_data.tables})).pair
     try:
-        return read(Pair, found.tables["pair"])
+        return read(Pair, stage_data.tables["pair"])
     except InputError as error:
-        raise error.within(f"stage {found.stage.number}.pair").in_file(str(document.path)) from None
+        raise error.within(f"stage {stage_data.stage.number}.pair").in_file(str(document.path)) from None
 
 
 def stage_scene(
@@ -198,8 +198,8 @@ def _stage_scene(document: RexsDocument, stage: Stage, torque: float | None, loa
     }
     given = _profile_shifts(pinion, wheel, centre_distance, notes)
     shifts = _all_shifts(given, _shift_sum(pinion, wheel, centre_distance))
-    for name, gear, own, x in zip(("pinion", "wheel"), (pinion, wheel), given, shifts, strict=True):
-        pair[name] = _member(gear, own, x)
+    for name, gear, shift_given, x in zip(("pinion", "wheel"), (pinion, wheel), given, shifts, strict=True):
+        pair[name] = _member(gear, shift_given, x)
         if gear.face_width > pair["face_width"]:
             pair[name]["face_width"] = gear.face_width
     _note_rack((pinion, wheel), (pair["pinion"], pair["wheel"]), notes)
@@ -228,13 +228,13 @@ def _set_scene(
         for component, gears in ((of.at_sun[0], (sun, planet)), (of.at_ring[0], (planet, ring)))
     ]
     one, two = (pair.tables["pair"] for pair in pairs)
-    table, found, more = planetary_tables(document, of, (one, two), check_case(document, load_case))
+    table, torque_of_file, more = planetary_tables(document, of, (one, two), check_case(document, load_case))
     effects = {effect: dict(keys) for effect, keys in EFFECTS.items()}
     sizes = (("sun", "bore_diameter"), ("planet", "bore_diameter"), ("ring", "outer_diameter"))
     if all(size in table[gear] for gear, size in sizes):
         effects["gear_body"] = {}
     tables: dict[str, Any] = {"name": pairs[0].tables["name"], "planetary": table, "effects": effects}
-    if (known := torque if torque is not None else found) is not None:
+    if (known := torque if torque is not None else torque_of_file) is not None:
         tables["load"] = {"torque": float(known)}
     notes = dict.fromkeys(note for pair in pairs for note in pair.notes if not note.startswith("outside of"))
     return StageScene(stage, tables, (*notes, *more))
@@ -292,7 +292,7 @@ def _all_shifts(given: tuple[float | None, float | None], total: float) -> tuple
     return (total - (x2 or 0.0) if x1 is None else x1), (total - (x1 or 0.0) if x2 is None else x2)
 
 
-def _member(gear: RexsGear, own: float | None, x: float) -> dict[str, Any]:
+def _member(gear: RexsGear, shift: float | None, x: float) -> dict[str, Any]:
     """Table of one gear; values missing in the file get the defaults of a scene, ISO 53 A.
 
     Raises
@@ -312,7 +312,7 @@ def _member(gear: RexsGear, own: float | None, x: float) -> dict[str, Any]:
     else:
         own_root = {"dedendum": gear.dedendum(x)}
     sizes = {
-        "profile_shift": own,
+        "profile_shift": shift,
         "addendum": gear.addendum(x),
         **own_root,
         "fillet_radius": gear.fillet_radius,
@@ -354,8 +354,8 @@ def _materials(
 ) -> None:
     """Add the material to the tables of the pair, and of the wheel if it has another."""
     tables = [
-        None if found is None else {"youngs_modulus": found[0], "poisson_ratio": found[1]}
-        for found in (read_material(document, gear) for gear in gears)
+        None if material is None else {"youngs_modulus": material[0], "poisson_ratio": material[1]}
+        for material in (read_material(document, gear) for gear in gears)
     ]
     known = [table for table in tables if table is not None]
     if not known:

@@ -111,10 +111,10 @@ class RexsDocument:
         InputError
             If it is not a finite number, or its unit does not belong to the dimension.
         """
-        found = self.text(component, name, case)
-        if found is None:
+        text_and_unit = self.text(component, name, case)
+        if text_and_unit is None:
             return None
-        text, unit = found
+        text, unit = text_and_unit
         key = f"{component.label}.{name}"
         factor = dimension.factor(unit)
         if factor is None:

@@ -31,8 +31,8 @@ def parse_json(data: bytes) -> Element:
     ValueError, RecursionError
         If the file is not JSON.
     """
-    found = json.loads(data.decode("utf-8-sig"))
-    model = found.get("model") if isinstance(found, dict) else None
+    content = json.loads(data.decode("utf-8-sig"))
+    model = content.get("model") if isinstance(content, dict) else None
     if not isinstance(model, dict):
         raise InputError("model", "missing", "must be a REXS model")
     root = _element(None, "model", model, _MODEL)
@@ -54,11 +54,11 @@ def parse_json(data: bytes) -> Element:
 
 def _objects(owner: dict[str, Any], key: str) -> Iterator[dict[str, Any]]:
     """Yield the objects of a list; none if the list is absent."""
-    found = owner.get(key)
-    found = [] if found is None else found
-    if not isinstance(found, list) or not all(isinstance(each, dict) for each in found):
-        raise InputError(key, type(found).__name__, "must be a list of objects")
-    yield from found
+    objects = owner.get(key)
+    objects = [] if objects is None else objects
+    if not isinstance(objects, list) or not all(isinstance(each, dict) for each in objects):
+        raise InputError(key, type(objects).__name__, "must be a list of objects")
+    yield from objects
 
 
 def _element(parent: Element | None, tag: str, given: dict[str, Any], names: tuple[str, ...]) -> Element:
@@ -86,8 +86,8 @@ def _value(attribute: Element, kind: str, value: Any) -> None:
     elif isinstance(value, list):
         rows = [row for row in value if isinstance(row, list)]
         if rows and len(rows) == len(value):
-            whole, part = ("array_of_arrays", "array") if kind == _RAGGED else ("matrix", "r")
-            table = SubElement(attribute, whole)
+            outer, part = ("array_of_arrays", "array") if kind == _RAGGED else ("matrix", "r")
+            table = SubElement(attribute, outer)
             for row in rows:
                 _cells(SubElement(table, part), row)
         else:

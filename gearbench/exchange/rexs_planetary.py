@@ -64,12 +64,12 @@ def planetary_stages(document: RexsDocument) -> tuple[PlanetaryStage, ...]:
         for relation in document.relations
         if relation.kind == "stage" and all(len(relation.ids(role)) == 1 for role in ("stage", "gear_1", "gear_2"))
     }
-    found = []
+    sets = []
     for component in document.of_kind("planetary_stage"):
         parts = document.related("assembly", "assembly", component.id, "part")
-        own = [part for part in parts if part.kind == "cylindrical_stage" and part.id in meshes]
-        internal = {part.id: part for part in own if any(gear.kind == "ring_gear" for gear in meshes[part.id])}
-        external = {part.id: part for part in own if part.id not in internal}
+        parts_of_set = [part for part in parts if part.kind == "cylindrical_stage" and part.id in meshes]
+        internal = {part.id: part for part in parts_of_set if any(gear.kind == "ring_gear" for gear in meshes[part.id])}
+        external = {part.id: part for part in parts_of_set if part.id not in internal}
         rings = {gear.id: gear for number in internal for gear in meshes[number] if gear.kind == "ring_gear"}
         planets = {gear.id: gear for number in internal for gear in meshes[number] if gear.id not in rings}
         suns = {gear.id: gear for number in external for gear in meshes[number] if gear.id not in planets}
@@ -85,10 +85,10 @@ def planetary_stages(document: RexsDocument) -> tuple[PlanetaryStage, ...]:
         if len(at_sun) == len(at_ring) == len(planets):
             one, ring = next(iter(suns.values())), next(iter(rings.values()))
             every = tuple(planets.values())
-            found.append(
+            sets.append(
                 PlanetaryStage(component=component, sun=one, planets=every, ring=ring, at_sun=at_sun, at_ring=at_ring)
             )
-    return tuple(found)
+    return tuple(sets)
 
 
 def planetary_tables(
@@ -129,25 +129,25 @@ def planetary_tables(
 
 def _shafts(document: RexsDocument, stage: PlanetaryStage) -> dict[str, list[Component]]:
     """Central member → its shafts."""
-    found = {
+    shafts = {
         name: document.related("assembly", "part", gear.id, "assembly")
         for name, gear in (("sun", stage.sun), ("ring", stage.ring))
     }
     carrier = document.related("planet_carrier_shaft", "planetary_stage", stage.component.id, "shaft")
-    return found | {"carrier": carrier}
+    return shafts | {"carrier": carrier}
 
 
 def _beside(document: RexsDocument, shaft: Component) -> list[tuple[Component, Component]]:
     """Connections of a shaft: bearings or couplings, with the part on the other side."""
-    found = []
+    neighbours = []
     for relation in document.relations:
         ids = {role: relation.ids(role) for role in ("outer_part", "inner_part", "assembly")}
         if relation.kind == "side" and all(ids.values()):
             ends = [ids["outer_part"][0], ids["inner_part"][0]]
             if shaft.id in ends:
                 other = ends[1 - ends.index(shaft.id)]
-                found.append((document.components[ids["assembly"][0]], document.components[other]))
-    return found
+                neighbours.append((document.components[ids["assembly"][0]], document.components[other]))
+    return neighbours
 
 
 def _held(document: RexsDocument, stage: PlanetaryStage, notes: list[str]) -> str:
@@ -174,14 +174,14 @@ def _supports(document: RexsDocument, stage: PlanetaryStage, notes: list[str]) -
         name: [joint for shaft in shafts for joint, other in _beside(document, shaft) if other.kind == "gear_casing"]
         for name, shafts in _shafts(document, stage).items()
     }
-    found: dict[str, Any] = {}
-    for name, own in joints.items():
-        if (stiffness := _radial(document, own)) is not None:
-            found[f"{name}_support"] = stiffness
+    table: dict[str, Any] = {}
+    for name, bearings in joints.items():
+        if (stiffness := _radial(document, bearings)) is not None:
+            table[f"{name}_support"] = stiffness
     if any(joints.values()) and not joints["sun"]:
-        found["floating"] = ["sun"]
+        table["floating"] = ["sun"]
         notes.append("the sun has no bearing: it floats")
-    return found
+    return table
 
 
 def _positions(document: RexsDocument, stage: PlanetaryStage) -> dict[str, Any]:

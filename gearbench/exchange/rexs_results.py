@@ -60,11 +60,11 @@ def write_results(document: RexsDocument, stage: Stage, dataset: xr.Dataset, tar
         for component in children(group, "component")
     }
     degrees = "deg" if document.version >= "1.4" else "°"
-    own = "" if int(document.version.split(".")[1]) >= CURVES_SINCE else CUSTOM
+    prefix = "" if int(document.version.split(".")[1]) >= CURVES_SINCE else CUSTOM
     for number, teeth, mesh in _meshes(document, stage, dataset):
         curves = (
-            (f"{own}rotational_meshing_position", degrees, 360 / teeth * mesh["mesh_phase"].values),
-            (f"{own}meshing_stiffness_characteristic", "N / mm", 1e3 * mesh["mesh_stiffness"].values),
+            (f"{prefix}rotational_meshing_position", degrees, 360 / teeth * mesh["mesh_phase"].values),
+            (f"{prefix}meshing_stiffness_characteristic", "N / mm", 1e3 * mesh["mesh_stiffness"].values),
             (f"{CUSTOM}static_transmission_error", "mum", mesh["transmission_error"].values),
             (f"{CUSTOM}phase_weight", "none", mesh["phase_weight"].values),
         )
@@ -81,21 +81,23 @@ def _meshes(document: RexsDocument, stage: Stage, dataset: xr.Dataset) -> list[t
         tables = tomllib.loads(str(dataset.attrs["scene"]))
         table = tables["pair"] if stage.planetary is None else tables["planetary"]
         names = ("pinion", "wheel") if stage.planetary is None else ("sun", "planet", "ring")
-        found = [abs(int(table[gear]["teeth"])) for gear in names]
+        teeth = [abs(int(table[gear]["teeth"])) for gear in names]
     except (KeyError, TypeError, ValueError, RecursionError):
         raise InputError("result", "scene", "its scene cannot be read") from None
     expected = [document.text(gear, "number_of_teeth") for gear in stage.gears]
-    own = sorted(abs(int(float(text[0]))) for text in expected if text is not None)
-    if sorted(found) != own:
-        raise InputError("result", "/".join(map(str, found)), f"must have the teeth of stage {stage.number}, {own}")
+    expected_teeth = sorted(abs(int(float(text[0]))) for text in expected if text is not None)
+    if sorted(teeth) != expected_teeth:
+        raise InputError(
+            "result", "/".join(map(str, teeth)), f"must have the teeth of stage {stage.number}, {expected_teeth}"
+        )
     if stage.planetary is None:
-        return [(stage.component.id, found[0], dataset)]
+        return [(stage.component.id, teeth[0], dataset)]
     parts = stage.planetary.parts
     if dataset.sizes["mesh"] != len(parts):
         raise InputError("result", f"{dataset.sizes['mesh']} meshes", f"must have the {len(parts)} of the set")
     count = len(parts) // 2
     # the driving gear at the ring is a planet
-    return [(part.id, found[n >= count], dataset.isel(mesh=n)) for n, part in enumerate(parts)]
+    return [(part.id, teeth[n >= count], dataset.isel(mesh=n)) for n, part in enumerate(parts)]
 
 
 def _set(element: Element, space: str, name: str, unit: str, value: str | Iterable[str]) -> None:

@@ -58,23 +58,23 @@ def system_scene(
     InputError
         If the system cannot be read; names file, component and attribute.
     """
-    own = find_stage(document, stage)
-    found = stage_scene(document, own, torque=torque, load_case=load_case)
-    if own.planetary is not None:
-        return scene_of(document, found), found.notes
-    others = [other for other in stages(document) if other.number != own.number]
+    first = find_stage(document, stage)
+    stage_data = stage_scene(document, first, torque=torque, load_case=load_case)
+    if first.planetary is not None:
+        return scene_of(document, stage_data), stage_data.notes
+    others = [other for other in stages(document) if other.number != first.number]
     if sets := [str(other.number) for other in others if other.planetary is not None]:
         allowed = "stages on shafts must all be of two gears: give --stage to simulate alone"
         raise InputError("stage", f"planetary stage {', '.join(sets)} beside it", allowed, str(document.path))
     further = [stage_scene(document, other, load_case=load_case) for other in others]
-    scene = scene_of(document, found)
+    scene = scene_of(document, stage_data)
     try:
-        tables, notes = _tables(document, own, others, load_case)
+        tables, notes = _tables(document, first, others, load_case)
         system = read(System, tables)
     except InputError as error:
         raise error.in_file(str(document.path)) from None
     scenes = tuple(scene_of(document, one) for one in further)
-    return replace(scene, system=system, further=scenes), (*found.notes, *notes)
+    return replace(scene, system=system, further=scenes), (*stage_data.notes, *notes)
 
 
 def _tables(
@@ -116,9 +116,9 @@ def _common_middle(document: RexsDocument, pair: tuple[Component, ...]) -> float
     """Middle of the common face width of both gears, along the axes of the gearbox [mm]."""
     spans = []
     for gear in pair:
-        at = float(document.vector(gear, "support_vector")[0])
+        middle = float(document.vector(gear, "support_vector")[0])
         half = document.require(gear, "face_width", LENGTH) / 2
-        spans.append((at - half, at + half))
+        spans.append((middle - half, middle + half))
     return (max(a for a, _ in spans) + min(b for _, b in spans)) / 2
 
 

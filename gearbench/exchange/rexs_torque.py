@@ -45,14 +45,14 @@ def drives(document: RexsDocument, case: int | None = None) -> dict[int, Drive]:
     load = _defining_load(document, case)
     if load is None:
         return {}
-    found: dict[int, Drive] = {}
+    drives: dict[int, Drive] = {}
     shaft, torque, visited = load.shaft, load.torque, set[int]()
     while True:
         ways = [(stage, gear) for gear in _gears_on(document, shaft) for stage in _stages_of(document, gear)]
         ways = [(stage, gear) for stage, gear in ways if stage not in visited]
         taken = any(other.shaft == shaft for other in loads_of(document, case) if other.component is not load.component)
         if len(ways) != 1 or (taken and ways):
-            return found
+            return drives
         (stage, near) = ways[0]
         gears = [ref for relation in document.relations if relation.kind == "stage" and stage in relation.ids("stage")
                  for role in ("gear_1", "gear_2") for ref in relation.ids(role)]  # fmt: skip
@@ -61,13 +61,13 @@ def drives(document: RexsDocument, case: int | None = None) -> dict[int, Drive]:
             document.number(document.components[g], "number_of_teeth", NUMBER) for g in (near, far) if g is not None
         ]
         if len(teeth) != 2 or not teeth[0] or not teeth[1] or far is None:
-            return found
+            return drives
         beyond = torque * abs(teeth[1] / teeth[0])
-        found[stage] = Drive(near, torque) if load.drives else Drive(far, beyond)
+        drives[stage] = Drive(near, torque) if load.drives else Drive(far, beyond)
         visited.add(stage)
         shafts = document.related("assembly", "part", far, "assembly")
         if len(shafts) != 1:
-            return found
+            return drives
         shaft, torque = shafts[0].id, beyond
 
 
@@ -94,8 +94,8 @@ def loads_of(document: RexsDocument, case: int | None) -> list[ExternalLoad]:
 
 
 def _true(document: RexsDocument, component: Component, name: str, case: int | None) -> bool:
-    found = document.text(component, name, case)
-    return found is not None and found[0].lower() == "true"
+    text = document.text(component, name, case)
+    return text is not None and text[0].lower() == "true"
 
 
 def _gears_on(document: RexsDocument, shaft: int) -> list[int]:

@@ -107,14 +107,14 @@ def _central(model: _Model, short: PlanetarySet, name: str, casing: int) -> int:
 
 def _gears(model: _Model, scene: Scene, short: PlanetarySet, shafts: dict[str, int]) -> dict[str, int]:
     """Add the gears with flanks, tools and materials, and shafts of the planets; return the gears by name."""
-    found: dict[str, int] = {}
+    numbers: dict[str, int] = {}
     for mesh in scene.geometry.meshes:
         for index, (name, gear) in enumerate(zip(mesh.gears, mesh.pair.gears, strict=True)):
-            if name in found:
+            if name in numbers:
                 continue
             place = short.axes[name]
             sense = 1 if name == SUN else -1  # external mates have opposite hands, internal mates the same
-            found[name] = number = model.component(
+            numbers[name] = number = model.component(
                 "ring_gear" if gear.teeth < 0 else "cylindrical_gear",
                 name,
                 number_of_teeth=abs(gear.teeth),
@@ -143,9 +143,11 @@ def _gears(model: _Model, scene: Scene, short: PlanetarySet, shafts: dict[str, i
             else:
                 tool = model.component("rack_shaped_tool", tip_radius_factor=gear.fillet_radius)
             model.relate("ordered_reference", origin=number, referenced=tool)
-            own = mesh.pair.materials[index]
-            modulus = (1e3 * own.youngs_modulus, "N / mm^2")
-            material = model.component("material", elastic_modulus=modulus, poisson_ratio=own.poisson_ratio)
+            material_of_gear = mesh.pair.materials[index]
+            modulus = (1e3 * material_of_gear.youngs_modulus, "N / mm^2")
+            material = model.component(
+                "material", elastic_modulus=modulus, poisson_ratio=material_of_gear.poisson_ratio
+            )
             model.relate("reference", origin=number, referenced=material)
             if name not in shafts:
                 shafts[name] = model.component("shaft", name, support_vector=([0.0, *place], "mm"))
@@ -159,7 +161,7 @@ def _gears(model: _Model, scene: Scene, short: PlanetarySet, shafts: dict[str, i
                     outer_diameter_end=(seat, "mm"),
                 )
                 model.relate("assembly", assembly=shafts[name], part=section)
-    return found
+    return numbers
 
 
 def _planets(model: _Model, short: PlanetarySet, stage: int, shafts: dict[str, int], gears: dict[str, int]) -> None:

@@ -269,7 +269,7 @@ class OptimisationStudy:
             raise InputError("base.system", "missing", f"{used[0]} needs it: shafts, or inertias of the two wheels")
         positions = self.base.get("resolution", {}).get("positions")
         if positions is not None and positions <= 4 * self.speeds.harmonics:
-            allowed = f"must be more than {4 * self.speeds.harmonics} for {self.speeds.harmonics} orders, or left out"
+            allowed = f"must be more than {4 * self.speeds.harmonics}, four times speeds.harmonics, or left out"
             raise InputError("base.resolution.positions", positions, allowed)
 
     @cached_property

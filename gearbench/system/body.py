@@ -117,9 +117,9 @@ class Body:
 
     def _read(self) -> Matrices:
         if self.file is not None:
-            found, digest = read_body("file", self.file)
+            matrices, digest = read_body("file", self.file)
             self._note("file", digest)
-            return found
+            return matrices
         assert self.stiffness is not None
         K, digest = read_matrix("stiffness", self.stiffness)
         self._note("stiffness", digest)
@@ -169,7 +169,7 @@ class Condensed:
     nodes: dict[str, NDArray]
 
     @classmethod
-    def of(cls, found: Matrices, units: str, turn: NDArray) -> Condensed:
+    def of(cls, matrices: Matrices, units: str, turn: NDArray) -> Condensed:
         """Create the body from the matrices of a file.
 
         Raises
@@ -179,21 +179,21 @@ class Condensed:
         """
         # 1 J is 1000 N·mm, 1 m is 1000 mm
         scale = 1e3 if units == "m" else 1.0
-        n = len(found.stiffness)
+        n = len(matrices.stiffness)
         K, M = (
             scale * _checked(name, np.zeros((n, n)) if A is None else A)
-            for name, A in (("stiffness", found.stiffness), ("mass", found.mass))
+            for name, A in (("stiffness", matrices.stiffness), ("mass", matrices.mass))
         )
         nodes: dict[str, NDArray] = {}
-        for (node, direction), row in zip(found.labels, _bounded("shape", found.rows), strict=True):
+        for (node, direction), row in zip(matrices.labels, _bounded("shape", matrices.rows), strict=True):
             if not direction:
                 continue
             if direction not in DIRECTIONS:
                 raise InputError("direction", direction, f"must be one of {', '.join(DIRECTIONS)}, or nothing")
-            rows, at = nodes.setdefault(node, np.zeros((6, n))), DIRECTIONS.index(direction)
-            if rows[at].any():
+            rows, axis = nodes.setdefault(node, np.zeros((6, n))), DIRECTIONS.index(direction)
+            if rows[axis].any():
                 raise InputError("direction", f"{node} {direction}", "given twice")
-            rows[at] = row * (scale if at < 3 else 1.0)
+            rows[axis] = row * (scale if axis < 3 else 1.0)
         if not nodes:
             raise InputError("nodes", "none", "must have at least one node with directions x, y, z, rx, ry, rz")
         if not np.array_equal(turn, np.eye(3)):
@@ -226,8 +226,8 @@ class Condensed:
         """
         if not nodes:
             return self, ()
-        found = [(k, d, row) for k, node in enumerate(nodes) for d, row in enumerate(self.nodes[node]) if row.any()]
-        rows = np.array([row for *_, row in found])
+        joined = [(k, d, row) for k, node in enumerate(nodes) for d, row in enumerate(self.nodes[node]) if row.any()]
+        rows = np.array([row for *_, row in joined])
         scaled = rows / np.linalg.norm(rows, axis=1, keepdims=True)
         _, values, vectors = np.linalg.svd(scaled)
         if len(rows) > self.size or values[-1] < 1e-9:
@@ -239,7 +239,7 @@ class Condensed:
             stiffness=back.T @ self.stiffness @ back,
             nodes={node: R @ back for node, R in self.nodes.items()},
         )
-        return changed, tuple((k, d) for k, d, _ in found)
+        return changed, tuple((k, d) for k, d, _ in joined)
 
 
 def _bounded(name: str, A: NDArray) -> NDArray:

@@ -110,15 +110,15 @@ def _from_punch(text: str) -> Matrices:
     K, M = found[stiffness[0]], found[mass[0]] if mass else None
     places = sorted({*K.places, *(M.places if M else ())})
     labels = tuple((str(grid), DIRECTIONS[c - 1] if c else "") for grid, c in places)
-    at = {place: number for number, place in enumerate(places)}
+    index_of = {place: number for number, place in enumerate(places)}
 
     def full(punched: Punched) -> NDArray:
         """Full matrix from the punched entries, which are only one triangle of a symmetric matrix."""
         out = np.zeros((len(places), len(places)))
         for (row, column), value in punched.entries.items():
-            out[at[row], at[column]] = value
+            out[index_of[row], index_of[column]] = value
             if punched.symmetric:
-                out[at[column], at[row]] = value
+                out[index_of[column], index_of[row]] = value
         return out
 
     if len(places) > MOST:

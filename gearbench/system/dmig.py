@@ -51,13 +51,13 @@ def read_dmig(text: str) -> dict[str, Punched]:
     InputError
         With an empty key and the line number, if an entry is invalid.
     """
-    found: dict[str, Punched] = {}
+    matrices: dict[str, Punched] = {}
     for number, fields in _entries(text):
         try:
-            _add(found, fields)
+            _add(matrices, fields)
         except InputError as error:
             raise InputError("", f"line {number}", error.allowed) from None
-    return found
+    return matrices
 
 
 def _entries(text: str) -> Iterator[tuple[int, list[str]]]:
@@ -95,7 +95,7 @@ def _fields(line: str) -> tuple[str, list[str]]:
     return head, [line[k : k + wide].strip() for k in range(8, 72, wide)]
 
 
-def _add(found: dict[str, Punched], fields: list[str]) -> None:
+def _add(matrices: dict[str, Punched], fields: list[str]) -> None:
     name = fields[0].upper()
     if fields[1] == "0":
         form, kind = _whole(fields[2]), _whole(fields[3])
@@ -103,19 +103,19 @@ def _add(found: dict[str, Punched], fields: list[str]) -> None:
             raise InputError("", "", f"{name} of form {form}: must be square (1) or symmetric (6)")
         if kind not in REAL:
             raise InputError("", "", f"{name} of type {kind}: must be real (1 or 2)")
-        if name in found:
+        if name in matrices:
             raise InputError("", "", f"{name} declared twice")
-        found[name] = Punched(symmetric=form == SYMMETRIC)
+        matrices[name] = Punched(symmetric=form == SYMMETRIC)
         return
-    if name not in found:
+    if name not in matrices:
         raise InputError("", "", f"a column of {name or 'no name'} before its header, DMIG {name} 0 …")
     column = _whole(fields[1]), _component(fields[2])
     for k in range(4, len(fields), 4):
         grid, component, value = fields[k : k + 3]
         if not (grid or component or value):
             continue
-        row, entries = (_whole(grid), _component(component)), found[name].entries
-        if (row, column) in entries or (found[name].symmetric and (column, row) in entries):
+        row, entries = (_whole(grid), _component(component)), matrices[name].entries
+        if (row, column) in entries or (matrices[name].symmetric and (column, row) in entries):
             raise InputError("", "", f"{name} at {row}, {column} given twice")
         entries[row, column] = _number(value)
 

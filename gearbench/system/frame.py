@@ -82,5 +82,5 @@ class MeshFrame:
 
     def position(self, index: int, y: ArrayLike) -> NDArray:
         """Position on the shaft of gear ``index`` [mm] at the face coordinate y [mm]."""
-        own = np.asarray(y, dtype=float) + self.pair.overhangs[index][int(self.coast)]
-        return self.middle[index] + self.along * (own - self.pair.gears[index].face_width / 2)
+        gear_y = np.asarray(y, dtype=float) + self.pair.overhangs[index][int(self.coast)]
+        return self.middle[index] + self.along * (gear_y - self.pair.gears[index].face_width / 2)

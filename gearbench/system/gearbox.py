@@ -125,8 +125,8 @@ class Gearbox:
                 b = self.pairs[seat.mesh].gears[GEARS.index(seat.gear)].face_width
                 faces.append(Face(start=seat.position - b / 2, end=seat.position + b / 2, diameter=seat.diameter))
             joints = (joint for body in self.system.bodies for joint in body.joints)
-            here = tuple(joint.position for joint in joints if joint.shaft == shaft.name)
-            models.append(ShaftModel(shaft=shaft, faces=tuple(faces), joints=here))
+            joint_positions = tuple(joint.position for joint in joints if joint.shaft == shaft.name)
+            models.append(ShaftModel(shaft=shaft, faces=tuple(faces), joints=joint_positions))
         return tuple(models)
 
     @cached_property
@@ -146,8 +146,8 @@ class Gearbox:
 
     def seen_from(self, mesh: str) -> System:
         """The system with the pair of a further ``mesh`` in the role of "pair", and "pair" as a further mesh."""
-        own = "the scene's own pair"
-        names = dict(zip(self.names, self.names, strict=True)) | {PAIR: own, mesh: PAIR}
+        scene_pair = "the scene's own pair"
+        names = dict(zip(self.names, self.names, strict=True)) | {PAIR: scene_pair, mesh: PAIR}
         hands = self._hands
         shafts = tuple(
             replace(
@@ -190,11 +190,11 @@ class Gearbox:
 
     def torque_from(self, mesh: str, index: int) -> float:
         """Position on the shaft from which the torque of a gear comes, or to which it goes [mm]."""
-        number, own = self.seats[(mesh, index)]
+        number, seat_of_gear = self.seats[(mesh, index)]
         shaft = self.system.shafts[number]
         if shaft.coupling is not None:
             return shaft.coupling.position
-        others = [seat.position for seat in shaft.gears if seat is not own]
+        others = [seat.position for seat in shaft.gears if seat is not seat_of_gear]
         return float(np.mean(others)) if others else 0.0
 
     def face_nodes(self, mesh: str, index: int, model: ShaftModel) -> NDArray:
@@ -209,6 +209,6 @@ class Gearbox:
         The spin is that of the section of the face at which the torque enters.
         """
         nodes, frame, row = self.face_nodes(mesh, index, model), self.frames[mesh], np.zeros(model.size)
-        at = nodes[np.argmin(np.abs(model.nodes[nodes] - self.torque_from(mesh, index)))]
-        row[6 * at + 5] = frame.wrench(index, frame.pair.meshing.pitch_point)[5]
+        node = nodes[np.argmin(np.abs(model.nodes[nodes] - self.torque_from(mesh, index)))]
+        row[6 * node + 5] = frame.wrench(index, frame.pair.meshing.pitch_point)[5]
         return row

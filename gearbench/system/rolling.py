@@ -167,9 +167,9 @@ class Rolling:
 
     def force(self, q: NDArray) -> tuple[NDArray, NDArray]:
         """Force (5,) [N, N·mm] at the motion q (5,) [mm, rad] of the inner ring, and its derivative (5, 5)."""
-        held = np.array([1, 1, not self.floating, 1, 1], dtype=float)
-        F, K = self._balls(held * q) if self.is_ball else self._rollers(held * q)
-        return held * F, held[:, None] * K * held
+        carries = np.array([1, 1, not self.floating, 1, 1], dtype=float)
+        F, K = self._balls(carries * q) if self.is_ball else self._rollers(carries * q)
+        return carries * F, carries[:, None] * K * carries
 
     def _around(self) -> tuple[NDArray, NDArray, NDArray]:
         """cos θ and sin θ of the elements (Z,), and rows (Z, 5) of the tilt φ_θ = φ_y cos θ − φ_x sin θ."""

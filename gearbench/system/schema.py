@@ -329,11 +329,11 @@ class System:
 
     def _check_seats(self) -> None:
         seats = [(seat.mesh, seat.gear) for shaft in self.shafts for seat in shaft.gears]
-        wanted = [(name, gear) for name in (PAIR, *(m.name for m in self.meshes)) for gear in ("pinion", "wheel")]
+        needed = [(name, gear) for name in (PAIR, *(m.name for m in self.meshes)) for gear in ("pinion", "wheel")]
         for seat in seats:
-            if seat not in wanted:
+            if seat not in needed:
                 raise InputError("shafts.gears.mesh", seat[0], f"must be one of {[m.name for m in self.meshes]}")
-        for mesh, gear in wanted:
+        for mesh, gear in needed:
             count = seats.count((mesh, gear))
             if count != 1:
                 of = f" of mesh {mesh!r}" if mesh != PAIR else ""

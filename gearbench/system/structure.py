@@ -88,7 +88,7 @@ class Structure:
         The first coordinates of the body are the motions of its joined nodes.
         """
         names = {model.shaft.name: number for number, model in self.shafts.items()}
-        found, free = {}, sum(model.size for model in self.shafts.values())
+        attached, free = {}, sum(model.size for model in self.shafts.values())
         for body in self.bodies:
             try:
                 condensed, joined = body.condensed.with_coordinates(tuple(joint.node for joint in body.joints))
@@ -97,12 +97,12 @@ class Structure:
             index = []
             for joint, direction in joined:
                 number = names[body.joints[joint].shaft]
-                at = self.shafts[number].node(body.joints[joint].position)
-                index.append(self.starts[number] + 6 * at + direction)
-            own = condensed.size - len(index)
-            found[body.name] = condensed, np.array([*index, *range(free, free + own)], dtype=int)
-            free += own
-        return found
+                node = self.shafts[number].node(body.joints[joint].position)
+                index.append(self.starts[number] + 6 * node + direction)
+            own_count = condensed.size - len(index)
+            attached[body.name] = condensed, np.array([*index, *range(free, free + own_count)], dtype=int)
+            free += own_count
+        return attached
 
     @property
     def own_coordinates(self) -> dict[str, NDArray]:
@@ -114,8 +114,8 @@ class Structure:
         """Sum (size, size) of the matrices of the shafts, given by number, and of the bodies."""
         total = np.zeros((self.size, self.size))
         for number, part in shafts.items():
-            here = self.motions(number)
-            total[here, here] += part
+            motions = self.motions(number)
+            total[motions, motions] += part
         for condensed, index in self._attached.values():
             # two coordinates of a body never map to one motion: every node is joined once, to a separate section
             np.add.at(total, np.ix_(index, index), getattr(condensed, of_bodies))
@@ -129,7 +129,7 @@ class Structure:
     @cached_property
     def supports(self) -> tuple[BearingSupport, ...]:
         """All bearings, ordered by shaft."""
-        found = []
+        supports = []
         for number, model in self.shafts.items():
             for bearing in model.shaft.bearings:
                 five = self.starts[number] + 6 * model.node(bearing.position) + _FIVE
@@ -138,8 +138,8 @@ class Structure:
                     condensed, of_body = self._attached[bearing.on.body]
                     index = np.concatenate([five, of_body])
                     rows = np.hstack([rows, -condensed.nodes[bearing.on.node][:5]])
-                found.append(BearingSupport(shaft=number, bearing=bearing, index=index, rows=rows))
-        return tuple(found)
+                supports.append(BearingSupport(shaft=number, bearing=bearing, index=index, rows=rows))
+        return tuple(supports)
 
 
 def structures(models: Mapping[int, ShaftModel], bodies: tuple[Body, ...]) -> tuple[Structure, ...]:
@@ -157,11 +157,11 @@ def structures(models: Mapping[int, ShaftModel], bodies: tuple[Body, ...]) -> tu
     for shafts in touched.values():
         joined = [group for group in groups if group & shafts]
         groups = [group for group in groups if not group & shafts] + [set().union(*joined)]
-    found = [
+    grouped = [
         Structure(
             shafts={number: models[number] for number in sorted(group)},
             bodies=tuple(body for body in bodies if touched[body.name] <= group),
         )
         for group in sorted(groups, key=min)
     ]
-    return tuple(found)
+    return tuple(grouped)
