@@ -92,7 +92,7 @@ def _shared_libraries() -> list[Finding]:
     from fem_reference.environment import missing_system_packages
 
     missing = missing_system_packages()
-    state = "all there" if not missing else f"missing: {' '.join(missing)}"
+    state = "all present" if not missing else f"missing: {' '.join(missing)}"
     return [Finding("libraries for gmsh", state, not missing, remedy=f"apt-get install {' '.join(missing)}")]
 
 

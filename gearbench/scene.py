@@ -173,7 +173,7 @@ class Scene:
 
     def __post_init__(self) -> None:
         if self.train is not None and self.train.first != (self.pair, self.effects, self.coast, self.system):
-            allowed = "are those of gears and meshes: change the scene of one mesh, scene.meshes[NAME]"
+            allowed = "differ from those of gears and meshes: change the scene of one mesh, scene.meshes[NAME]"
             raise InputError("gears", "other pair, effects or system", allowed)
         names = [effect.name for effect in self.effects]
         for name in names:
@@ -200,7 +200,7 @@ class Scene:
         if self.loads and self.load != greatest_load(self.loads):
             raise InputError("load", self.load.torque, "conflicts with loads: give one of the two")
         if len(set(torques)) < len(torques):
-            raise InputError("loads", torques, "must be of torques that are all different")
+            raise InputError("loads", torques, "must have different torques")
         low, high = (end / self._load_of_torque for end in LOADS)
         for key, torque in self._torques.items():
             if not low <= abs(torque) <= high:

@@ -239,5 +239,7 @@ def test_all_gears_of_the_planets_have_mass():
 
 
 def test_rexs_has_no_stepped_planets(tmp_path):
-    with pytest.raises(InputError, match=r"planetary.planet_at_ring = given: REXS files are written of sets without"):
+    with pytest.raises(
+        InputError, match=r"planetary.planet_at_ring = given: sets with stepped planets cannot be written"
+    ):
         write_planetary(parse_scene(stepped()), tmp_path / "set.rexs")

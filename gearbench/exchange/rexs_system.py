@@ -64,8 +64,8 @@ def system_scene(
         return scene_of(document, stage_data), stage_data.notes
     others = [other for other in stages(document) if other.number != first.number]
     if sets := [str(other.number) for other in others if other.planetary is not None]:
-        allowed = "stages on shafts must all be of two gears: give --stage to simulate alone"
-        raise InputError("stage", f"planetary stage {', '.join(sets)} beside it", allowed, str(document.path))
+        allowed = "all stages on the shafts must be pairs: simulate one stage with --stage"
+        raise InputError("stage", f"with planetary stage {', '.join(sets)}", allowed, str(document.path))
     further = [stage_scene(document, other, load_case=load_case) for other in others]
     scene = scene_of(document, stage_data)
     try:

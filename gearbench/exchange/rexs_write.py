@@ -63,9 +63,11 @@ def write_planetary(scene: Scene, target: str | Path) -> tuple[Path, tuple[str, 
         raise InputError("output", str(target), "must end in .rexs")
     short = None if scene.train is None else scene.train.planetary
     if short is None:
-        raise InputError("planetary", "missing", "REXS files are written of planetary sets")
+        raise InputError("planetary", "missing", "only planetary sets can be written as REXS files")
     if short.stepped:
-        raise InputError("planetary.planet_at_ring", "given", "REXS files are written of sets without stepped planets")
+        raise InputError(
+            "planetary.planet_at_ring", "given", "sets with stepped planets cannot be written as REXS files"
+        )
     model = _Model()
     unit, casing = model.component("gear_unit", scene.name), model.component("gear_casing")
     stage, carrier = model.component("planetary_stage", scene.name), model.component("planet_carrier")

@@ -40,7 +40,7 @@ class Faces:
                 allowed = f"must be {low:g} to {high:g} normal modules ({module:g} mm); lengths are in mm"
                 raise InputError(key, width, allowed)
         if None not in self.own and self.width not in self.own:
-            raise InputError("face_width", self.width, "must be that of one gear: both have their own")
+            raise InputError("face_width", self.width, "must equal that of one of the gears: both have a face_width")
         if self.common[1] - self.common[0] < low * module:
             index = max((0, 1), key=lambda index: abs(self.offsets[index]))
             raise InputError(

@@ -175,7 +175,9 @@ class Linkage:
         rows, f = self.rows[:, turning], self.force(torque)[turning]
         F = np.linalg.lstsq(rows.T, f, rcond=None)[0]
         if not np.allclose(rows.T @ F, f, atol=1e-9 * np.abs(f).max()) or np.any(1e-9 * F.max() >= F):
-            raise InputError("meshes", "torques do not balance", "each mesh's driver must drive its driven gear")
+            raise InputError(
+                "meshes", "torques do not balance", "in every mesh torque must flow from the driver to the driven gear"
+            )
         return np.round(F / F.max(), 12) * F.max()  # equal paths get exactly equal forces
 
     def check(self) -> None:

@@ -230,7 +230,7 @@ class Pair:
         self.faces.check(self.normal_module)
         self._check_centre_distance()
         if self.is_internal and self.strains[0] != self.strains[1]:
-            allowed = "must grow an internal pair alike: other strains of its gears are not known here"
+            allowed = "must give both gears of an internal pair the same thermal strain"
             raise InputError("temperature.wheel", self.temperature and self.temperature.wheel, allowed)
         for index in (0, 1):
             self._check_clearance(index)

@@ -167,7 +167,7 @@ class Train:
         if None in rates:
             list(self._walk(shafts[0]))
             name = shafts[rates.index(None)]
-            raise InputError("meshes", f"speed of {name}", "does not follow from that of the first driver")
+            raise InputError("meshes", f"speed of {name}", "is not determined by the speed of the first driver")
         return dict(zip(shafts, (rate for rate in rates if rate is not None), strict=True))
 
     @staticmethod
@@ -336,15 +336,15 @@ class Train:
                 lead = self.leading(mesh.name, gear, phases[mesh.name], coast=coast)
                 off = (lead - leads.setdefault(gear, lead) + 0.5) % 1.0 - 0.5
                 if abs(off) > _TEETH:
-                    allowed = f"does not assemble: in {mesh.name} its teeth stand {off:+.3f} pitches beside the gaps"
+                    allowed = f"does not assemble: in {mesh.name} its teeth are {off:+.3f} pitches away from the gaps"
                     raise InputError("gears", gear, allowed)
         teeth = {g: abs(body.teeth) for m in self.meshes for g, body in zip(m.gears, m.pair.gears, strict=True)}
         for gear, other in self.timed.items():
             angles = math.lcm(teeth[gear], teeth[other])
             off = (angles * (self._angle(gear, phases, coast) - self._angle(other, phases, coast)) + 0.5) % 1.0 - 0.5
             if abs(off) > _TEETH:
-                beside = f"{off * teeth[gear] / angles:+.3g} pitches beside the gaps"
-                raise InputError("gears", gear, f"does not assemble: its teeth stand {beside}")
+                misfit = f"{off * teeth[gear] / angles:+.3g} pitches away from the gaps"
+                raise InputError("gears", gear, f"does not assemble: its teeth are {misfit}")
 
     def begun(self, *, coast: bool = False) -> dict[str, tuple[int, int]]:
         """Mesh → numbers of teeth by which its driver and its driven gear begin later than in their first meshes."""
@@ -424,12 +424,14 @@ class Train:
             return {first: 1.0}
         b, A = -rows[:, 0], rows[:, 1:]
         if preferred is None and np.linalg.matrix_rank(A) < len(others):
-            allowed = "paths are parallel: how they share the torque does not follow from the balance of the shafts"
+            allowed = "paths are parallel: the balance of the shafts does not determine how they share the torque"
             raise InputError("meshes", ", ".join(names), allowed)
         T = np.array([(preferred or {}).get(name, 0.0) for name in others])
         T = T + (np.linalg.lstsq(A, b - A @ T, rcond=None)[0] if len(b) else 0.0)
         if not np.allclose(A @ T, b, atol=1e-9) or np.any(T <= 0):
-            raise InputError("meshes", "torques do not balance", "each mesh's driver must drive its driven gear")
+            raise InputError(
+                "meshes", "torques do not balance", "in every mesh torque must flow from the driver to the driven gear"
+            )
         return {first: 1.0} | dict(zip(others, (float(t) for t in T), strict=True))
 
 

@@ -40,7 +40,9 @@ def known_orders(phases: Phases, cycles: int, orders: float) -> int:
     With uniform phases only orders below half the number of phases are known.
     """
     if not orders * cycles + 1e-9 >= 1:
-        raise InputError("orders", orders, f"must be at least {1 / cycles:.3g}: {cycles} mesh cycles until all repeats")
+        raise InputError(
+            "orders", orders, f"must be at least {1 / cycles:.3g}: the same teeth meet after {cycles} mesh cycles"
+        )
     known = math.floor(orders * cycles * phases.length + 1e-9)
     if phases.size is None:
         known = min(known, (cycles * len(phases.phase) - 1) // 2)

@@ -162,7 +162,7 @@ def _check(dataset: xr.Dataset, study: OptimisationStudy, source: str) -> None:
     codes = dataset["code"].values
     bounds = np.array([variable.bounds for variable in study.variables], dtype=float)
     if codes.shape[1] != len(bounds) or not np.all((codes >= bounds[:, 0]) & (codes <= bounds[:, 1])):
-        raise InputError("", source, "the codes of its designs are not those of its study")
+        raise InputError("", source, "the codes of its designs do not fit its study")
 
 
 def design_scene(dataset: xr.Dataset, design: int) -> Scene:

@@ -50,7 +50,7 @@ def continuous(study: OptimisationStudy) -> OptimisationStudy:
     """
     variables = tuple(_released(variable) for variable in study.variables)
     if all(variable.kind != "real" for variable in variables):
-        raise InputError("variables", "all whole or listed", "nothing to refine: a variable of decimals is needed")
+        raise InputError("variables", "all whole or listed", "nothing to refine: needs a variable with decimal values")
     return replace(study, variables=variables, robustness=replace(study.robustness, racing=False))
 
 

@@ -97,7 +97,7 @@ def reference_study(study: OptimisationStudy, accuracy: float) -> OptimisationSt
     for variable in study.variables:
         for path in variable.paths:
             if path.split(".")[:2] in [["effects", kind.name] for kind in (ToothBending, GearBody)]:
-                raise InputError(f"variables.{variable.name}", path, "varies: finite elements would not follow it")
+                raise InputError(f"variables.{variable.name}", path, "must not vary: finite elements replace it")
     if ToothBending.name not in effects:
         raise InputError(f"base.effects.{ToothBending.name}", "missing", "is replaced by the finite elements")
     effects[ToothBending.name] = {"model": "finite_elements", "accuracy": accuracy}

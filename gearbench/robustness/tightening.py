@@ -85,7 +85,7 @@ def tighten_first(dataset: xr.Dataset) -> str:
     mean = float(_over_loads(dataset, "transmission_error_rms_mean"))
     rivals = [g.name for g in listed if g is not best and best.per_cost - g.per_cost <= APART * _of_difference(best, g)]
     costs = "" if all(gain.cost == best.cost for gain in listed) else f", {best.per_cost:.2g} µm for each unit of cost"
-    among = f"; not told apart from {', '.join(map(_words, rivals))}" if rivals else ""
+    among = f"; not distinguishable from {', '.join(map(_words, rivals))}" if rivals else ""
     return (
         f"tighten {_words(best.name)} first: one class finer changes the mean STE RMS by {best.change:.2g} ± "
         f"{best.error:.1g} µm ({100 * best.change / mean:.1f} %){costs}{among}"

@@ -101,7 +101,11 @@ class Body:
         if (self.file is None) == (self.stiffness is None):
             raise InputError("file", self.file or "missing", "give one of file and stiffness")
         if self.file is not None and (self.mass is not None or self.nodes):
-            raise InputError("mass" if self.mass else "nodes", "given", "belongs to stiffness: the file has its own")
+            raise InputError(
+                "mass" if self.mass else "nodes",
+                "given",
+                "is for Matrix Market files (stiffness): this file contains it",
+            )
         condensed = Condensed.of(self._read(), self.units, self._turn())
         for number, joint in enumerate(self.joints):
             condensed.check(joint.node, f"joints.{number}.node")

@@ -157,7 +157,7 @@ class Settled:
         carried = {b.rolling.carries for b in model.shaft.bearings if b.rolling is not None and b.rolling.angled}
         others = [b for b in model.shaft.bearings if b.rolling is None or not b.rolling.angled]
         if len(carried) == 1 and not any(map(_may_hold_axially, others)):
-            allowed = "one must carry the other way: the radial load presses them apart"
+            allowed = "one must carry the other direction: the radial load presses inner and outer rings apart"
             key = f"system.shafts.{model.shaft.name}.bearings.rolling.carries"
             raise InputError(key, f"{carried.pop()} on all", allowed)
         raise InputError(f"system.shafts.{model.shaft.name}.bearings", f"free to move {way}", "must hold the shaft")
@@ -172,9 +172,7 @@ class Settled:
         moves[free] = vectors[:, 0]
         for name, own in structure.own_coordinates.items():
             if np.abs(moves[own]).max(initial=0.0) >= 0.99 * np.abs(moves).max():
-                raise InputError(
-                    f"system.bodies.{name}", "free to move", "must be held, by itself or by what touches it"
-                )
+                raise InputError(f"system.bodies.{name}", "free to move", "add a bearing or joint that holds it")
         at = int(np.argmax(np.abs(moves)))
         number = next(n for n in structure.shafts if structure.motions(n).start <= at < structure.motions(n).stop)
         name, way = structure.shafts[number].shaft.name, _WAYS[(at - structure.starts[number]) % 6]

@@ -64,7 +64,7 @@ def check(scene: Scene, source: str = "") -> None:
         require_bores(scene.one_load.pair)
         for name in ("gear_body", "hertz"):
             if scene.effect(name) is None:
-                raise InputError("effects", f"no {name}", "contact finite elements include it: add it")
+                raise InputError("effects", f"no {name}", "is part of contact finite elements: add it")
         reference_scene(scene, ACCURACY)
     except InputError as error:
         raise error.in_file(source) if source else error from None

@@ -1,4 +1,4 @@
-"""Meshes of what is compared, a pair or a planetary set; the mesh cycle of a set in the form of that of a pair."""
+"""Meshes of a compared pair or planetary set; the mesh cycle of a set in the form of that of a pair."""
 
 from __future__ import annotations
 

@@ -143,7 +143,7 @@ def test_the_advice_names_the_largest_significant_gain():
     dataset = xr.Dataset(found, coords={"error_name": names})
     said = tighten_first(dataset)
     assert said.startswith("tighten profile slope pinion first")
-    assert "not told apart from helix slope pinion" in said
+    assert "not distinguishable from helix slope pinion" in said
     assert "profile form" not in said
     dataset["transmission_error_rms_tightened_standard_error"] = ("error_name", [1.0, 1.0, 1.0])
     assert tighten_first(dataset).startswith("no tolerance lowers the mean STE RMS significantly")

@@ -41,5 +41,5 @@ def test_tapers_that_carry_one_way_are_named():
     taper = {"kind": "tapered_roller", "bore": 40.0, "outside": 80.0, "width": 20.0, "carries": "forward"}
     from gearbench import simulate
 
-    with pytest.raises(InputError, match="forward on all: one must carry the other way"):
+    with pytest.raises(InputError, match="forward on all: one must carry the other direction"):
         simulate(on({"bearings": [{"position": p, "rolling": taper} for p in (0.0, 200.0)]}))

@@ -78,9 +78,7 @@ def _check(scene: Scene, others: Sequence[Scene]) -> None:
     _ = scene.single_load
     for other in others:
         if other.coupled != scene.coupled:
-            raise InputError(
-                "", other.name or "a scene", "pairs and trains have pages of their own: open them one by one"
-            )
+            raise InputError("", other.name or "a scene", "pairs and trains have separate pages: open them one by one")
 
 
 def variants(beside: Sequence[Picture]) -> list[dict[str, Any]]:
