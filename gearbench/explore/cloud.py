@@ -76,7 +76,7 @@ def cloud(catalogue: Catalogue, data: Sources) -> Any:
     )
     plot.scatter("x", "y", source=data["pick"], size=17, marker="circle", fill_alpha=0, line_color=PICK, line_width=2.5)
     tips = [("design", "@number"), (across.label, f"@x{{0.000}} {across.unit}"), (up.label, f"@y{{0.000}} {up.unit}")]
-    scatter = [("σ across, up", f"@sx{{0.000}} {across.unit}, @sy{{0.000}} {up.unit}")]
+    scatter = [("σ of both", f"@sx{{0.000}} {across.unit}, @sy{{0.000}} {up.unit}")]
     plot.add_tools(HoverTool(renderers=[front], tooltips=[*tips, *scatter]))
     # the legend has separate glyphs, because a filter may empty a front
     no_points = ColumnDataSource({"x": [np.nan], "y": [np.nan]})

@@ -36,7 +36,7 @@ WORDS = {
     "stiffness_orders": ("Orders of k", "mesh order [–]", "amplitude of k [N/µm]"),
     "ste_density": ("RMS δ over the error samples", "RMS δ [µm]", "density [1/µm]"),
     "stiffness_density": ("RMS k over the error samples", "RMS k [%]", "density [1/%]"),
-    "harris": ("Harris map: STE less its mean", "mesh phase τ [mesh periods]", "δ − mean [µm]"),
+    "harris": ("Harris map: STE minus its mean", "mesh phase τ [mesh periods]", "δ − mean [µm]"),
     "torque": ("STE over torque", "torque on the pinion [N·m]", "STE [µm]"),
 }
 WORDS_OF_TRAIN = {
@@ -46,7 +46,7 @@ WORDS_OF_TRAIN = {
     "stiffness_orders": ("Orders of k", "mesh order [–]", "amplitude of k [N/µm]"),
     "ste_density": ("RMS Δ over the error samples", "RMS Δ [µm]", "density [1/µm]"),
     "sharing_density": ("K_γ over the error samples", "K_γ [–]", "density [–]"),
-    "harris": ("Harris map: Δ less its mean", "mesh phase τ [mesh periods]", "Δ − mean [µm]"),
+    "harris": ("Harris map: Δ minus its mean", "mesh phase τ [mesh periods]", "Δ − mean [µm]"),
     "torque": ("Δ over torque", "torque on the first gear [N·m]", "Δ [µm]"),
     "sharing": ("Load shares", "mesh phase τ [mesh periods]", "share L [–]"),
     "revolution": ("Largest load shares", "carrier relative to the ring [revolutions]", "share L [–]"),

@@ -80,7 +80,7 @@ def tighten_first(dataset: xr.Dataset) -> str:
         return ""
     significant = [gain for gain in listed if gain.change < -APART * gain.error]
     if not significant:
-        return "no tolerance lowers the mean STE RMS significantly when it is tightened: more samples may tell"
+        return "no tolerance lowers the mean STE RMS significantly when it is tightened: draw more samples"
     best = significant[0]
     mean = float(_over_loads(dataset, "transmission_error_rms_mean"))
     rivals = [g.name for g in listed if g is not best and best.per_cost - g.per_cost <= APART * _of_difference(best, g)]

@@ -43,7 +43,7 @@ def harris_map(dataset: xr.Dataset, axes: Axes, *, about_mean: bool = False) -> 
     if first <= roll <= first + 2 * period:
         axes.axvline(roll, color=GREY, lw=0.8, ls=":")
         axes.annotate("C", (roll, 1.01), xycoords=("data", "axes fraction"), ha="center", color=GREY, fontsize=8)
-    label = "δ less its mean [µm]" if about_mean else "δ [µm]"
+    label = "δ minus its mean [µm]" if about_mean else "δ [µm]"
     axes.set(xlabel="roll angle of the pinion [°]", ylabel=label, xlim=(first, first + 2 * period))
     return axes
 

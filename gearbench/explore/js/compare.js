@@ -87,7 +87,7 @@ function overlay() {
 // the gear that is shown, kept beside under a name
 function keep(gear) {
   if (kept.length >= most) {
-    byId("message").textContent = `At most ${most} are kept beside: drop one first.`;
+    byId("message").textContent = `At most ${most} gears are kept for comparison: remove one first.`;
     return;
   }
   const curves = Object.fromEntries(Object.keys(sources).map((key) => [key, now[key].data]));
@@ -95,7 +95,7 @@ function keep(gear) {
   overlay();
 }
 
-// STE and stiffness as they are, or less their means
+// STE and stiffness as they are, or minus their means
 byId("fluctuation").addEventListener("change", ({ target }) => {
   const [one, many] = target.checked ? ["fluctuation", "fluctuations"] : ["value", "ys"];
   for (const glyph of curves) {
