@@ -58,10 +58,10 @@ def executable() -> str:
     MissingDependencyError
         If it is not installed; names the Debian package.
     """
-    found = shutil.which("ccx")
-    if found is None:
+    path = shutil.which("ccx")
+    if path is None:
         raise MissingDependencyError("CalculiX (ccx) is not installed: apt-get install calculix-ccx")
-    return found
+    return path
 
 
 @cache
@@ -69,8 +69,8 @@ def version() -> str:
     """Version of CalculiX, such as "2.20"."""
     # ccx -v ends with a code that is not zero
     out = subprocess.run([executable(), "-v"], capture_output=True, text=True, check=False, timeout=60).stdout
-    found = re.search(r"\d+\.\d+", out)
-    return found.group() if found else "unknown"
+    match = re.search(r"\d+\.\d+", out)
+    return match.group() if match else "unknown"
 
 
 def run(text: str, pairs: Sequence[str], *, threads: int = 1) -> list[StepResult]:
@@ -91,13 +91,13 @@ def run(text: str, pairs: Sequence[str], *, threads: int = 1) -> list[StepResult
                 [executable(), "pair"], cwd=folder, env=environment, capture_output=True, text=True, check=False
             )
         printed = Path(folder, "pair.dat")
-        found = read(printed.read_text(encoding="ascii", errors="replace") if printed.exists() else "", pairs)
-    if len(found) < text.count("*END STEP"):
+        steps = read(printed.read_text(encoding="ascii", errors="replace") if printed.exists() else "", pairs)
+    if len(steps) < text.count("*END STEP"):
         words = [line.strip() for line in done.stdout.splitlines() if "error" in line.lower()]
         raise ContactError(
-            f"CalculiX stopped in load step {len(found) + 1}: {' '.join(words[-3:]) or 'no reason given'}"
+            f"CalculiX stopped in load step {len(steps) + 1}: {' '.join(words[-3:]) or 'no reason given'}"
         )
-    return found
+    return steps
 
 
 def read(printed: str, pairs: Sequence[str]) -> list[StepResult]:

@@ -98,12 +98,12 @@ def contact_cycle(
     force = 1e3 * np.array(loads)[:, None] / scene.pair.gears[0].base_radius
     solve = partial(_phases, scene, loads, workers, report)
     deflection = partial(widened, force=force, factor=width_factor)
-    chosen, found, bar = _solved(solve, deflection, phase, chosen, error_bar)
-    k = np.array([each.stiffness for each in found]).T / width_factor
-    cycle = _mesh_cycle(scene, Phases(phase=phase, weight=weight, size=None), deflection(found), k)
+    chosen, results, bar = _solved(solve, deflection, phase, chosen, error_bar)
+    k = np.array([result.stiffness for result in results]).T / width_factor
+    cycle = _mesh_cycle(scene, Phases(phase=phase, weight=weight, size=None), deflection(results), k)
     attrs = {"support": "finite_elements", "method": _method(chosen), "width_factor": width_factor}
     attrs |= provenance(scene, wall_time=time.perf_counter() - start)
-    return _dataset(cycle, _of_pairs(found), MICROMETRES * bar, loads, torques is None).assign_attrs(attrs)
+    return _dataset(cycle, _of_pairs(results), MICROMETRES * bar, loads, torques is None).assign_attrs(attrs)
 
 
 def _mesh_cycle(scene: Scene, phases: Phases, q: NDArray, k: NDArray) -> MeshCycle:
@@ -162,10 +162,10 @@ def _solved(
         error = np.stack([np.abs(level - levels[0]).max(axis=1) for level in levels[1:]])
         q = levels[0]
         if last or not _misses(error, q, error_bar):
-            found = solve(phase, settings)
-            q = deflection(found)
+            results = solve(phase, settings)
+            q = deflection(results)
             if last or not _misses(error, q, error_bar):
-                return settings, found, error.sum(axis=0)
+                return settings, results, error.sum(axis=0)
         settings = _refined(settings, error / q.mean(axis=1), error_bar)
     raise AssertionError("the last refinement returns")
 
@@ -185,15 +185,15 @@ def _checked(
     settings: Settings | SpatialSettings,
 ) -> _Checks:
     """Phases that determine the error bar."""
-    at = np.unique(np.linspace(0, len(phase) - 1, _CHECKED + 2).astype(int)[1:-1])
+    checked = np.unique(np.linspace(0, len(phase) - 1, _CHECKED + 2).astype(int)[1:-1])
     if isinstance(settings, Settings):
         coarser = replace(settings, fineness=settings.fineness.halved())
         softer: Settings | SpatialSettings = replace(settings, penalty=settings.penalty / 2)
     else:
         coarser = replace(settings, fineness=settings.fineness.coarser())
         softer = replace(settings, accuracy=_COARSE * settings.accuracy)
-    own, coarse, soft = (solve(phase[at], each) for each in (settings, coarser, softer))
-    return _Checks(own=own, coarser=coarse, softer=soft)
+    unchanged, coarse, soft = (solve(phase[checked], each) for each in (settings, coarser, softer))
+    return _Checks(own=unchanged, coarser=coarse, softer=soft)
 
 
 def _misses(error: NDArray, q: NDArray, limit: float) -> bool:
@@ -223,30 +223,30 @@ def _phases(
     gaps = tuple(effect for effect in scene.flank_effects if isinstance(effect, GapEffect))
     spatial = isinstance(settings, SpatialSettings)
     solve = solve_spatial if spatial else solve_phase
-    found: list[PhaseResult] = []
+    results: list[PhaseResult] = []
     with ThreadPoolExecutor(1 if spatial else workers) as pool:
-        for one in pool.map(lambda tau: solve(scene.pair, gaps, float(tau), loads, settings), phase):  # type: ignore[arg-type]
-            found.append(one)
-            report(f"phase {len(found)} of {len(phase)}")
-    return found
+        for result in pool.map(lambda tau: solve(scene.pair, gaps, float(tau), loads, settings), phase):  # type: ignore[arg-type]
+            results.append(result)
+            report(f"phase {len(results)} of {len(phase)}")
+    return results
 
 
-def widened(found: Sequence[PhaseResult], force: NDArray, factor: float) -> NDArray:
+def widened(results: Sequence[PhaseResult], force: NDArray, factor: float) -> NDArray:
     """q [mm] with all compliances times ``factor``, (torque, position).
 
     The same as ``factor`` times the force, to first order; the gaps, which do not yield, are not multiplied.
     """
-    q, k = (np.array([getattr(each, name) for each in found]).T for name in ("approach", "stiffness"))
+    q, k = (np.array([getattr(result, name) for result in results]).T for name in ("approach", "stiffness"))
     return q + (factor - 1) * force / k
 
 
-def _of_pairs(found: Sequence[PhaseResult]) -> tuple[NDArray, dict[str, NDArray]]:
+def _of_pairs(results: Sequence[PhaseResult]) -> tuple[NDArray, dict[str, NDArray]]:
     """Numbers of the pairs, their ``load_share`` and ``contact_radius`` (torque, position, pair)."""
-    names = np.array(sorted({k for each in found for k in each.share}))
-    count = len(found[0].approach)
+    names = np.array(sorted({k for result in results for k in result.share}))
+    count = len(results[0].approach)
     none, zero = [np.nan] * count, [0.0] * count
-    share = np.array([[each.share.get(int(k), zero) for k in names] for each in found])
-    radius = np.array([[each.radius.get(int(k), none) for k in names] for each in found])
+    share = np.array([[result.share.get(int(k), zero) for k in names] for result in results])
+    radius = np.array([[result.radius.get(int(k), none) for k in names] for result in results])
     return names, {"load_share": np.moveaxis(share, -1, 0), "contact_radius": np.moveaxis(radius, -1, 0)}
 
 
@@ -277,5 +277,5 @@ def _dataset(
         "harmonic": ("harmonic", np.arange(1, HARMONICS + 1)),
         "torque": ("torque", np.array(loads)),
     }
-    found = xr.Dataset(described(variables), coords=described(coords))
-    return found.isel(torque=0, drop=True) if single else found
+    dataset = xr.Dataset(described(variables), coords=described(coords))
+    return dataset.isel(torque=0, drop=True) if single else dataset

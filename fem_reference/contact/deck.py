@@ -104,8 +104,8 @@ def deck(
         text += [f"*NSET, NSET={name}BORE", *_list(mesh.bore + first + 1)]
         rest.append(f"*MATERIAL, NAME=OF{name}\n*ELASTIC\n{part.material.E}, {part.material.nu}")
         rest.append(f"*SOLID SECTION, ELSET={name}, MATERIAL=OF{name}\n{thickness}")
-        for each, edges in mesh.surfaces.items():
-            rest.append(f"*SURFACE, NAME={name}{each}, TYPE=ELEMENT")
+        for side, edges in mesh.surfaces.items():
+            rest.append(f"*SURFACE, NAME={name}{side}, TYPE=ELEMENT")
             rest += [f"{numbers[t]}, S{edge + 1}" for t, edge in edges]
         count += len(numbers)
         if name in nodes:

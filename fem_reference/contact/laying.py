@@ -116,15 +116,15 @@ class Laying:
 
         ``least``: separation of the flanks that are nearest [mm].
         """
-        found = self
+        laying = self
         if approach > self.reach:
-            found = replace(found, reach=least + _KNOWN * (approach - least))
+            laying = replace(laying, reach=least + _KNOWN * (approach - least))
         greatest = max(float(each.q.max(initial=0.0)) for each in loads.values())
         if greatest > self.load * (fineness.strip / _ROOM) ** 2:
-            found = replace(found, load=greatest)
+            laying = replace(laying, load=greatest)
         heard = {k: each for k, each in loads.items() if each.q.max(initial=0.0) > _FAINT * greatest}
         short = {k: patch for k, each in heard.items() if (patch := each.patch) is not None}
-        return replace(found, patches={**self.patches, **short}) if short else found
+        return replace(laying, patches={**self.patches, **short}) if short else laying
 
 
 def first_laying(
@@ -161,7 +161,7 @@ def lay_strips(
     middle = (meshing.path_start + meshing.path_end) / 2
     rho = middle * (meshing.tangent_length - middle) / meshing.tangent_length / math.cos(meshing.beta_b)
     half_width = math.sqrt(4 * laying.load * rho / (math.pi * pair.contact_modulus)) / math.cos(meshing.beta_b)
-    found = []
+    strips = []
     for k, some in sections.items():
         if not any(section.gap < laying.reach for section in some):
             continue
@@ -173,8 +173,8 @@ def lay_strips(
             layers=layers, reach=laying.reach,
         )  # fmt: skip
         if strip.near.any():
-            found.append(strip)
-    return found
+            strips.append(strip)
+    return strips
 
 
 def _layers(pair: Pair, effects: tuple[GapEffect, ...], phase: float, k: int, thickness: float) -> NDArray:
@@ -187,18 +187,18 @@ def _layers(pair: Pair, effects: tuple[GapEffect, ...], phase: float, k: int, th
     ends = [0.0, b]
     if tan_b:
         kinks = [u for effect in effects for u in effect.kinks(pair)]
-        at = [
+        inner_ends = [
             (u - meshing.path_start - (phase + k) * meshing.base_pitch) / tan_b
             for u in (meshing.path_start, meshing.path_end, *kinks)
         ]
-        ends += [y for y in at if 0.02 * b < y < 0.98 * b]
+        ends += [y for y in inner_ends if 0.02 * b < y < 0.98 * b]
     ends = np.unique(ends)
-    found = [np.zeros(1)]
+    ends_of_layers = [np.zeros(1)]
     for low, high in pairwise(ends):
         count = max(3, math.ceil((high - low) / thickness))
         x = np.linspace(0.0, 1.0, count + 1)[1:]
-        found.append(low + (high - low) * (x - 0.75 * np.sin(2 * np.pi * x) / (2 * np.pi)))
-    return np.concatenate(found)
+        ends_of_layers.append(low + (high - low) * (x - 0.75 * np.sin(2 * np.pi * x) / (2 * np.pi)))
+    return np.concatenate(ends_of_layers)
 
 
 def _crowded(layers: NDArray, patch: tuple[float, float], fineness: Fineness) -> NDArray:

@@ -139,20 +139,20 @@ def gear_mesh(seats: Sequence[Seat], line_loads: tuple[float, float], fineness: 
     # the teeth of a ring are much of its stiffness
     teeth = _TEETH if gear.teeth >= _TEETH + 2 and len(seats) == 1 else abs(gear.teeth)
     body = Body(gear=gear, bore_radius=require_bores(pair)[index] / 2, teeth=teeth)
-    at = [(seat, touch) for seat in seats for touch in seat.touches]
+    touches = [(seat, touch) for seat in seats for touch in seat.touches]
     patches = []
-    for seat, touch in at:
+    for seat, touch in touches:
         R = touch.radii[seat.index]
         a, widest = (half_width(seat.placement, touch, load) for load in line_loads)
-        own = float(gear.half_angle(np.clip(R, gear.root_radius, gear.tip_radius)))
-        angle = seat.side * own + seat.tooth(touch.pair) * body.pitch_angle
+        half_angle = float(gear.half_angle(np.clip(R, gear.root_radius, gear.tip_radius)))
+        angle = seat.side * half_angle + seat.tooth(touch.pair) * body.pitch_angle
         x, y = R * math.sin(angle), R * math.cos(angle)
         patches.append(Patch(x=x, y=y, radius=2 * widest, size=fineness.contact * a))
     mesh = section_mesh(body, patches, fineness.size, fineness.growth)
     points, boundaries = mesh.doflocs.copy(), mesh.boundaries
     triangles, edges_of = _triangles(mesh)
     surfaces = {}
-    for seat, touch in at:
+    for seat, touch in touches:
         d, side = seat.tooth(touch.pair), seat.side.label
         parts = [on_tooth(part, d) for part in (f"{side}_fillet", f"{side}_flank", "tip")]
         facets = np.concatenate([boundaries[name] for name in parts if name in boundaries])
@@ -160,7 +160,7 @@ def gear_mesh(seats: Sequence[Seat], line_loads: tuple[float, float], fineness: 
         _modify(seat, touch.pair, points)
     middle = mesh.dofs.facet_dofs[0][boundaries["bore"]]
     ends = mesh.facets[:, boundaries["bore"]]
-    held = np.union1d(ends.ravel(), middle)
+    bore_nodes = np.union1d(ends.ravel(), middle)
     weight = np.zeros(points.shape[1])  # of quadratic edges: 1, 4 and 1 sixths of their length
     length = np.hypot(*(points[:, ends[1]] - points[:, ends[0]]))
     for nodes, share in ((ends[0], 1 / 6), (ends[1], 1 / 6), (middle, 4 / 6)):
@@ -168,9 +168,9 @@ def gear_mesh(seats: Sequence[Seat], line_loads: tuple[float, float], fineness: 
     return GearMesh(
         points=seats[0].placed(points),
         triangles=triangles,
-        bore=held,
+        bore=bore_nodes,
         surfaces=surfaces,
-        free=weight[held] if support == (0.0, 0.0) else None,
+        free=weight[bore_nodes] if support == (0.0, 0.0) else None,
     )
 
 
@@ -202,7 +202,7 @@ def _modify(seat: Seat, k: int, points: NDArray) -> None:
     across = away / gear.half_angle(on_profile)
     up = np.clip((R - gear.root_radius) / (gear.form_radius - gear.root_radius), 0.0, 1.0)
     # the loaded half of this tooth, and not the next one
-    here = (across > 0) & (away * gear.teeth < math.pi) & (up > 0)
-    missing = profile.missing(on_profile[here], k) / gear.base_radius
-    theta[here] -= seat.side * missing * np.minimum(across[here], 1.0) * up[here]
+    on_flank = (across > 0) & (away * gear.teeth < math.pi) & (up > 0)
+    missing = profile.missing(on_profile[on_flank], k) / gear.base_radius
+    theta[on_flank] -= seat.side * missing * np.minimum(across[on_flank], 1.0) * up[on_flank]
     points[:] = R * np.array([np.sin(theta), np.cos(theta)])

@@ -139,11 +139,11 @@ def pressed(
 def contact_pairs(seat: Seat, parts: tuple[str, str]) -> list[ContactPair]:
     """Surfaces of a mesh of two parts: the gear whose tip is nearer along the path of contact is the slave."""
     meshing = seat.placement.pair.meshing
-    middle, found = (meshing.path_start + meshing.path_end) / 2, []
+    middle, pairs = (meshing.path_start + meshing.path_end) / 2, []
     for touch in seat.touches:
         slave = 1 if seat.placement.path_position(touch.pair) < middle else 0
-        found.append(ContactPair(name=seat.label(touch.pair), slave=parts[slave], master=parts[1 - slave]))
-    return found
+        pairs.append(ContactPair(name=seat.label(touch.pair), slave=parts[slave], master=parts[1 - slave]))
+    return pairs
 
 
 def stiff(pair: Pair, line_load: float) -> float:

@@ -41,16 +41,16 @@ class Profile:
 
         R is where the flank is: the point of the involute that was moved there lies farther out (T1 of docs/theory.md).
         """
-        gear, own = self.pair.gears[self.gear], self._own()
-        if not own:
+        gear, effects = self.pair.gears[self.gear], self._own()
+        if not effects:
             return np.zeros(len(R))
         length = gear.sign * np.sqrt(np.maximum(R**2 - gear.base_radius**2, 0.0))
-        found = np.zeros(len(R))
+        missing = np.zeros(len(R))
         for _ in range(_STEPS):
-            found = self._missing_at(length + found / math.cos(gear.beta_b), own, k)
-        return found
+            missing = self._missing_at(length + missing / math.cos(gear.beta_b), effects, k)
+        return missing
 
-    def _missing_at(self, roll: NDArray, own: list[GapEffect], k: int) -> NDArray:
+    def _missing_at(self, roll: NDArray, effects: list[GapEffect], k: int) -> NDArray:
         """The same at roll lengths of the involute."""
         u = self.pair.meshing.along_path(self.gear, roll)
         lines = ContactLines(
@@ -61,7 +61,7 @@ class Profile:
             y=np.full((1, 1, len(u)), self.pair.meshing.face_width / 2 if self.y is None else self.y),
             length=np.ones((1, 1)),
         )
-        return sum((each.gap(lines)[0, 0] for each in own), np.zeros(len(u)))
+        return sum((each.gap(lines)[0, 0] for each in effects), np.zeros(len(u)))
 
     def angle(self, R: NDArray, k: int) -> NDArray:
         """Angle [rad] of the flank from the middle of its tooth: e = r_b cos β_b Δψ."""

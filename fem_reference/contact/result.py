@@ -56,10 +56,10 @@ def kept(key: list[Any], compute: Callable[[], PhaseResult]) -> PhaseResult:
     digest = hashlib.sha256(json.dumps([*key, _code()], sort_keys=True, default=repr).encode()).hexdigest()[:32]
     path = cache_folder() / f"contact-{digest}.json"
     try:
-        found = json.loads(path.read_bytes())
+        stored = json.loads(path.read_bytes())
         for name in ("share", "radius"):
-            found[name] = {int(k): values for k, values in found[name].items()}
-        return PhaseResult(**found)
+            stored[name] = {int(k): values for k, values in stored[name].items()}
+        return PhaseResult(**stored)
     except (OSError, ValueError, KeyError, TypeError):
         pass
     result = compute()

@@ -72,16 +72,18 @@ class Bodies:
     def block(self, index: int, i: int, j: int) -> NDArray:
         """B of the surface itself [mm/N], between the teeth of the pairs i and j."""
         flank, material = self.flanks[index], self.pair.materials[index]
-        own = flank.at(i, j)
+        of_teeth = flank.at(i, j)
         if i != j:
-            return own
-        return own + half_space_compression(flank.gear, material.E, material.nu, flank.order, points=24)
+            return of_teeth
+        return of_teeth + half_space_compression(flank.gear, material.E, material.nu, flank.order, points=24)
 
 
 def bodies_of(pair: Pair, accuracy: float) -> Bodies:
     """Both gears, from the cache if available."""
-    found = [cached_compliance(fe_body(pair, index, on_body=True), pair.materials[index], accuracy) for index in (0, 1)]
-    pinion, wheel = (placed_in_mesh(flank, pair, index, False) for index, flank in enumerate(found))
+    flanks = [
+        cached_compliance(fe_body(pair, index, on_body=True), pair.materials[index], accuracy) for index in (0, 1)
+    ]
+    pinion, wheel = (placed_in_mesh(flank, pair, index, False) for index, flank in enumerate(flanks))
     return Bodies(pair=pair, flanks=(pinion, wheel))
 
 
@@ -110,13 +112,15 @@ def _solve(
     pair: Pair, effects: tuple[GapEffect, ...], phase: float, torques: tuple[float, ...], settings: SpatialSettings
 ) -> PhaseResult:
     bodies = bodies_of(pair, settings.accuracy)
-    found = []
+    results = []
     for torque in torques:
         force = 1e3 * torque / pair.gears[0].base_radius
-        one = _settled(pair, effects, phase, force, bodies, settings.fineness)
-        share, radius = ({k: [value] for k, value in each.items()} for each in (one.share, one.radius))
-        found.append(PhaseResult(approach=[one.approach], stiffness=[one.stiffness], share=share, radius=radius))
-    return joined(found)
+        balanced = _settled(pair, effects, phase, force, bodies, settings.fineness)
+        share, radius = ({k: [value] for k, value in each.items()} for each in (balanced.share, balanced.radius))
+        results.append(
+            PhaseResult(approach=[balanced.approach], stiffness=[balanced.stiffness], share=share, radius=radius)
+        )
+    return joined(results)
 
 
 def _settled(
@@ -126,10 +130,10 @@ def _settled(
     laying, sections = first_laying(pair, effects, phase, force)
     for _ in range(_LAYINGS):
         strips = lay_strips(pair, effects, phase, laying, sections, fineness)
-        found = balance(pair, strips, strip_compliance(strips, bodies, fineness), force)
-        better = laying.corrected(found.approach, found.loads, fineness, nearest(sections))
+        balanced = balance(pair, strips, strip_compliance(strips, bodies, fineness), force)
+        better = laying.corrected(balanced.approach, balanced.loads, fineness, nearest(sections))
         if better == laying:
-            return found
+            return balanced
         laying = better
     raise StripError(f"mesh phase {phase:.4g}: strips do not cover the contact after {_LAYINGS} attempts")
 
@@ -152,10 +156,10 @@ def strip_compliance(strips: list[Strip], bodies: Bodies, fineness: Fineness) ->
     total = np.zeros((ends[-1], ends[-1]))
     for index in (0, 1):
         moments = []
-        for i, (strip, at) in enumerate(zip(strips, points, strict=True)):
-            own = slice(ends[i], ends[i + 1])
-            C, P, M = _condensed(bodies, index, strip, at, fineness)
-            total[own, own] += C - M.T @ P @ M
+        for i, (strip, strip_points) in enumerate(zip(strips, points, strict=True)):
+            columns = slice(ends[i], ends[i + 1])
+            C, P, M = _condensed(bodies, index, strip, strip_points, fineness)
+            total[columns, columns] += C - M.T @ P @ M
             moments.append(M)
         for i, left in enumerate(moments):
             for j, right in enumerate(moments):
@@ -181,9 +185,9 @@ def balance(pair: Pair, strips: list[Strip], C: NDArray, force: float) -> _Balan
     forces = np.zeros(len(there))
     forces[there] = P * force
     for strip in strips:
-        own = of_strip[there] == strip.k
-        share[strip.k] = float(P[own].sum())
-        mean = float(P[own] @ (high[there][own] / w[own]))
+        on_strip = of_strip[there] == strip.k
+        share[strip.k] = float(P[on_strip].sum())
+        mean = float(P[on_strip] @ (high[there][on_strip] / w[on_strip]))
         radius[strip.k] = mean / share[strip.k] if share[strip.k] > 0 else math.nan
         loads[strip.k] = _line_load(strip, forces[of_strip == strip.k])
     return _Balance(approach=delta / unit, stiffness=stiffness * unit * force, share=share, radius=radius, loads=loads)
@@ -199,37 +203,37 @@ def _line_load(strip: Strip, forces: NDArray) -> LineLoad:
 
 
 def _condensed(
-    bodies: Bodies, index: int, strip: Strip, at: Points, fineness: Fineness
+    bodies: Bodies, index: int, strip: Strip, points: Points, fineness: Fineness
 ) -> tuple[NDArray, NDArray, NDArray]:
     """Fᵀ K⁻¹ F, P and M of a strip on one gear."""
     pair, flank = bodies.pair, bodies.flanks[index]
     gear, b = pair.gears[index], pair.meshing.face_width
-    y = at.y if index == 0 else b - at.y
+    y = points.y if index == 0 else b - points.y
     layers = strip.layers if index == 0 else b - strip.layers[::-1]
     bounds = _bounds(gear, index, strip)
     near = strip.half / fineness.strip * fineness.contact
     grading = Grading(near=near, far=fineness.size * pair.normal_module, growth=fineness.growth)
     tooth = FineTooth(gear=gear, layers=layers, strip=bounds, grading=grading)
-    force = sp.csr_matrix(at.hats.multiply(at.weight[:, None]))
-    load = tooth.load(at.radii[index], y, tooth.normals(at.normals[index], y), force)
+    force = sp.csr_matrix(points.hats.multiply(points.weight[:, None]))
+    load = tooth.load(points.radii[index], y, tooth.normals(points.normals[index], y), force)
     smooth = _polynomial_load(tooth, flank.order)
-    whole = tooth.compliance(pair.materials[index], sp.csr_matrix(sp.hstack([load, smooth])))
-    m = at.functions
-    moments = flank_polynomials(gear, flank.order, at.radii[index], y).T @ force
-    return whole[:m, :m], whole[m:, m:], np.asarray(moments)
+    compliance = tooth.compliance(pair.materials[index], sp.csr_matrix(sp.hstack([load, smooth])))
+    m = points.functions
+    moments = flank_polynomials(gear, flank.order, points.radii[index], y).T @ force
+    return compliance[:m, :m], compliance[m:, m:], np.asarray(moments)
 
 
 def _bounds(gear: Gear, index: int, strip: Strip) -> NDArray:
     """Radii between which the strip lies on a gear at the ends of its layers, along its own face, (2, layer + 1)."""
     near = np.flatnonzero(strip.near)
-    found = []
+    ends_of_layers = []
     for i in near:
         section = strip.stations[i]
         ends = [float(section.radius(index, np.array(x))) for x in section.window(strip.half)]
-        found.append([min(ends), max(ends)])
+        ends_of_layers.append([min(ends), max(ends)])
     # where the flanks stay apart: as in the nearest section where they do not
     layers = np.arange(len(strip.layers))
-    bounds = np.stack([np.interp(layers, near, each) for each in np.array(found).T])
+    bounds = np.stack([np.interp(layers, near, each) for each in np.array(ends_of_layers).T])
     bounds = np.clip(bounds, gear.root_radius, gear.tip_radius)
     return bounds if index == 0 else bounds[:, ::-1]
 
@@ -239,7 +243,7 @@ def _polynomial_load(tooth: FineTooth, order: tuple[int, int]) -> sp.csr_matrix:
     gear = tooth.gear
     t, w = np.polynomial.legendre.leggauss(3)
     t, w = (t + 1) / 2, w / 2
-    radii, at, weight = [], [], []
+    radii, positions, weight = [], [], []
     for low, high in pairwise(tooth.layers):
         for share, of_y in zip(t, w, strict=True):
             y = low + share * (high - low)
@@ -249,8 +253,8 @@ def _polynomial_load(tooth: FineTooth, order: tuple[int, int]) -> sp.csr_matrix:
             )
             R = (edges[:-1, None] + np.diff(edges)[:, None] * t).ravel()
             radii.append(R)
-            at.append(np.full(len(R), y))
+            positions.append(np.full(len(R), y))
             weight.append((np.diff(edges)[:, None] * w).ravel() * of_y * (high - low))
-    R, y, dA = (np.concatenate(each) for each in (radii, at, weight))
+    R, y, dA = (np.concatenate(each) for each in (radii, positions, weight))
     force = sp.csr_matrix(flank_polynomials(gear, order, R, y) * dA[:, None])
     return tooth.load(R, y, Flank(gear).normal(R, y), force)

@@ -84,10 +84,10 @@ def slice_at(pair: Pair, effects: tuple[GapEffect, ...], phase: float, k: int, y
     # the pinion turned until the flanks just touch
     met = replace(rest, advance=touch.gap if math.isfinite(touch.gap) else 0.0)
     outlines = [met.outline(index, k) for index in (0, 1)]
-    at = [int(np.argmin(np.abs(R - radius))) for (R, _), radius in zip(outlines, touch.radii, strict=True)]
+    nearest = [int(np.argmin(np.abs(R - radius))) for (R, _), radius in zip(outlines, touch.radii, strict=True)]
     # of the flank that is not at its edge
-    smooth = 1 if at[0] >= len(outlines[0][0]) - 2 else 0
-    xy, i = outlines[smooth][1], min(max(at[smooth], 1), len(outlines[smooth][0]) - 2)
+    smooth = 1 if nearest[0] >= len(outlines[0][0]) - 2 else 0
+    xy, i = outlines[smooth][1], min(max(nearest[smooth], 1), len(outlines[smooth][0]) - 2)
     tangent = (xy[:, i + 1] - xy[:, i - 1]) * (1 if smooth == 0 else -1)
     tangent /= np.hypot(*tangent)
     normal = np.array([tangent[1], -tangent[0]])  # out of the pinion
@@ -191,7 +191,7 @@ class Strip:
         t, w = np.polynomial.legendre.leggauss(_POINTS)
         t, w = (t + 1) / 2, w / 2
         n, near = self.cells, self.near
-        found = []
+        blocks = []
         for i in np.flatnonzero(near[1:] | near[:-1]):
             width = self.layers[i + 1] - self.layers[i]
             for share, of_y in zip(t, w, strict=True):
@@ -203,16 +203,16 @@ class Strip:
                 along = (np.arange(n)[:, None] + t).ravel()
                 x = low + (high - low) * along / n
                 weight = np.tile(w, n) * (high - low) / n * of_y * width
-                found.append((section, x, y, weight, along, i + share))
-        return self._collected(found)
+                blocks.append((section, x, y, weight, along, i + share))
+        return self._collected(blocks)
 
-    def _collected(self, found: list[tuple]) -> Points:
+    def _collected(self, blocks: list[tuple]) -> Points:
         n, near = self.cells, self.near
         count = np.where(near)[0]
         number = np.full(len(near), -1)
         number[count] = np.arange(count.size)
         rows, columns, values = [], [], []
-        for block, (_, x, _, _, along, across) in enumerate(found):
+        for block, (_, x, _, _, along, across) in enumerate(blocks):
             row = block * len(x) + np.arange(len(x))
             j, i = np.minimum(along.astype(int), n - 1), int(across)
             for di, in_y in ((0, 1 - (across - i)), (1, across - i)):
@@ -222,20 +222,20 @@ class Strip:
                     rows.append(row)
                     columns.append(number[i + di] * (n + 1) + j + dj)
                     values.append(in_x * in_y)
-        size = (sum(len(each[1]) for each in found), count.size * (n + 1))
+        size = (sum(len(each[1]) for each in blocks), count.size * (n + 1))
         hats = sp.csr_matrix(
             (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))) if values else size, shape=size
         )
-        of_point = [np.full(len(each[1]), i) for i, each in enumerate(found)]
-        which = np.concatenate(of_point) if found else np.zeros(0, dtype=int)
-        sections, x, y, weight = ([each[c] for each in found] for c in range(4))
+        of_point = [np.full(len(each[1]), i) for i, each in enumerate(blocks)]
+        which = np.concatenate(of_point) if blocks else np.zeros(0, dtype=int)
+        sections, x, y, weight = ([each[c] for each in blocks] for c in range(4))
         pairs = list(zip(sections, x, strict=True))
         return Points(
             x=np.concatenate([*x, []]),
             y=np.array([*y, 0.0])[which],
             weight=np.concatenate([*weight, []]),
             radii=np.stack([np.concatenate([*(s.radius(index, at) for s, at in pairs), []]) for index in (0, 1)]),
-            normals=np.stack([s.normals for s in sections], axis=1)[:, which] if found else np.zeros((2, 0, 2)),
+            normals=np.stack([s.normals for s in sections], axis=1)[:, which] if blocks else np.zeros((2, 0, 2)),
             lever=np.array([*(s.lever for s in sections), 0.0])[which],
             gap=np.concatenate([*(s.separation(at) for s, at in pairs), []]),
             hats=hats,

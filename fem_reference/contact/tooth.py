@@ -91,9 +91,9 @@ class FineTooth:
         count = math.ceil(number[-1].max())
         share = np.linspace(0.0, 1.0, 2 * count + 1)
         at_ends = np.stack([np.interp(share * each[-1], each, R) for each in number.T], axis=1)
-        found = np.empty((len(share), 2 * at_ends.shape[1] - 1))
-        found[:, ::2], found[:, 1::2] = at_ends, (at_ends[:, 1:] + at_ends[:, :-1]) / 2
-        return found
+        radii = np.empty((len(share), 2 * at_ends.shape[1] - 1))
+        radii[:, ::2], radii[:, 1::2] = at_ends, (at_ends[:, 1:] + at_ends[:, :-1]) / 2
+        return radii
 
     @cached_property
     def shares(self) -> NDArray:
@@ -147,12 +147,12 @@ class FineTooth:
         flat = self._flat
         corner = flat.p[:, flat.t]
         low = corner.min(axis=1)
-        at = np.full(self._counts, -1)
-        at[tuple(low.astype(int))] = np.arange(flat.nelements)
+        element = np.full(self._counts, -1)
+        element[tuple(low.astype(int))] = np.arange(flat.nelements)
         # all elements are alike
         offset, reference = corner[:, :, 0] - low[:, :1], flat.elem.refdom.p
         affine = np.linalg.lstsq(np.vstack([offset, np.ones(8)]).T, reference.T, rcond=None)[0].T
-        return at[:, -1], affine[:, :3], affine[:, 3]
+        return element[:, -1], affine[:, :3], affine[:, 3]
 
     def interpolation(self, R: NDArray, y: NDArray) -> sp.csr_matrix:
         """Values at points of the loaded flank from those at the nodes, (point, node)."""

@@ -74,25 +74,25 @@ def solve_set(
     loads = (0.5 * force / b, 0.5 * force / b)
     seats = seated(pairs, phase, force / b, gaps)
     meshes = (gear_mesh(own, loads, settings.fineness) for own in (seats[:1], seats[1:3], seats[3:]))
-    materials, at = (*inner.materials, outer.materials[1]), ((0.0, 0.0), seats[2].origin, (0.0, 0.0))
+    materials, axes = (*inner.materials, outer.materials[1]), ((0.0, 0.0), seats[2].origin, (0.0, 0.0))
     turns, pins = (sun.base_radius, planet.base_radius, None), (None, pin, None)
     parts = [
         Part(name=name, mesh=mesh, material=material, axis=axis, base_radius=turn, pin=spring)
-        for name, mesh, material, axis, turn, spring in zip("SPR", meshes, materials, at, turns, pins, strict=True)
+        for name, mesh, material, axis, turn, spring in zip("SPR", meshes, materials, axes, turns, pins, strict=True)
     ]
     sides = [(seats[0], "SP", sun.base_radius), (seats[3], "PR", -ring.base_radius)]
     contacts = [each for seat, names, _ in sides for each in contact_pairs(seat, (names[0], names[1]))]
     penalty = settings.penalty * stiff(inner, loads[0])
     text = deck(parts, contacts, [NodalLoad(force=force)], penalty=penalty, thickness=b)
-    (found,) = run(text, [contact.name for contact in contacts])
-    moments = [{touch.pair: found.moment[seat.label(touch.pair)] for touch in seat.touches} for seat, *_ in sides]
+    (step,) = run(text, [contact.name for contact in contacts])
+    moments = [{touch.pair: step.moment[seat.label(touch.pair)] for touch in seat.touches} for seat, *_ in sides]
     first, second = ({k: M / sum(own.values()) for k, M in own.items()} for own in moments)
     inside, outside = seats[0].placement, seats[3].placement
     return SetPhase(
         phase=((inside.phase - outside.advance / inner.meshing.base_pitch) % 1.0, phase),
-        sun=inside.advance + outside.advance + found.rotation,
-        planet=outside.advance - found.motions[1][0],
-        pin=(0.0, 0.0) if pin is None else found.motions[2],
+        sun=inside.advance + outside.advance + step.rotation,
+        planet=outside.advance - step.motions[1][0],
+        pin=(0.0, 0.0) if pin is None else step.motions[2],
         force=(sum(moments[0].values()) / sides[0][2], sum(moments[1].values()) / sides[1][2]),
         share=(first, second),
     )
