@@ -107,7 +107,7 @@ def room() -> float:
 
 
 def require_each(bytes_each: float, count: int, key: str, of: str) -> None:
-    """Refuse ``count`` items of ``each`` bytes if they exceed the budget.
+    """Refuse ``count`` items of ``bytes_each`` bytes if they exceed the budget.
 
     Parameters
     ----------

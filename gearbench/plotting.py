@@ -86,7 +86,7 @@ def over_two_periods(dataset: xr.Dataset, name: str, axes: Axes | None = None, c
 def _points(dataset: xr.Dataset, name: str, along: str) -> list[tuple[xr.Dataset, str | None, Any]]:
     """Choose points of a sweep: Dataset, label and colour; a single scene has no label and colour.
 
-    ``own`` is the dimension of the variable that is not swept.
+    ``along`` is the dimension of the variable that is not swept.
     """
     from matplotlib import colormaps
 
@@ -118,7 +118,7 @@ def _legend(axes: Axes) -> Axes:
 
 
 def _one_point(dataset: xr.Dataset, name: str, *allowed: str) -> None:
-    """Refuse a sweep for a figure of a single scene; ``own`` are the dimensions that a scene has."""
+    """Refuse a sweep for a figure of a single scene; ``allowed`` are the dimensions that a scene has."""
     for dim in dataset[name].dims:
         if dim not in allowed:
             raise InputError(

@@ -12,7 +12,7 @@ _NAME = "gearbench.cli"
 
 
 def begin(verbose: bool) -> bool:
-    """Show the log from now on, if ``wanted``, and return ``wanted``; times count from the import of ``logging``."""
+    """Show the log from now on, if ``verbose``, and return ``verbose``; times count from the import of ``logging``."""
     end()
     if verbose:
         handler = logging.StreamHandler(sys.stderr)

@@ -209,7 +209,7 @@ class FlankCompliance:
 
 @lru_cache(maxsize=256)
 def joined(tooth: FlankCompliance, shared: FlankCompliance) -> FlankCompliance:
-    """Sum of the ``own`` compliance of each tooth and a compliance ``shared`` by the teeth, on one flank.
+    """Sum of the compliance ``tooth`` of each tooth and a compliance ``shared`` by the teeth, on one flank.
 
     Close to the root a clamped tooth yields less than the half-space of the contact law, so its compliance has negative
     directions, which the body compensates. Negative directions of the sum are raised to zero (``docs/theory.md``).

@@ -273,7 +273,7 @@ class ToothedRing:
     def _rooted(self, displacement: NDArray) -> NDArray:
         """Motions of the root of tooth 0 for the waves m = 0 … z/2, (m, root, …), in the phases of its functions.
 
-        ``moved``: amplitudes of the rim for the harmonics n = 0, 1, …, (n, field·j, …).
+        ``displacement``: amplitudes of the rim for the harmonics n = 0, 1, …, (n, field·j, …).
         """
         gear, across, q = self.tooth.gear, self.tooth.order[0], self.axis_order
         z, psi, last = abs(gear.teeth), abs(gear.root_half_angle), len(displacement) - 1
@@ -289,7 +289,7 @@ class ToothedRing:
         return at_roots.reshape(z // 2 + 1, 3 * across * q, -1)
 
     def _joint(self, S: NDArray, displacement: NDArray) -> NDArray:
-        """Motions of the root after the teeth have stiffened the ring: (1 + B S)⁻¹ ``moved``, (m, root, …)."""
+        """Motions of the root after the teeth have stiffened the ring: (1 + B S)⁻¹ ``displacement``, (m, root, …)."""
         weights, c = self._harmonics
         ((parts, taken),) = _coupled_functions(self.tooth.order[0], self.axis_order, False)
         order = np.concatenate(parts)

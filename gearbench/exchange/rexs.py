@@ -99,7 +99,7 @@ def find_stage(document: RexsDocument, name: str | int | None) -> Stage:
     Raises
     ------
     InputError
-        If there is no such stage, or ``wanted`` is None and there are several.
+        If there is no such stage, or ``name`` is None and there are several.
     """
     all_stages = stages(document)
     known = ", ".join(f"{stage.number} (id {stage.component.id})" for stage in all_stages)

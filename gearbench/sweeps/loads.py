@@ -92,7 +92,7 @@ def _most_positions(scene: Scene) -> int:
 
 @single_threaded_blas()
 def _together(scenes: Sequence[Scene], cycles: Sequence[tuple], shared: Shared) -> list[Solved]:
-    """Solve scenes that differ only in the load, each at its phases ``found``; one solution if they share phases."""
+    """Solve scenes that differ only in the load, each at the phases of its cycle; one solution if they share phases."""
     counts, alike = ([len(phase) for phase, _, _ in cycles], all(each is cycles[0] for each in cycles))
     # loads share the phases on panels that the load does not change
     phase, position = np.unique(np.concatenate([phase for phase, _, _ in cycles]), return_inverse=True)

@@ -124,7 +124,7 @@ class _Keeper:
     due: float = field(default_factory=lambda: time.perf_counter() + KEEP_LEAST)
 
     def look(self, solved: Mapping[tuple[float, ...], Point]) -> None:
-        """Save the points ``found`` if the pause since the last save is over."""
+        """Save the points ``solved`` if the pause since the last save is over."""
         if self.keep is None or (begun := time.perf_counter()) < self.due:
             return
         self.keep(self.whole(solved))

@@ -133,7 +133,7 @@ def test_results_go_into_the_stages_of_the_set(tmp_path):
 def test_only_sets_are_written(tmp_path):
     gears = {"pinion": {"teeth": 20}, "wheel": {"teeth": 30}}
     pair = {"pair": {"normal_module": 2.0, "face_width": 20.0, "centre_distance": 50.5, **gears}}
-    with pytest.raises(InputError, match="of planetary sets"):
+    with pytest.raises(InputError, match="only planetary sets"):
         write_planetary(parse_scene({**pair, "load": {"torque": 50.0}, "effects": EFFECTS}), tmp_path / "pair.rexs")
     with pytest.raises(InputError, match="must end in"):
         write_planetary(scene(), tmp_path / "set.xml")

@@ -228,7 +228,7 @@ def test_radial_assembly_by_the_closed_form(z1, z2):
         ({"wheel": {"tip_diameter": 118.0}}, "base circle|trims"),
         ({"a": 40.0}, "base radii"),
         ({"a": 46.8, "pinion": {"profile_shift": 0.0}, "wheel": {"profile_shift": 0.0}}, "overlap"),
-        ({"temperature": {"wheel": 80.0}}, "alike"),
+        ({"temperature": {"wheel": 80.0}}, "the same thermal strain"),
     ],
 )
 def test_faults_are_one_line(change, message):
