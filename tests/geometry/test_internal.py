@@ -360,7 +360,7 @@ def test_conforming_flanks_are_warned_of():
         assert any("conforming" in line for line in warnings(other, fake)) == warned
 
 
-def near_rack_scene(teeth: int, helix: float) -> Scene:
+def near_rack_scene(teeth: int, helix: float, off_line: bool) -> Scene:
     """A pinion in mesh with a wheel (z > 0) or ring (z < 0) of many teeth, with the same rim thickness.
 
     The cutter of the ring has half as many teeth as the ring. On helical gears it must be sharp to cut the teeth of a
@@ -372,8 +372,7 @@ def near_rack_scene(teeth: int, helix: float) -> Scene:
     wheel = {"teeth": teeth, "addendum": 0.9, "profile_shift": -0.1, **root}
     wheel |= {"bore_diameter": m_t * teeth - 2 * rim} if teeth > 0 else {"outer_diameter": 2 * rim - m_t * teeth}
     wheel |= {"cutter": {"teeth": -teeth // 2}} if teeth < 0 else {}
-    # off the line, helical lines end where a coarse solution has them (1e-5)
-    off_line = {} if helix else {"off_line_contact": {}}
+    contact = {"off_line_contact": {}} if off_line else {}
     return parse_scene({
         "pair": {
             "normal_module": 2.0, "helix_angle": helix, "face_width": width,
@@ -382,7 +381,7 @@ def near_rack_scene(teeth: int, helix: float) -> Scene:
         },
         "load": {"torque": 100.0},
         "effects": {
-            "tooth_bending": {"model": "solid"}, "gear_body": {}, "hertz": {}, **off_line,
+            "tooth_bending": {"model": "solid"}, "gear_body": {}, "hertz": {}, **contact,
             "tip_relief": {"amount": 10.0, "length": 0.6},
         },
         "resolution": {"positions": 16, "segments": 9},
@@ -390,18 +389,28 @@ def near_rack_scene(teeth: int, helix: float) -> Scene:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("helix", "share"), [(0.0, 0.9), (20.0, 0.75)])
-def test_a_simulation_with_a_ring_and_one_with_a_wheel_meet_at_the_rack(helix, share):
-    """Polynomials in 1/z from both sides agree at 1/z = 0, except at some phases where a line begins to touch.
+@pytest.mark.parametrize(
+    ("helix", "off_line", "median", "share", "most"),
+    [
+        (0.0, False, 1e-6, 0.9, 2e-6),
+        (0.0, True, 1e-6, 0.9, 2e-5),
+        (20.0, False, 1e-6, 0.75, 2e-6),
+        (20.0, True, 5e-5, 0.9, 4e-4),
+    ],
+)
+def test_a_simulation_with_a_ring_and_one_with_a_wheel_meet_at_the_rack(helix, off_line, median, share, most):
+    """Polynomials in 1/z from both sides agree at 1/z = 0 where the curves are smooth functions of 1/z.
 
-    There the curves have kinks in 1/z, which the extrapolation makes thirty times larger.
+    The extrapolation makes differences thirty times larger. Curves have a kink in 1/z at phases at which, between 630
+    and 2000 teeth, a line begins to touch or contact moves to another part of a flank. Off the line, lines of helical
+    gears end where a coarse solution has them: an error of 1e-6, also with finer tables of separation and law.
     """
     count = np.array([630.0, 1000.0, 1400.0, 2000.0])
     found = []
     for sign in (1, -1):
-        each = [simulate(near_rack_scene(int(sign * z), helix)) for z in count]
+        each = [simulate(near_rack_scene(int(sign * z), helix, off_line)) for z in count]
         curves = np.array([[d.transmission_error.values, d.mesh_stiffness.values] for d in each]).reshape(4, -1)
         found.append(np.linalg.solve(np.vander(1e3 / count, increasing=True), curves)[0])
     off = np.abs(found[0] / found[1] - 1)
-    assert np.median(off) < 1e-6
-    assert np.quantile(off, share) < 2e-5
+    assert np.median(off) < median
+    assert np.quantile(off, share) < most
