@@ -169,10 +169,3 @@ def test_workers_end_with_a_program_that_has_no_guard(tmp_path, how):
     while child.exists():
         assert time.monotonic() < deadline
         time.sleep(0.1)
-
-
-def test_a_search_on_worker_processes_leaves_nothing_on_the_error_stream(tmp_path):
-    (tmp_path / "study.toml").write_text(SMALL.to_toml(), encoding="utf-8")
-    command = [sys.executable, "-m", "gearbench", "optimise", tmp_path / "study.toml", "-o", tmp_path / "out", "-q"]
-    done = subprocess.run([*command, "--threads", "2"], cwd=ROOT, capture_output=True, text=True, check=False)
-    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
