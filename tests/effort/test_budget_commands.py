@@ -100,7 +100,7 @@ def test_memory_of_a_response_with_loss_of_contact():
 
 
 @pytest.mark.parametrize(
-    ("harmonics", "few", "many"), [(2, 2000, 5000), pytest.param(12, 400, 1000, marks=pytest.mark.slow)]
+    ("harmonics", "few", "many"), [(2, 2000, 5000), pytest.param(12, 1000, 2000, marks=pytest.mark.slow)]
 )
 def test_memory_of_scattered_samples(harmonics, few, many):
     scene = on_shafts(effects={**HERTZ, "manufacturing_errors": {"preset": "garambois2017"}})
