@@ -163,7 +163,7 @@ def warnings(solved: Solved | SolvedTrain) -> list[str]:
     for mesh in {mesh.scene.pair: mesh for mesh in by_load}.values():
         greatest = xr.Dataset({"flank_pressure_max": np.nanmax(flank.pressure(mesh))})
         lines += scene_warnings(mesh.scene, greatest)
-    return lines
+    return list(dict.fromkeys(lines))
 
 
 #: Outputs of a pair over torque; those of a train are in every Dataset.
