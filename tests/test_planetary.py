@@ -16,6 +16,7 @@ from gearbench.effort.plan import plan
 from gearbench.errors import InputError
 from gearbench.results.train_cycle import USUAL_OF_TRAIN
 from gearbench.scene_file import parse_scene
+from gearbench.sweeps.figures import draw_sweep
 from gearbench.trains.figures import draw_train
 from gearbench.trains.scatter import offsets, sampled_train
 from gearbench.trains.solve import solve_train
@@ -281,6 +282,16 @@ def test_the_plan_counts_meshes_and_motions():
     assert made.parts[-1].name == "robust"
     # one mesh cycle for each tooth of the ring that the planets pass
     assert 0.01 < made.megabytes["hunting"] < 10.0
+
+
+def test_a_load_range_is_drawn_of_the_transmission_error_of_the_set(tmp_path, monkeypatch):
+    drawn, save = [], Figure.savefig
+    monkeypatch.setattr(Figure, "savefig", lambda own, *a, **k: (drawn.append(own), save(own, *a, **k)))
+    dataset = sweep(parse_scene(tables(planets=4)), torque=[100.0, 200.0])
+    assert len(draw_sweep(dataset, tmp_path)) == 3
+    axes = drawn[1].axes[0]
+    assert_allclose(axes.lines[0].get_ydata(), dataset["train_transmission_error_peak_to_peak"])
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("torque on sun [N·m]", "peak-to-peak Δ [µm]")
 
 
 @pytest.mark.parametrize(

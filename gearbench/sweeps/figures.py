@@ -16,44 +16,50 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
 
+    from gearbench.scene import Scene
+
 #: Largest number of curves of a Harris map, and of orders shown over the torque.
 CURVES, ORDERS = 8, 5
 
 
 def harris_map(dataset: xr.Dataset, axes: Axes, *, about_mean: bool = False) -> Axes:
-    """STE over the roll angle of the pinion at several torques, as in Harris 1958, over two mesh periods.
+    """STE over the roll angle of the pinion at several torques, as in Harris 1958, over two cycles.
 
-    ``about_mean``: subtract the mean at each torque.
+    That of a train is drawn over the phase of its first mesh. ``about_mean``: subtract the mean at each torque.
     """
     from matplotlib import colormaps
 
-    scene = scene_of(dataset)
+    scene, length = scene_of(dataset), max(1, round(float(dataset["mesh_phase"].max())))
     gear, meshing = scene.pair.gears[0], scene.pair.meshing
     period, first = 360.0 / gear.teeth, math.degrees(meshing.path_start / gear.base_radius)
+    if scene.coupled:
+        period, first = 1.0, 0.0
     loads = dataset["torque"].values
     for i in np.unique(np.linspace(0, len(loads) - 1, min(CURVES, len(loads))).round().astype(int)):
         one = dataset.isel(torque=i)
         curves = panels(one, "transmission_error")
-        x = np.concatenate([phase + turn for turn in (0, 1) for phase, _ in curves])
+        x = np.concatenate([phase + turn for turn in (0, length) for phase, _ in curves])
         y = np.concatenate([values for _, values in curves] * 2)
         y = y - float(one["transmission_error_mean"]) if about_mean else y
         colour = colormaps["viridis"](0.9 * i / max(len(loads) - 1, 1))
         axes.plot(first + period * x, y, color=colour, lw=1.4, label=f"{loads[i]:g} N·m")
     roll = math.degrees(meshing.pitch_point / gear.base_radius)
-    if first <= roll <= first + 2 * period:
+    if not scene.coupled and first <= roll <= first + 2 * period:
         axes.axvline(roll, color=GREY, lw=0.8, ls=":")
         axes.annotate("C", (roll, 1.01), xycoords=("data", "axes fraction"), ha="center", color=GREY, fontsize=8)
-    label = "δ minus its mean [µm]" if about_mean else "δ [µm]"
-    axes.set(xlabel="roll angle of the pinion [°]", ylabel=label, xlim=(first, first + 2 * period))
+    label = f"{_symbol(scene)} minus its mean [µm]" if about_mean else f"{_symbol(scene)} [µm]"
+    along = "phase of the first mesh τ [mesh periods]" if scene.coupled else "roll angle of the pinion [°]"
+    axes.set(xlabel=along, ylabel=label, xlim=(first, first + 2 * length * period))
     return axes
 
 
 def orders_over_torque(dataset: xr.Dataset, axes: Axes) -> Axes:
     """Amplitudes of the first mesh orders of STE over the torque."""
     amplitude = dataset["transmission_error_amplitude"].transpose("harmonic", "torque").values
-    for n, values in enumerate(amplitude[:ORDERS], start=1):
-        axes.plot(dataset["torque"], values, marker=".", lw=1.4, color=f"C{n - 1}", label=f"order {n}")
-    axes.set(xlabel="torque on the pinion [N·m]", ylabel="amplitude of δ [µm]", yscale="log")
+    for n, (order, values) in enumerate(zip(dataset["harmonic"].values, amplitude[:ORDERS], strict=False)):
+        axes.plot(dataset["torque"], values, marker=".", lw=1.4, color=f"C{n}", label=f"order {order:.4g}")
+    scene = scene_of(dataset)
+    axes.set(xlabel=_torque(scene), ylabel=f"amplitude of {_symbol(scene)} [µm]", yscale="log")
     top = np.nanmax(amplitude)
     axes.set_ylim(max(np.nanmin(amplitude[:ORDERS]) / 1.5, 1e-4 * top), 1.5 * top)
     return axes
@@ -76,15 +82,28 @@ def peak_to_peak_over_torque(dataset: xr.Dataset, axes: Axes) -> Axes:
             point = (load[least], values[least])
             axes.annotate(text, point, (shift, -5), textcoords="offset points", ha=side, color=ORANGE)
     highest = max(np.nanmax(one["transmission_error_peak_to_peak"]) for _, one in points)
-    axes.set(xlabel="torque on the pinion [N·m]", ylabel="peak-to-peak δ [µm]", ylim=(0, 1.08 * highest))
+    scene = scene_of(dataset)
+    axes.set(xlabel=_torque(scene), ylabel=f"peak-to-peak {_symbol(scene)} [µm]", ylim=(0, 1.08 * highest))
     return axes
 
 
+def _symbol(scene: Scene) -> str:
+    """Symbol of the transmission error."""
+    return "Δ" if scene.coupled else "δ"
+
+
+def _torque(scene: Scene) -> str:
+    """Label of the torque."""
+    return f"torque on {scene.geometry.meshes[0].driver if scene.coupled else 'the pinion'} [N·m]"
+
+
 def draw_sweep(dataset: xr.Dataset, folder: Path) -> list[Path]:
-    """Write the figures of a load range.
+    """Write the figures of a load range, for a train those of its own transmission error.
 
     If other keys are swept too, Harris map and orders show the first of their values, as the titles say.
     """
+    names = {name: name.removeprefix("train_") for name in map(str, dataset) if name.startswith("train_transmission")}
+    dataset = dataset.drop_vars(names.values(), errors="ignore").rename(names)
     if not (points := _points(dataset)):  # interrupted before the torques of one point were done
         return []
     label, curves = points[0]
