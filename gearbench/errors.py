@@ -66,12 +66,14 @@ class InputError(ValueError):
 
 
 @contextmanager
-def naming(file: object) -> Iterator[None]:
-    """Context that adds ``file`` to every ``InputError`` that does not name a file."""
+def naming(file: object = "", *, below: str = "") -> Iterator[None]:
+    """Context for every ``InputError``: its key is ``below`` that table, its file is ``file`` unless it names one."""
     try:
         yield
     except InputError as error:
-        raise error if error.file else error.in_file(str(file)) from None
+        raise InputError(
+            f"{below}.{error.key}".strip("."), error.value, error.allowed, error.file or str(file)
+        ) from None
 
 
 def one_of(name: str, names: Iterable[str]) -> str:

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import is_dataclass
 from typing import Any
 
-from gearbench.errors import InputError, one_of
+from gearbench.errors import InputError, naming, one_of
 from gearbench.schema import Key, changed, keys, read
 
 
@@ -102,10 +102,8 @@ def with_values(
     if unknown := [name for name in below if name not in known]:
         raise InputError(f"{at}.{unknown[0]}".strip("."), "unknown key", one_of(unknown[0], known))
     parts = {name: new(getattr(table, name), name, known[name].table) for name in below}
-    try:
+    with naming(below=at):
         return changed(table, **parts)
-    except InputError as error:
-        raise error.within(at) from None
 
 
 def _number(items: Sequence[Any], part: str) -> int | None:

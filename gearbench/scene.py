@@ -14,7 +14,7 @@ from pydantic import ConfigDict, Field, model_validator
 from pydantic.dataclasses import dataclass
 
 from gearbench.effects.base import ComplianceEffect, Effect, Effects, GapEffect
-from gearbench.errors import InputError
+from gearbench.errors import InputError, naming
 from gearbench.geometry.names import GEARS, PAIR
 from gearbench.geometry.pair import Pair
 from gearbench.geometry.train import Train
@@ -186,10 +186,8 @@ class Scene:
             for other, reason in effect.conflicts.items():
                 if other in names:
                     raise InputError(f"effects.{effect.name}", "given", f"conflicts with effects.{other}: {reason}")
-            try:
+            with naming(below=f"effects.{effect.name}"):
                 effect.check(self.pair, self.effects_by_name)
-            except InputError as error:
-                raise error.within(f"effects.{effect.name}") from None
         self._check_loads()
         if not any(isinstance(effect, ComplianceEffect) for effect in self.effects):
             raise InputError("effects", ", ".join(names) or "none", "at least one must add compliance, e.g. hertz")
@@ -220,10 +218,8 @@ class Scene:
                 raise InputError(key, "given", "must be an effect of the flank's shape, e.g. tip_relief")
             if [other.name for other in self.coast].count(effect.name) > 1:
                 raise InputError(key, "given twice", "each effect at most once")
-            try:
+            with naming(below=key):
                 effect.check(self.pair, self.effects_by_name)
-            except InputError as error:
-                raise error.within(key) from None
 
     @property
     def effects_by_name(self) -> Effects:

@@ -10,7 +10,7 @@ from typing import Any
 
 from gearbench.effects.base import Effect
 from gearbench.effects.registry import EFFECTS, RENAMED, effect_class, effect_names
-from gearbench.errors import InputError, one_of
+from gearbench.errors import InputError, naming, one_of
 from gearbench.geometry.names import GEARS
 from gearbench.geometry.pair import Pair
 from gearbench.geometry.planetary import MEMBERS, SHARED, Planetary
@@ -50,11 +50,8 @@ def read_scene(path: str | Path) -> Scene:
     ['tooth_bending', 'hertz']
     """
     path = Path(path)
-    try:
-        with files_in(path.parent):
-            scene = parse_scene(read_toml(path))
-    except InputError as error:
-        raise error.in_file(str(path)) from None
+    with naming(path), files_in(path.parent):
+        scene = parse_scene(read_toml(path))
     _LOG.info("read %s: %s", path, ", ".join(effect.name for effect in scene.effects))
     return scene
 

@@ -18,7 +18,7 @@ from gearbench.effects.distributions import DISTRIBUTIONS, Distribution
 from gearbench.effects.expansion import ErrorModes, Expansion
 from gearbench.effects.shape import MICROMETRE, Along, Gears, Range, Shape, barrel, chosen, face_slope, opening, slope
 from gearbench.effects.varied import Eccentricity, PitchKind, RandomVariable, RunOut, SizeScatter, VariedKey
-from gearbench.errors import InputError
+from gearbench.errors import InputError, naming
 from gearbench.geometry.action import ContactLines, pair_indices
 from gearbench.geometry.names import GEARS
 from gearbench.geometry.pair import Pair
@@ -214,10 +214,8 @@ class ManufacturingErrors(GapEffect):
         """Refuse a class or gears outside the scope of the standard, and impossible variations."""
         self.variables(pair)
         for i, each in enumerate(self.varied):
-            try:
+            with naming(below=f"varied.{i}"):
                 each.check(pair, effects)
-            except InputError as error:
-                raise error.within(f"varied.{i}") from None
 
     def convention(self) -> ManufacturingErrors:
         """These errors, or the errors of the preset."""

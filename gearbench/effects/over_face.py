@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 from gearbench.effects.base import Effects
 from gearbench.effects.shape import Shape, ShapeEffect, each_gear
-from gearbench.errors import InputError
+from gearbench.errors import naming
 from gearbench.geometry.names import GEARS
 from gearbench.geometry.pair import Pair
 
@@ -27,10 +27,8 @@ class OverFace(ShapeEffect):
     def check(self, pair: Pair, effects: Effects) -> None:
         """Refuse shapes that do not fit on a face."""
         for index, table in self.tables().items():
-            try:
+            with naming(below="" if index is None else GEARS[index]):
                 table.check(pair.face_of(index))
-            except InputError as error:
-                raise error if index is None else error.within(GEARS[index]) from None
 
     def shapes(self, pair: Pair) -> list[Shape]:
         """The shapes of all tables."""

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from gearbench.errors import InputError
+from gearbench.errors import InputError, naming
 from gearbench.exchange.rexs_document import Component, RexsDocument, read_document
 from gearbench.exchange.rexs_gear import RexsGear, read_gear, read_material, read_seat
 from gearbench.exchange.rexs_planetary import PlanetaryStage, planetary_stages, planetary_tables
@@ -147,20 +147,16 @@ def scene_of(document: RexsDocument, stage_data: StageScene) -> Scene:
     if "load" not in stage_data.tables:
         drive = "its torque does not follow from the external loads: give it (--torque)"
         raise InputError(f"component {stage_data.stage.component.id}.torque", "missing", drive, str(document.path))
-    try:
+    with naming(document.path, below=f"stage {stage_data.stage.number}"):
         return parse_scene(stage_data.tables)
-    except InputError as error:
-        raise error.within(f"stage {stage_data.stage.number}").in_file(str(document.path)) from None
 
 
 def pair_of(document: RexsDocument, stage_data: StageScene) -> Pair:
     """Make the pair of a stage (sun-planet in a set), for which no torque is needed; errors name file and stage."""
     if stage_data.stage.planetary is not None:
         return scene_of(document, replace(stage_data, tables={"load": {"torque": 1.0}, **stage_data.tables})).pair
-    try:
+    with naming(document.path, below=f"stage {stage_data.stage.number}.pair"):
         return read(Pair, stage_data.tables["pair"])
-    except InputError as error:
-        raise error.within(f"stage {stage_data.stage.number}.pair").in_file(str(document.path)) from None
 
 
 def stage_scene(
@@ -173,10 +169,8 @@ def stage_scene(
     InputError
         If the stage cannot be read; names file, component and attribute.
     """
-    try:
+    with naming(document.path):
         return _stage_scene(document, stage, torque, load_case)
-    except InputError as error:
-        raise error.in_file(str(document.path)) from None
 
 
 def _stage_scene(document: RexsDocument, stage: Stage, torque: float | None, load_case: int | None) -> StageScene:

@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from gearbench.errors import InputError
+from gearbench.errors import InputError, naming
 from gearbench.exchange.rexs import Stage, find_stage, scene_of, stage_scene, stages
 from gearbench.exchange.rexs_document import Component, RexsDocument, read_document
 from gearbench.exchange.rexs_gear import read_gear, read_material
@@ -68,11 +68,9 @@ def system_scene(
         raise InputError("stage", f"with planetary stage {', '.join(sets)}", allowed, str(document.path))
     further = [stage_scene(document, other, load_case=load_case) for other in others]
     scene = scene_of(document, stage_data)
-    try:
+    with naming(document.path):
         tables, notes = _tables(document, first, others, load_case)
         system = read(System, tables)
-    except InputError as error:
-        raise error.in_file(str(document.path)) from None
     scenes = tuple(scene_of(document, one) for one in further)
     return replace(scene, system=system, further=scenes), (*stage_data.notes, *notes)
 

@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import BeforeValidator, Field
 from pydantic.dataclasses import dataclass
 
-from gearbench.errors import InputError
+from gearbench.errors import InputError, naming
 from gearbench.geometry.blank import CUTTER, RACK, blank_of
 from gearbench.geometry.cutter import Cutter, standard_cutter, standard_rounding
 from gearbench.geometry.faces import Ends, Faces
@@ -276,12 +276,10 @@ class Pair:
         member, gear = self.members[index], self.gears[index]
         diameter = member.bore_diameter if gear.teeth > 0 else member.outer_diameter
         if diameter is not None:
-            try:
+            with naming(below=GEARS[index]):
                 blank_of(gear.blank).support(gear, diameter)
                 if member.support is not None:
                     member.support.check(diameter)
-            except InputError as error:
-                raise error.within(GEARS[index]) from None
 
     @property
     def is_internal(self) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from gearbench.errors import InputError
+from gearbench.errors import naming
 from gearbench.geometry.meshing import profile_shift_sum
 from gearbench.geometry.names import GEARS
 from gearbench.geometry.section import TransverseSection
@@ -43,10 +43,8 @@ def generating_shifts(
 def _of_thickness(
     section: TransverseSection, index: int, thickness: Thickness, nominal: float, deviation: float
 ) -> float:
-    try:
+    with naming(below=f"{GEARS[index]}.thickness"):
         return thickness.shift(section, nominal, deviation)
-    except InputError as error:
-        raise error.within(f"{GEARS[index]}.thickness") from None
 
 
 def backlash(sections: Sections, shifts: tuple[float, float], distance: float) -> float:

@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from gearbench.errors import InputError, one_of
+from gearbench.errors import InputError, naming, one_of
 from gearbench.geometry.planetary import AT_RING, MEMBERS, RING, Planetary
 from gearbench.optimisation.constraints import check_limited
 from gearbench.optimisation.dataset import DIMENSIONS
@@ -32,11 +32,8 @@ def read_study(path: str | Path) -> OptimisationStudy:
     InputError
         If the file cannot be read, is not valid TOML, or does not describe a study that can be run.
     """
-    path = Path(path)
-    try:
-        return parse_study(read_toml(path))
-    except InputError as error:
-        raise error.in_file(str(path)) from None
+    with naming(path):
+        return parse_study(read_toml(Path(path)))
 
 
 def parse_study(tables: Mapping[str, Any]) -> OptimisationStudy:
@@ -130,10 +127,8 @@ def changed_keys(variable: Variable) -> tuple[str, ...]:
                 raise InputError(table, variable.values, f"{path} must be a number")
             changed += SETS[path]
             continue
-        try:
+        with naming(below=table):
             key = scene_key(path)
-        except InputError as error:
-            raise error.within(table) from None
         if key is None:
             allowed = f"must be a key of a scene, e.g. pair.helix_angle, or one of {', '.join(DERIVED)}"
             raise InputError(table, path, allowed)
@@ -172,10 +167,8 @@ def _check_base(base: Mapping[str, Any], driven: Mapping[str, str]) -> None:
         remaining = [path for path in driven if path.split(".")[:2] not in [[geometry, name] for name in MEMBERS]]
         given = {*planetary, *(path.split(".")[1] for path in driven if path.startswith(f"{geometry}.{AT_RING}."))}
         _check_gears({name: planetary.get(name, {}) for name in MEMBERS if name != AT_RING or name in given}, driven)
-    try:
+    with naming(below="base"):
         classes = [Planetary if name == "planetary" else table_class(name) for name in tables]
-    except InputError as error:
-        raise error.within("base") from None
     for (name, table), kind in zip(tables.items(), classes, strict=True):
         try:
             set_keys = [path.removeprefix(f"{name}.") for path in remaining if path.startswith(f"{name}.")]

@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.errors import InputError
+from gearbench.errors import naming
 from gearbench.system.bearing import Bearing
 from gearbench.system.body import Body, Condensed
 from gearbench.system.shaft_model import ShaftModel
@@ -90,10 +90,8 @@ class Structure:
         names = {model.shaft.name: number for number, model in self.shafts.items()}
         attached, free = {}, sum(model.size for model in self.shafts.values())
         for body in self.bodies:
-            try:
+            with naming(below=f"system.bodies.{body.name}"):
                 condensed, joined = body.condensed.with_coordinates(tuple(joint.node for joint in body.joints))
-            except InputError as error:
-                raise error.within(f"system.bodies.{body.name}") from None
             index = []
             for joint, direction in joined:
                 number = names[body.joints[joint].shaft]

@@ -13,7 +13,7 @@ import numpy as np
 from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.transitions import mesh_phases
 from gearbench.effort.clock import timed, times, unseen
-from gearbench.errors import GearbenchError, InputError
+from gearbench.errors import GearbenchError, InputError, naming
 from gearbench.results.provenance import provenance, run_provenance
 from gearbench.results.responses import described
 from gearbench.scene import Scene
@@ -186,19 +186,16 @@ def validate(
 def _of(name: str, work: Callable[[], T]) -> T:
     """Do ``work``; add the name of the scene to its errors."""
     try:
-        return work()
-    except InputError as error:
-        raise error.in_file(name) from None
+        with naming(name):
+            return work()
     except GearbenchError as error:
         raise GearbenchError(f"{name}: {error}") from None
 
 
 def check(scene: Scene, file: str) -> None:
     """Refuse a scene that has no reference; the error names its file."""
-    try:
+    with naming(file):
         reference_scene(scene)
-    except InputError as error:
-        raise error.in_file(file) from None
 
 
 def labels(scenes: Sequence[Scene]) -> list[str]:

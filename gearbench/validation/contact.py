@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from gearbench.contact.coarse_solution import scene_lines
 from gearbench.effects.off_line_contact import OffLineContact
 from gearbench.effects.teeth import require_bores
-from gearbench.errors import InputError
+from gearbench.errors import InputError, naming
 from gearbench.plotting import BLUE, GREEN, ORANGE
 from gearbench.results.netcdf import save
 from gearbench.results.provenance import provenance
@@ -60,14 +60,12 @@ def check(scene: Scene, source: str = "") -> None:
     InputError
         If the scene lacks bores, gear body or contact law, or already uses finite elements.
     """
-    try:
+    with naming(source):
         require_bores(scene.one_load.pair)
         for name in ("gear_body", "hertz"):
             if scene.effect(name) is None:
                 raise InputError("effects", f"no {name}", "is part of contact finite elements: add it")
         reference_scene(scene, ACCURACY)
-    except InputError as error:
-        raise error.in_file(source) if source else error from None
 
 
 def compare_contact(scene: Scene, phases: int, report: Callable[[str], None] = lambda _: None) -> xr.Dataset:
