@@ -1,26 +1,20 @@
-"""Measurement of time and memory, with scenes that no cache knows, in this process or in a new one.
-
-``python -m gearbench.effort.clock`` is the new process. It starts with an empty cache of finite elements, and its peak
-memory is not mixed with that of other work. It reads its task as JSON and prints its answer as the last line.
-"""
+"""Measurement of time and memory, with scenes that no cache knows, in this process or in a new one."""
 
 from __future__ import annotations
 
-import json
 import os
-import subprocess
 import sys
 import tempfile
 import time
 import tracemalloc
 from collections.abc import Callable, Sequence
+from concurrent.futures import BrokenExecutor
 from dataclasses import dataclass, replace
-from importlib import import_module
 from statistics import median
 from typing import Any
 
 from gearbench.errors import GearbenchError
-from gearbench.interruption import raising
+from gearbench.processes import Processes
 from gearbench.scene import Scene
 
 
@@ -109,35 +103,23 @@ def unseen(scene: Scene, i: int) -> Scene:
 
 
 def apart(work: Callable[..., Any], scene: Scene, *given: Any) -> Any:
-    """Run ``work(scene, *given)`` in a new process; ``given`` and the answer must be JSON values.
+    """Run ``work(scene, *given)`` in a new process, with an empty cache of finite elements.
+
+    Its peak memory is then that of this work alone.
 
     Raises
     ------
     GearbenchError
-        If the process fails; quotes its last error line.
+        If the process dies.
     """
-    order = {"work": [work.__module__, work.__qualname__], "scene": scene.to_toml(), "given": given}
-    command = [sys.executable, "-m", "gearbench.effort.clock"]
-    with raising():
-        done = subprocess.run(command, input=json.dumps(order), capture_output=True, text=True, check=False)
-    if done.returncode != 0:
-        raise GearbenchError(f"timing in a process failed: {(done.stderr.strip() or 'no answer').splitlines()[-1]}")
-    return json.loads(done.stdout.splitlines()[-1])
+    try:
+        with Processes(1) as process:
+            return process.submit(_without_cache, work, scene, *given).result()
+    except BrokenExecutor:
+        raise GearbenchError("a process that measures has ended: too little memory?") from None
 
 
-def main() -> None:
-    """Do the work that the standard input names, with an empty cache on disk."""
-    import tomllib
-
-    from gearbench.scene_file import parse_scene
-
-    order = json.loads(sys.stdin.read())
+def _without_cache(work: Callable[..., Any], *given: Any) -> Any:
     with tempfile.TemporaryDirectory() as folder:
         os.environ["GEARBENCH_CACHE"] = folder
-        module, name = order["work"]
-        answer = getattr(import_module(module), name)(parse_scene(tomllib.loads(order["scene"])), *order["given"])
-    print(f"\n{json.dumps(answer)}")
-
-
-if __name__ == "__main__":
-    main()
+        return work(*given)
