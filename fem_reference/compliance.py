@@ -46,7 +46,7 @@ class FlankSolution:
         return force[touched].T @ self.u[touched]
 
 
-def solve_flank(tooth: ToothMesh, material: Material, loads: Loads, solver: str | None = None) -> FlankSolution:
+def solve_flank(tooth: ToothMesh, material: Material, loads: Loads) -> FlankSolution:
     """Solve for all ``loads`` on the right flank of tooth 0 with one factorisation."""
     start = time.perf_counter()
     space = tooth.space
@@ -56,7 +56,7 @@ def solve_flank(tooth: ToothMesh, material: Material, loads: Loads, solver: str 
     stiffness = space.stiffness(Lame.of(material.E, material.nu), free)
     dofs = free_dofs(free, 3)
     force = flank_load(tooth, loads)[dofs]
-    solution = solve(stiffness, force, solver)
+    solution = solve(stiffness, force)
     u = np.zeros((3 * space.n_nodes, force.shape[1]))
     u[dofs] = solution.x
     return FlankSolution(tooth=tooth, u=u, solver=solution.solver, seconds=time.perf_counter() - start)

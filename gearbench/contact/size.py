@@ -15,14 +15,10 @@ from gearbench.scene import Scene
 MOST_COLUMNS = 1500
 
 
-def contact_memory(scene: Scene, positions: int, like: Scene | None = None) -> float:
-    """Peak memory [bytes] of the contact problem of ``scene`` at a number of mesh phases, including the results.
-
-    The columns of Ψ may be counted on a similar scene ``like``, if those of ``scene`` take long to compute.
-    """
-    segments = scene.resolution.segments
-    columns, coupled = _columns(like or scene)
-    return positions * position_memory(pairs_of_teeth(scene), segments, columns, coupled=coupled)
+def contact_memory(scene: Scene, positions: int) -> float:
+    """Peak memory [bytes] of the contact problem of ``scene`` at a number of mesh phases, including the results."""
+    columns, coupled = _columns(scene)
+    return positions * position_memory(pairs_of_teeth(scene), scene.resolution.segments, columns, coupled=coupled)
 
 
 def require_contact_memory(scene: Scene, positions: int) -> None:

@@ -222,12 +222,12 @@ def chosen_scene(designs: Designs, number: int) -> Scene:
     return replace(designs.scene(number), name=f"{designs.study.name or 'study'}, design {number}")
 
 
-def csv_text(selection: Selection, top: int | None = None) -> str:
+def csv_text(selection: Selection) -> str:
     """CSV text: a header with the names of the quantities, then one line per design, best first, in full precision.
 
     Units are those of the stored optimisation: µm, %, mm, °, MPa, N.
     """
-    table = selection.table(top)
+    table = selection.table()
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(map(_no_formula, table))

@@ -260,12 +260,11 @@ def noise_floor(
     phases: Phases,
     values: NDArray,
     change: NDArray,
-    orders: int | None = None,
     *,
     located: float = PHASE_ACCURACY,
     least: NDArray | float = 0.0,
 ) -> NDArray:
-    """Estimate the errors of the amplitudes of the orders as in ``coefficients``, in the unit of the values.
+    """Estimate the errors of the amplitudes of the orders of ``phases``, in the unit of the values.
 
     The result has the shape (…, harmonic). The estimate is the root sum of squares of five parts: a given minimum
     ``least`` (…); the truncated Legendre coefficients of the panels; kinks and jumps that the panels miss, see
@@ -274,20 +273,20 @@ def noise_floor(
     contact patches were last located. For uniform phases, the highest quarter of the known harmonics replaces the
     second to fourth part.
     """
-    patches = np.hypot(PATCH_ERROR * 2 * np.abs(coefficients(phases, change, orders)), np.asarray(least)[..., None])
+    patches = np.hypot(PATCH_ERROR * 2 * np.abs(coefficients(phases, change)), np.asarray(least)[..., None])
     if phases.size is None:
         spectrum = 2 * np.abs(np.fft.rfft(values, axis=-1)) / len(phases.phase)
         return np.hypot(patches, spectrum[..., -max(1, spectrum.shape[-1] // 4) :].max(axis=-1)[..., None])
     size = phases.size
     by_panel = values.reshape(*values.shape[:-1], -1, size)
-    tail = _truncation_error(phases, by_panel @ legendre_transform(size).T, orders)
+    tail = _truncation_error(phases, by_panel @ legendre_transform(size).T)
     jumps = 2 * located / phases.length * np.sqrt((_jumps(by_panel) ** 2).sum(axis=-1))
     width = np.diff(phases.edges).ravel() / phases.length
     missed = 2 * MISSED_KINK * np.sqrt(((width * _missed(phases, values)) ** 2).sum(axis=-1))
     return np.hypot(np.hypot(patches, tail), np.hypot(jumps, missed)[..., None])
 
 
-def _truncation_error(phases: Phases, coefficient: NDArray, orders: int | None) -> NDArray:
+def _truncation_error(phases: Phases, coefficient: NDArray) -> NDArray:
     """Truncation error of the amplitudes, (…, harmonic), from Legendre coefficients of the panels, (…, panel, size).
 
     The next coefficients a_p, a_{p+1}, … are assumed to fall by the ratio r of the last ones. At p Gauss points,
@@ -299,18 +298,18 @@ def _truncation_error(phases: Phases, coefficient: NDArray, orders: int | None) 
     ratio = np.sqrt(np.divide(a[..., -1], before, out=np.ones_like(before), where=before > 0))
     r = np.clip(ratio, *COEFFICIENT_RATIOS)[..., None]
     m = np.arange(size + 1)
-    panels = np.einsum("...pm,npm->...np", r ** (m + 1), _aliased(phases, orders)) * (width * a[..., -1])[..., None, :]
+    panels = np.einsum("...pm,npm->...np", r ** (m + 1), _aliased(phases)) * (width * a[..., -1])[..., None, :]
     return 2 * np.sqrt((panels**2).sum(axis=-1))
 
 
 @lru_cache(maxsize=16)
-def _aliased(phases: Phases, orders: int | None) -> NDArray:
-    """|j_{p−m}(πnw)| for the orders n as in ``coefficients`` on panels of width w, (harmonic, panel, m = 0 … p)."""
+def _aliased(phases: Phases) -> NDArray:
+    """|j_{p−m}(πnw)| for the orders n of ``phases`` on panels of width w, (harmonic, panel, m = 0 … p)."""
     from scipy.special import spherical_jn
 
     size, width = phases.size, np.diff(phases.edges).ravel()
     assert size is not None
-    argument = math.pi * np.multiply.outer(_orders(phases, orders), width)
+    argument = math.pi * np.multiply.outer(np.array(phases.orders), width)
     return np.abs(spherical_jn(size - np.arange(size + 1), argument[..., None]))
 
 

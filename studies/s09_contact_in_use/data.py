@@ -109,13 +109,6 @@ def compute(*, quick: bool = False, folder: Path | None = None) -> xr.Dataset:
     return collected([with_models(row) for row in rows])
 
 
-def gathered(folder: Path) -> xr.Dataset:
-    """Dataset of the pairs whose contact finite elements are in ``folder``, with curves of the current models."""
-    from gearbench.results.netcdf import open_result
-
-    return collected([with_models(open_result(path)) for path in sorted(folder.glob("[0-9][0-9].nc"))])
-
-
 def contact_curve(scene: Scene, phases: int) -> xr.Dataset:
     """Compute a pair by contact finite elements, (position,)."""
     import xarray as xr

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from fem_reference.contact.cycle import halfway
-from gearbench.results.netcdf import save
+from gearbench.results.netcdf import open_result, save
 from studies.s09_contact_in_use import checks
-from studies.s09_contact_in_use.data import collected, curve, gathered, residual, scenes
+from studies.s09_contact_in_use.data import collected, curve, residual, scenes, with_models
 from studies.s09_contact_in_use.findings import names
 from tests.support.stored import stored
 
@@ -51,10 +51,10 @@ def test_relieved_spur_pairs_miss_nothing_at_kinks(kept, name):
 
 
 @pytest.mark.slow
-def test_rows_that_were_kept_are_gathered(kept, tmp_path):
+def test_rows_that_were_kept_are_joined(kept, tmp_path):
     """In the order of the study, with the models as they are today."""
     row = kept.isel(design=[names(kept).index("spur")])
     save(row.isel(design=0), tmp_path / "00.nc")
-    found = gathered(tmp_path)
+    found = collected([with_models(open_result(tmp_path / "00.nc"))])
     assert names(found) == ["spur"]
     np.testing.assert_allclose(residual(found), residual(collected([row.isel(design=0)])), rtol=0.05)
