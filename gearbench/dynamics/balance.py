@@ -105,7 +105,7 @@ def receptances(modes: Modes, rows: NDArray, omega: NDArray, orders: int | NDArr
 
     ``orders`` are those kept; a number H means 0 … H.
     """
-    return modes.mesh_receptance(omega[:, None] * (np.arange(orders + 1) if np.isscalar(orders) else orders), rows)
+    return modes.mesh_receptance(omega[:, None] * (np.arange(orders + 1) if isinstance(orders, int) else orders), rows)
 
 
 def block_rows(h: NDArray) -> NDArray:

@@ -62,7 +62,7 @@ def unit_contact_addendum(pair: Pair) -> float:
     return float(brentq(excess, 0.0, 1.0, xtol=1e-13))  # pyright: ignore[reportArgumentType]
 
 
-def _ring_teeth(tables: Mapping[str, Any], _: Callable[[Mapping[str, Any]], Pair], value: float) -> dict[str, Any]:
+def _ring_teeth(tables: Mapping[str, Any], _build: Callable[[Mapping[str, Any]], Pair], value: float) -> dict[str, Any]:
     planetary = tables["planetary"]
     ring = {key: number for key, number in planetary.get("ring", {}).items() if key != "teeth"}
     known, _ = expanded({**planetary, "ring": ring})
