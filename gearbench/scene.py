@@ -406,11 +406,11 @@ class Scene:
         others = tuple(scene for name, scene in scenes.items() if name != mesh)
         return changed(scenes[mesh], system=box.seen_from(mesh), further=others)
 
-    def shaft_effects(self, own: Any = None) -> tuple[Effect, ...]:
+    def shaft_effects(self, own: Any = None, near: Any = ()) -> tuple[Effect, ...]:
         """Effects of the shafts with bearings in equilibrium under ``own``; see ``effects.shafts.system_effects``."""
         from gearbench.effects.shafts import system_effects
 
-        return system_effects(self.gearbox, own)
+        return system_effects(self.gearbox, own, near)
 
     @property
     def F_bt(self) -> float:

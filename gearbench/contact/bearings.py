@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,7 +51,7 @@ class OnShafts:
 
 
 def solve_on_shafts(
-    scene: Scene, shaft_effects: Callable[[Any], tuple[Effect, ...]], lines: ContactLines, weight: NDArray
+    scene: Scene, shaft_effects: Callable[..., tuple[Effect, ...]], lines: ContactLines, weight: NDArray
 ) -> OnShafts:
     """Solve the contact of ``scene`` on its shafts.
 
@@ -61,7 +60,8 @@ def solve_on_shafts(
     scene
         Pair, load and effects.
     shaft_effects
-        Function that gives the effects of the shafts from the loads on the nodes of both gears (None: an even load).
+        Function that gives the effects of the shafts from the loads on the nodes of both gears (by default an even
+        load), and from the gears in an equilibrium close by.
     lines, weight
         Contact lines, and the weights of their positions.
 
@@ -70,7 +70,7 @@ def solve_on_shafts(
     ConvergenceError
         If the forces do not converge.
     """
-    effects, before = shaft_effects(None), None
+    effects, before = shaft_effects(), None
     for _ in range(MAX_ITERATIONS):
         acting = (*scene.flank_effects, *effects)
         problem = assemble(scene, lines, acting)
@@ -81,5 +81,5 @@ def solve_on_shafts(
         constant = len(effects) == 1
         if constant or (before is not None and np.abs(solution.force - before).max() <= TOLERANCE * before.max()):
             return OnShafts(lines=lines, effects=acting, problem=problem, solution=solution, guess=guess, gears=gears)
-        before, effects = solution.force, shaft_effects(flank_loads(gears, lines, solution.force, weight))
+        before, effects = solution.force, shaft_effects(flank_loads(gears, lines, solution.force, weight), gears)
     raise ConvergenceError(f"bearings and contact did not converge in {MAX_ITERATIONS} iterations")

@@ -10,7 +10,7 @@ mesh force are (1 − (K̄ + V_0) G) e (D5).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 from gearbench.dynamics.balance import Excitation, block_rows, generalised_conjugate_residuals, real
 
 #: Residual over right-hand side at which the balance of a sample is solved, and maximum number of steps.
-SETTLED, STEPS = 3e-4, 40
-#: Number of speeds solved at once: so few fit into the cache, and end after about the same number of steps.
-SPEEDS = 10
+SETTLED, STEPS = 2e-4, 40
+#: Number of speeds solved at once: so few fit into the cache.
+SPEEDS = 2
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -32,16 +32,16 @@ class SampleBalance:
     ----------
     stiffness
         K̄ of the rows (row, row) [N/mm].
-    varying
-        V_0 (unknown, unknown); the unknowns are the orders of all rows, row by row, as real numbers.
+    mean
+        K̄ + V_0 over time (row, row, time) [N/mm], see ``_over_time``.
     motion
-        G (speed, unknown, unknown) [mm/N].
+        G (speed, unknown, unknown) [mm/N]; the unknowns are the orders of all rows, row by row, as real numbers.
     force_orders
-        Matrix from e' to the orders above 0 of the mesh forces (speed, mesh · 2H, unknown).
+        Matrix from e to the orders above 0 of the mesh forces (speed, mesh · 2H, unknown).
     """
 
     stiffness: NDArray
-    varying: NDArray
+    mean: NDArray
     motion: NDArray
     force_orders: NDArray
 
@@ -63,33 +63,37 @@ class SampleBalance:
         receptance = block_rows(h)
         orders = receptance.shape[-1]
         receptance = receptance.reshape(len(h), len(stiffness) * orders, -1)
-        varying, identity = _varying(samples, stiffness).mean(axis=0), np.eye(receptance.shape[-1])
+        mean, identity = replace(samples, stiffness=samples.stiffness.mean(axis=0)), np.eye(receptance.shape[-1])
+        total = np.swapaxes(mean.convolution, 1, 2).reshape(identity.shape)
+        varying = total - np.kron(stiffness, np.eye(orders))
         motion = np.linalg.solve(identity + receptance @ varying, receptance)
-        total = np.kron(stiffness, np.eye(orders)) + varying
         wanted = orders * np.array(approach)[:, None] + np.arange(1, orders)
         force_orders = (identity - total @ motion)[:, wanted.ravel()]
         # single precision is enough for scatter
         return cls(
             stiffness=stiffness,
-            varying=varying,
+            mean=_over_time(mean.stiffness),
             motion=motion.astype(np.float32),
             force_orders=force_orders.astype(np.float32),
         )
 
     def forces(self, samples: Excitation) -> NDArray:
         """Real and imaginary parts of the orders above 0 of the mesh forces (speed, mesh · 2H, sample) [N]."""
-        varying, x_s = _varying(samples, self.stiffness), samples.motion.copy()
+        x_s = samples.motion.copy()
         p_s = samples.force - np.einsum("ij,sjn->sin", self.stiffness, x_s)
         # order zero is in static balance
         x_s[..., 0], p_s[..., 0] = 0.0, 0.0
-        blocked = real(p_s).reshape(len(varying), -1) - np.einsum(
-            "sab,sb->sa", varying, real(x_s).reshape(len(varying), -1)
-        )
-        deviation, blocked = (varying - self.varying).astype(np.float32), blocked.T[None].astype(np.float32)
+        K = np.ascontiguousarray(np.moveaxis(_over_time(samples.stiffness), 0, -1))
+        there, back = _waves(samples.orders, K.shape[2])
+        x_t = there @ np.moveaxis(real(x_s), 0, -1)
+        blocked = np.moveaxis(real(p_s), 0, -1) - back @ _pushed(K - self.stiffness[..., None, None], x_t)
+        blocked = blocked.reshape(1, -1, len(x_s)).astype(np.float32)
+        deviation = (K - self.mean[..., None]).astype(np.float32)
+        there, back = there.astype(np.float32), back.astype(np.float32)
 
         def balance(motion: NDArray, e: NDArray) -> NDArray:
-            motion_under_e = np.ascontiguousarray((motion @ e).transpose(2, 1, 0))
-            return e + (deviation @ motion_under_e).transpose(2, 1, 0)
+            moved = (motion @ e).reshape(len(e), len(deviation), -1, e.shape[-1])
+            return e + (back @ _pushed(deviation, there @ moved)).reshape(e.shape)
 
         forces = []
         for first in range(0, len(self.motion), SPEEDS):
@@ -101,12 +105,25 @@ class SampleBalance:
         return np.concatenate(forces)
 
 
-def _varying(samples: Excitation, stiffness: NDArray) -> NDArray:
-    """K_s − K̄ (sample, unknown, unknown)."""
-    K = samples.convolution
-    K -= stiffness[..., None, None] * np.eye(K.shape[-1])
-    size = K.shape[1] * K.shape[-1]
-    return np.swapaxes(K, 2, 3).reshape(len(K), size, size)
+def _over_time(stiffness: NDArray) -> NDArray:
+    """k(t) (…, time) from its orders 0 … 2H (…, 2H + 1).
+
+    Its 4H + 1 times resolve products with functions of H orders up to order H.
+    """
+    return np.fft.irfft(stiffness, 2 * stiffness.shape[-1] - 1, norm="forward")
+
+
+def _waves(orders: NDArray, times: int) -> tuple[NDArray, NDArray]:
+    """Matrices from ``orders``, the first of which is 0, as real numbers to values at ``times``, and back."""
+    angle = 2 * np.pi / times * np.outer(np.arange(times), orders[1:])
+    waves = np.ones((times, 2 * len(orders) - 1))
+    waves[:, 1::2], waves[:, 2::2] = np.cos(angle), -np.sin(angle)
+    return waves * np.append(1.0, np.full(waves.shape[1] - 1, 2.0)), waves.T / times
+
+
+def _pushed(stiffness: NDArray, motion: NDArray) -> NDArray:
+    """Forces of the ``stiffness`` (row, row, time, sample), shaped like the ``motion`` (…, row, time, sample)."""
+    return np.einsum("ijtn,...jtn->...itn", stiffness, motion)
 
 
 def _products(a: NDArray, b: NDArray) -> NDArray:

@@ -52,9 +52,18 @@ class SeatedGear:
 
     def rows(self, lines: ContactLines) -> NDArray:
         """Matrix from motions of all nodes to deflection normal to the flank (position, pair, segment, size)."""
+        return self.model.rows(*self._places(lines))
+
+    def deflection(self, lines: ContactLines, motion: NDArray) -> NDArray:
+        """Deflection normal to the flank (position, pair, segment) by the ``motion`` (size,) of all nodes."""
+        position, wrench = self._places(lines)
+        return np.einsum("...i,...i->...", self.model.moved(position, motion), wrench)
+
+    def _places(self, lines: ContactLines) -> tuple[NDArray, NDArray]:
+        """Position on the shaft, and wrench (…, 6) of a unit force normal to the flank, for each segment."""
         frame = self.box.frames[PAIR]
         wrench = math.cos(frame.pair.meshing.beta_b) * frame.wrench(self.gear, lines.u)
-        return self.model.rows(frame.position(self.gear, lines.y), wrench)
+        return frame.position(self.gear, lines.y), wrench
 
     @property
     def face_coordinates(self) -> NDArray:
@@ -207,8 +216,8 @@ class ShaftMotion(GapEffect):
 
     def gap(self, lines: ContactLines) -> NDArray:
         """Gap [mm], (position, pair, segment)."""
-        parts = [gear.rows(lines) @ motion for gear, motion in zip(self.gears, self.motions, strict=True)]
-        return parts[0] + parts[1]
+        pinion, wheel = (gear.deflection(lines, motion) for gear, motion in zip(self.gears, self.motions, strict=True))
+        return pinion + wheel
 
 
 def flank_loads(
@@ -220,7 +229,9 @@ def flank_loads(
     return pinion, wheel
 
 
-def system_effects(box: Gearbox, of_flanks: tuple[NDArray, NDArray] | None = None) -> tuple[Effect, ...]:
+def system_effects(
+    box: Gearbox, of_flanks: tuple[NDArray, NDArray] | None = None, near: Sequence[SeatedGear] = ()
+) -> tuple[Effect, ...]:
     """Effects of the shafts of ``box`` on the contact of the scene's pair.
 
     Parameters
@@ -230,6 +241,8 @@ def system_effects(box: Gearbox, of_flanks: tuple[NDArray, NDArray] | None = Non
     of_flanks
         Load of the flanks on the nodes of both shafts (size,), about which nonlinear bearings are linearised; by
         default a load that is even over the face.
+    near
+        Gears in an equilibrium close by, from which the search for this one starts.
 
     Returns
     -------
@@ -240,7 +253,7 @@ def system_effects(box: Gearbox, of_flanks: tuple[NDArray, NDArray] | None = Non
     InputError
         If the shafts and pairs do not fit, or the bearings do not hold a shaft.
     """
-    settled = static_equilibrium(box, of_flanks)
+    settled = static_equilibrium(box, of_flanks, {gear.number: gear.settled for gear in near})
     pinion, wheel = (SeatedGear(box=box, gear=index, settled=settled[box.seats[(PAIR, index)][0]]) for index in (0, 1))
     effects: tuple[Effect, ...] = (Shafts(gears=(pinion, wheel)),)
     shafts = [model.shaft for gear in (pinion, wheel) for model in gear.settled.structure.shafts.values()]

@@ -67,16 +67,35 @@ class Beam:
     @cached_property
     def _whole(self) -> NDArray:
         """Flexibility (6, 6) of the far end, with the start held."""
-        return self._flexibility(np.array([1.0]))[0]
+        uq, um, fq, fm, axial, torsion = self._flexibility(np.array(1.0))
+        F = np.diag([uq, uq, axial, fm, fm, torsion])
+        # u_x with φ_y, and u_y with −φ_x
+        F[0, 4], F[4, 0], F[1, 3], F[3, 1] = um, fq, -um, -fq
+        return F
 
     def shapes(self, s: ArrayLike) -> NDArray:
         """Motion (…, 6, 12) at s ∈ [0, 1] of the unloaded element per motion of its ends: exact in statics (W2)."""
-        t = np.asarray(s, dtype=float)
-        L = self.length
-        rigid = np.swapaxes(_carry(t * L), -1, -2)
-        # flexibility up to s times the far-end forces that produce the far end's motion relative to rigid motion
-        bent = self._flexibility(t) @ np.linalg.inv(self._whole)
-        return np.concatenate([rigid - bent @ _carry(L).T, bent], axis=-1)
+        start, end = np.hsplit(np.eye(12), 2)
+        return np.swapaxes(self.motion(np.asarray(s, dtype=float)[..., None], start, end), -1, -2)
+
+    def motion(self, s: NDArray, start: NDArray, end: NDArray) -> NDArray:
+        """Motion (…, 6) at s ∈ [0, 1] of the unloaded element whose ends move by ``start`` and ``end`` (…, 6)."""
+        # forces at the far end that produce its motion relative to rigid motion
+        relative = end - start @ _carry(self.length)
+        Q_x, Q_y, N, M_x, M_y, T = np.moveaxis(relative @ np.linalg.inv(self._whole).T, -1, 0)
+        uq, um, fq, fm, axial, torsion = self._flexibility(s)
+        x, y, z, phi_x, phi_y, phi_z = np.moveaxis(start, -1, 0)
+        return np.stack(
+            [
+                x + s * self.length * phi_y + uq * Q_x + um * M_y,
+                y - s * self.length * phi_x + uq * Q_y - um * M_x,
+                z + axial * N,
+                phi_x - fq * Q_y + fm * M_x,
+                phi_y + fq * Q_x + fm * M_y,
+                phi_z + torsion * T,
+            ],
+            axis=-1,
+        )
 
     def mass(self) -> NDArray:
         """Consistent mass matrix (12, 12), including rotary inertia."""
@@ -88,8 +107,11 @@ class Beam:
         M = np.einsum("g,gia,gi,gib->ab", weight / 2 * self.length, N, per_length, N)
         return (M + M.T) / 2
 
-    def _flexibility(self, s: NDArray) -> NDArray:
-        """Motion (…, 6, 6) at s of the element held at its start, per unit force and moment at its far end."""
+    def _flexibility(self, s: NDArray) -> tuple[NDArray, ...]:
+        """Motion (…,) at s of the element held at its start, per unit load at its far end.
+
+        Deflection by force and by moment, rotation by force and by moment, elongation by force, twist by torque.
+        """
         tapered = self.diameter[0] != self.diameter[1] or self.bore[0] != self.bore[1]
         L, node, weight = self.length, *(_TAPERED if tapered else _UNIFORM)
         t = s[..., None] * (node + 1) / 2
@@ -99,16 +121,11 @@ class Beam:
         over_ei, shear = w / (self.E * I), w / (kappa * self.G * A)
         # M = M_L + Q (L − z); a curvature at z moves the section x by (x − z)
         arm, lever = L - z, x - z
-        uq, um = (over_ei * lever * arm + shear).sum(-1), (over_ei * lever).sum(-1)
-        fq, fm = (over_ei * arm).sum(-1), over_ei.sum(-1)
-        F = np.zeros((*s.shape, 6, 6))
-        # u_x with φ_y, and u_y with −φ_x
-        for u, phi, sign in ((0, 4, 1.0), (1, 3, -1.0)):
-            F[..., u, u], F[..., u, phi] = uq, sign * um
-            F[..., phi, u], F[..., phi, phi] = sign * fq, fm
-        F[..., 2, 2] = (w / (self.E * A)).sum(-1)
-        F[..., 5, 5] = (w / (2 * self.G * I)).sum(-1)
-        return F
+        parts = (
+            over_ei * lever * arm + shear, over_ei * lever, over_ei * arm, over_ei,
+            w / (self.E * A), w / (2 * self.G * I),
+        )  # fmt: skip
+        return tuple(part.sum(-1) for part in parts)
 
 
 def _carry(distance: ArrayLike) -> NDArray:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -106,11 +107,14 @@ def steel_disc(radius: float, hole: float, width: float) -> tuple[float, float, 
     return m, m * squares / 2, m * (squares / 4 + width**2 / 12)
 
 
-def static_equilibrium(box: Gearbox, own: tuple[NDArray, NDArray] | None = None) -> tuple[Settled, ...]:
+def static_equilibrium(
+    box: Gearbox, own: tuple[NDArray, NDArray] | None = None, near: Mapping[int, Settled] = MappingProxyType({})
+) -> tuple[Settled, ...]:
     """Equilibrium of each shaft in its bearings under mean mesh forces and other loads, in the order of the shafts.
 
     Shafts connected by bodies share one equilibrium. ``own`` are the nodal loads (size,) of "pair" on the shafts of its
     pinion and wheel; all other mesh forces, and those of "pair" without ``own``, are spread evenly over the face.
+    Newton's method starts from the equilibria ``near``, by the number of the shaft.
     """
     settled: dict[int, Settled] = {}
     for structure in box.structures:
@@ -125,7 +129,8 @@ def static_equilibrium(box: Gearbox, own: tuple[NDArray, NDArray] | None = None)
                         if own is not None and name == PAIR
                         else box.force(name) * box.wrench(name, index, model)
                     )
-        settled |= dict.fromkeys(structure.shafts, Settled(structure=structure, load=load))
+        start = next((near[number].motion for number in structure.shafts if number in near), None)
+        settled |= dict.fromkeys(structure.shafts, Settled(structure=structure, load=load, start=start))
     return tuple(settled[number] for number in range(len(box.models)))
 
 

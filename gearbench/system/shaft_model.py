@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -159,15 +159,27 @@ class ShaftModel:
         """
         z, w = np.broadcast_arrays(np.asarray(position, dtype=float)[..., None], wrench)
         z, w, shape = z[..., 0].ravel(), w.reshape(-1, 6), w.shape[:-1]
-        element = np.clip(np.searchsorted(self.nodes, z, side="right") - 1, 0, len(self.beams) - 1)
         out = np.zeros((len(z), self.size))
+        for beam, here, element, s in self._located(z):
+            work = np.einsum("pi,pia->pa", w[here], beam.shapes(s))
+            out[here[:, None], 6 * element[:, None] + np.arange(12)] = work
+        return out.reshape(*shape, self.size)
+
+    def moved(self, position: NDArray, motion: NDArray) -> NDArray:
+        """Motion (…, 6) of the sections at positions (…,) if the nodes move by ``motion`` (size,)."""
+        z, nodes = position.ravel(), motion.reshape(-1, 6)
+        out = np.empty((len(z), 6))
+        for beam, here, element, s in self._located(z):
+            out[here] = beam.motion(s, nodes[element], nodes[element + 1])
+        return out.reshape(*position.shape, 6)
+
+    def _located(self, z: NDArray) -> Iterator[tuple[Beam, NDArray, NDArray, NDArray]]:
+        """For each kind of element: a beam, indices of the positions z in such elements, these elements, and s."""
+        element = np.clip(np.searchsorted(self.nodes, z, side="right") - 1, 0, len(self.beams) - 1)
         alike = self._alike[element]
         for first in np.unique(alike):
-            here = np.flatnonzero(alike == first)
-            s = (z[here] - self.nodes[element[here]]) / self.beams[first].length
-            work = np.einsum("pi,pia->pa", w[here], self.beams[first].shapes(s))
-            out[here[:, None], 6 * element[here, None] + np.arange(12)] = work
-        return out.reshape(*shape, self.size)
+            here, beam = np.flatnonzero(alike == first), self.beams[first]
+            yield beam, here, element[here], (z[here] - self.nodes[element[here]]) / beam.length
 
     @cached_property
     def _alike(self) -> NDArray:

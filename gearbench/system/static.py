@@ -33,10 +33,13 @@ class Settled:
         A single shaft, or the shafts connected by bodies.
     load
         Forces and moments (size,) on its motions [N, N·mm].
+    start
+        Motion (size,) from which Newton's method starts; by default 0.
     """
 
     structure: Structure
     load: NDArray
+    start: NDArray | None = None
 
     @cached_property
     def _free(self) -> NDArray:
@@ -59,7 +62,8 @@ class Settled:
     @cached_property
     def motion(self) -> NDArray:
         """Motion (size,) [mm, rad] in equilibrium: the minimum of a convex energy, by Newton's method."""
-        u, scale = np.zeros(self.structure.size), float(np.abs(self.load).max(initial=0.0))
+        u = np.zeros(self.structure.size) if self.start is None else self.start
+        scale = float(np.abs(self.load).max(initial=0.0))
         residual, K = self._residual(u)
         for _ in range(STEPS):
             if np.abs(residual).max(initial=0.0) <= SETTLED * scale:
