@@ -220,6 +220,11 @@ def check_section(body: Body) -> None:
         raise MeshingError("the fillets of neighbouring teeth cross")
 
 
+def polar(xy: NDArray) -> tuple[NDArray, NDArray]:
+    """Radius [mm] and angle, clockwise from the y axis [rad], of points (2, …)."""
+    return np.hypot(xy[0], xy[1]), np.arctan2(xy[0], xy[1])
+
+
 def sorted_pair(a: NDArray, b: NDArray) -> tuple[NDArray, NDArray]:
     """Elementwise smaller and larger."""
     return np.minimum(a, b), np.maximum(a, b)

@@ -25,7 +25,7 @@ from skfem.quadrature import get_quadrature
 from fem_reference.blocks import Blocks, Cells
 from fem_reference.elasticity import ELEMENTS, Space
 from fem_reference.environment import gmsh_model
-from fem_reference.section import Body, MeshingError, check_section, split_name
+from fem_reference.section import Body, MeshingError, check_section, polar, split_name
 
 __all__ = ["Body", "Cells", "MeshingError", "ToothMesh", "tooth_mesh"]
 
@@ -201,13 +201,9 @@ def match_facets(facets: NDArray, named: dict[str, NDArray], n: int) -> dict[str
     return {name: order[np.searchsorted(keys, key(f), sorter=order)].astype(np.int32) for name, f in named.items()}
 
 
-def _polar(xy: NDArray) -> tuple[NDArray, NDArray]:
-    return np.hypot(xy[0], xy[1]), np.arctan2(xy[0], xy[1])
-
-
 def snapped(body: Body, name: str, xy: NDArray, ends: tuple[NDArray, NDArray] | None = None) -> NDArray:
     """Points (2, n) moved onto the exact curve of a boundary."""
-    R, theta = _polar(body.gear.sign * xy)
+    R, theta = polar(body.gear.sign * xy)
     R *= body.gear.sign
     exact_R, exact = body.snap(name, R, theta, ends)
     if exact is theta and exact_R is R:

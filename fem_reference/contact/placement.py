@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fem_reference.contact.profile import Profile
+from fem_reference.section import polar
 from gearbench.geometry.pair import Pair
 
 #: Points on each profile for the search of the least separation.
@@ -97,7 +98,7 @@ class Placement:
     def touch(self, k: int) -> Touch:
         """First contact of pair k, by search over the whole profiles, tips included."""
         on = [self._flank(index, k) for index in (0, 1)]
-        (r1, a1), (r2, a2) = (_polar(xy) for xy in on)
+        (r1, a1), (r2, a2) = (polar(xy) for xy in on)
         order = np.argsort(r2)
         inside = (r1 >= r2.min()) & (r1 <= r2.max())
         if not inside.any():
@@ -149,7 +150,3 @@ class Placement:
         """Angle of tooth 0 of a gear in its frame, its advance included [rad]."""
         ahead = self.advance / self.pair.gears[0].base_radius if index == 0 else 0.0
         return self.rotations[index] + ahead
-
-
-def _polar(xy: NDArray) -> tuple[NDArray, NDArray]:
-    return np.hypot(xy[0], xy[1]), np.arctan2(xy[0], xy[1])
