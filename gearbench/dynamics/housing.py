@@ -15,7 +15,7 @@ from gearbench.results.responses import described
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Largest value of a transfer function; squares of larger numbers overflow.
+#: Largest value of a transfer function; far below the overflow of sums of squares.
 LARGEST = 1e100
 #: Dimensions of a file of transfer functions, and its variables.
 DIMENSIONS, PARTS = ("point", "bearing", "direction", "frequency"), ("transfer_real", "transfer_imaginary")
@@ -38,7 +38,7 @@ def read_housing(path: str | Path) -> xr.Dataset:
         data = dataset_of(content)
         for name in (*PARTS, *DIMENSIONS):
             if name not in data.variables:
-                raise InputError(name, "missing", f"must have {', '.join((*PARTS, *DIMENSIONS))}")
+                raise InputError(name, "missing", f"the file must contain {', '.join((*PARTS, *DIMENSIONS))}")
             dimensions = DIMENSIONS if name in PARTS else (name,)
             if set(data[name].dims) != set(dimensions) or not data[name].size:
                 raise InputError(
@@ -107,8 +107,7 @@ def housing_response(dataset: xr.Dataset, housing: xr.Dataset) -> xr.Dataset:
     data["housing_amplitude"] = (*data["housing_amplitude"][:2], data["housing_amplitude"][2] | units)
     result = dataset.assign(data).assign_coords(point=("point", list(map(str, housing["point"].values))))
     if outside.any():
-        line = (
-            f"orders outside {frequencies[0]:g} to {frequencies[-1]:g} Hz have no housing response: the file ends there"
-        )
+        covered = f"{frequencies[0]:g} to {frequencies[-1]:g} Hz"
+        line = f"orders outside {covered} have no housing response: the file covers only this range"
         result.attrs["notes"] = "\n".join(filter(None, [dataset.attrs.get("notes", ""), line]))
     return result

@@ -29,8 +29,8 @@ class Modes:
     shape
         φ_r with unit modal mass, in all coordinates of the system (n, mode).
     mesh, rotation
-        Motion a_m · φ_r per mode, of the rows of the meshes (row, mode), and the part of the approaches that is due to
-        the rotation of the gears, the transmission error (mesh, mode).
+        Negative motion a_m · φ_r per mode, of the rows of the meshes (row, mode), and the part of the approaches that
+        is due to the rotation of the gears, the negative transmission error (mesh, mode).
     bearing
         Force on the bearings per mode (bearing, 3, mode).
     ripples
@@ -70,7 +70,7 @@ class Modes:
         return real / size, -imaginary / size
 
     def _between(self, left: NDArray, right: NDArray, omega: NDArray) -> NDArray:
-        """Receptance (…, left, right) at ω > 0 between ``left`` and ``right`` (row, mode), dampers included."""
+        """Receptance (…, left, right) between ``left`` and ``right`` (row, mode) at any real ω, dampers included."""
         frequencies, receptance = omega.ravel(), np.empty((omega.size, len(left), len(right)), dtype=complex)
         for block in in_blocks(omega.size, len(self.frequency)):
             receptance[block] = self._at(left, right, frequencies[block])
@@ -177,7 +177,7 @@ def modes(
     try:
         inverse, vectors = eigh(M, K + sigma * M)
     except LinAlgError:
-        inverse, vectors = np.zeros(1), K
+        inverse, vectors = np.zeros(1), K  # refused below
     if inverse[0] <= 0:
         raise InputError("system", "mass matrix not positive", "every shaft and gear must have inertia")
     values = 1 / inverse[::-1] - sigma

@@ -56,7 +56,7 @@ class ForceOverSpeed:
         group = model.groups[0]
         if getattr(errors, "centre_distance", None) is not None:
             key = "effects.manufacturing_errors.centre_distance"
-            raise InputError(key, "given", "is not supported for forces over speed: they keep the centre distance")
+            raise InputError(key, "given", "is not supported for forces over speed: the centre distance stays fixed")
         if len(group.meshes) > 1:
             raise InputError("system.meshes", "of the same mesh frequency", OWN_FREQUENCY)
         if (grows := growth(model, group, self.speeds, self.harmonics) > 1 + GROWTH).any():
@@ -70,7 +70,7 @@ class ForceOverSpeed:
     def _of(self, samples: Excitation) -> NDArray:
         squares = np.zeros(len(samples.motion))
         for first in range(0, len(self.speeds), BLOCK):
-            values = force_rms(self.model, self.group, [samples], self.speeds[first : first + BLOCK], 1)
+            values = force_rms(self.model, self.group, [samples], self.speeds[first : first + BLOCK], threads=1)
             squares += (values**2).sum(axis=0)
         return np.sqrt(squares / len(self.speeds))
 

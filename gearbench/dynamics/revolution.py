@@ -91,6 +91,7 @@ def revolution(mesh: LoadedMesh, effects: Sequence[GapEffect], harmonics: int) -
     batch = prepare(assemble(scene, lines, mesh.effects), cycle_gap_modes(effects, lines))
     solutions = (solve_one_chunk(batch, chunk, segments=mesh.rows > 1) for chunk in chunks(amounts[:cycles]))
     samples = [mesh.samples(batch, lines, solution) for solution in solutions]
+    # the last chunk is padded
     motion, force, stiffness = (
         np.concatenate([getattr(part, name) for part in samples])[:cycles] for name in ("motion", "force", "stiffness")
     )
@@ -112,8 +113,8 @@ def _repeats(amounts: NDArray, cycles: int) -> bool:
 def _orders(mesh: LoadedMesh, curves: NDArray, harmonics: int) -> NDArray:
     """Orders 0, 1/P … H (H·P + 1,) of the curve that strings P mesh cycles (cycle, position) together."""
     phases = mesh.cycle.phases
-    others = order_coefficients(phases, curves, harmonics * len(curves))
-    return np.concatenate([[curves.mean(axis=0) @ phases.weight], others])
+    positive_orders = order_coefficients(phases, curves, harmonics * len(curves))
+    return np.concatenate([[curves.mean(axis=0) @ phases.weight], positive_orders])
 
 
 def revolution_of_error(mesh: LoadedMesh, error: ArrayLike, harmonics: int) -> Revolution:
@@ -226,7 +227,7 @@ def revolution_response(
     """Response of the scene's own pair over whole revolutions, with side bands from differences between teeth.
 
     The model is the same as in ``response``. The stiffness over a mesh cycle is the mean over all teeth. Other meshes
-    are springs of their mean stiffness.
+    are replaced by springs with their mean stiffness.
 
     Parameters
     ----------

@@ -17,7 +17,10 @@ def in_blocks(count: int, elements: int) -> Iterator[slice]:
 
 
 def bearings(scene: Scene) -> int:
-    """Number of bearings of the system of ``scene``; for a coupled train, an upper bound of the number of bodies."""
+    """Number of bearings of the system of ``scene``.
+
+    For a coupled train, an upper bound of the number of bodies, which take the place of bearings.
+    """
     if scene.coupled:
         return len(scene.geometry.gears) + 1
     return 0 if scene.system is None else sum(len(shaft.bearings) for shaft in scene.system.shafts)

@@ -32,7 +32,8 @@ class Steady:
     omega
         Frequency of each order (speed, order) [rad/s]; a difference of two frequencies may be negative.
     equivalent_force
-        Mesh forces minus the forces of the mean stiffnesses, f − K̄ x (speed, row, order) [N].
+        Mesh forces minus the forces of the mean stiffnesses, f − K̄ x (speed, row, order) [N]; order zero holds the
+        change from the quasi-static state.
     residual
         Residual of the balance over the excitation (speed,).
     """
@@ -44,10 +45,10 @@ class Steady:
 
 
 def steady(model: LinearModel, speeds: NDArray, harmonics: int) -> Steady:
-    """Balance all meshes: first each mesh frequency by itself (D5), then all frequencies together.
+    """Balance all meshes: first each mesh frequency by itself, then all frequencies together.
 
     The varying stiffness of a mesh also acts on motions that other meshes excite. Order n of one frequency and order m
-    of another thus make combinations n ω_1 ± m ω_2.
+    of another thus make combinations n ω_1 ± m ω_2. The balance is (D5) of ``docs/theory.md``.
     """
     groups, kept = model.groups, [group.orders(harmonics) for group in model.groups]
     first = np.cumsum([1, *(len(orders) - 1 for orders in kept)])
@@ -70,22 +71,22 @@ def steady(model: LinearModel, speeds: NDArray, harmonics: int) -> Steady:
 
 
 def _solve_together(model: LinearModel, speeds: NDArray, alone: Steady, x_s: NDArray, p_s: NDArray) -> Steady:
-    """Solve the balance y + ĥ V y = −x_s − ĥ p_s of all orders at once, with V y = (K − K̄) y.
+    """Solve the balance y + ĥ V y = −x_s − ĥ p_s of all orders at once, for y = x − x_s, with V y = (K − K̄) y.
 
     The first guess ``alone`` balances each frequency by itself, so a few steps are enough.
     """
     all_rows, H = np.arange(len(model.stiffness)), int(alone.index.max())
-    x = -_motion_under(model.modes.mesh_receptance(alone.omega, all_rows), alone.equivalent_force)
+    x = -_negative_motion(model.modes.mesh_receptance(alone.omega, all_rows), alone.equivalent_force)
     index = np.concatenate([alone.index, _combinations(model, alone, x)])
     omega = _frequencies(model, speeds) @ index.T
     padding = [(0, 0), (0, len(index) - len(alone.index))]
     x_s, p_s = np.pad(x_s, padding), np.pad(p_s, padding)
     h, varying = model.modes.mesh_receptance(omega, all_rows), _varying_stiffness(model, index, H)
     y = np.pad(x, [(0, 0), *padding]) - x_s
-    remainder = -x_s - _motion_under(h, p_s + varying(y)) - y
+    remainder = -x_s - _negative_motion(h, p_s + varying(y)) - y
     product, size = partial(_product, model), _product(model, y, y)
     y, remainder = generalised_conjugate_residuals(
-        lambda step: step + _motion_under(h, varying(step)), y, remainder, product, SETTLED**2 * size, STEPS
+        lambda step: step + _negative_motion(h, varying(step)), y, remainder, product, SETTLED**2 * size, STEPS
     )
     residual = np.sqrt(product(remainder, remainder) / size)
     return Steady(index=index, omega=omega, equivalent_force=p_s + varying(y), residual=residual.ravel())
@@ -95,8 +96,8 @@ def _frequencies(model: LinearModel, speeds: NDArray) -> NDArray:
     return np.stack([model.omega(group, speeds) for group in model.groups], axis=-1)
 
 
-def _motion_under(h: NDArray, equivalent_force: NDArray) -> NDArray:
-    """Motion ĥ p (speed, row, order) under the forces p."""
+def _negative_motion(h: NDArray, equivalent_force: NDArray) -> NDArray:
+    """ĥ p (speed, row, order): the negative motion under the mesh forces p."""
     return np.einsum("snij,sjn->sin", h, equivalent_force, optimize=True)
 
 
@@ -131,24 +132,24 @@ def _combinations(model: LinearModel, alone: Steady, x: NDArray) -> NDArray:
     """
     sampled = np.unique(np.linspace(0, len(x) - 1, SAMPLED_SPEEDS).round().astype(int))
     x, H, G = x[sampled], int(alone.index.max()), len(model.groups)
-    first = np.arange(len(model.names)) * model.rows_per_mesh
-    largest = np.abs(alone.equivalent_force[sampled] + np.einsum("ij,sjn->sin", model.stiffness, x))[:, first].max(
-        axis=(1, 2)
-    )
-    rates, k = alone.omega[sampled][:, 1 : 1 + G * H : H], np.diag(model.stiffness)[first]
+    approach_rows = np.arange(len(model.names)) * model.rows_per_mesh
+    mesh_force = alone.equivalent_force[sampled] + np.einsum("ij,sjn->sin", model.stiffness, x)
+    largest = np.abs(mesh_force[:, approach_rows]).max(axis=(1, 2))
+    first_order_omega, k = alone.omega[sampled][:, 1 : 1 + G * H : H], np.diag(model.stiffness)[approach_rows]
     n, m = (part.ravel() for part in np.meshgrid(np.arange(1, H + 1), np.r_[-H:0, 1 : H + 1], indexing="ij"))
     indices, shares = [], []
     for a, b in combinations(range(G), 2):
         index = np.zeros((len(n), G), dtype=int)
         index[:, a], index[:, b] = n, m
-        equivalent_force = np.zeros((len(sampled), len(first), len(n)))
+        equivalent_force = np.zeros((len(sampled), len(approach_rows), len(n)))
         for excited, order, other, other_order in ((a, n, b, np.abs(m)), (b, np.abs(m), a, n)):
             group = model.groups[excited]
-            K = np.abs(model.excitation(group, H).stiffness[:: len(x[0]) // len(first), :, order])
+            K = np.abs(model.excitation(group, H).stiffness[:: model.rows_per_mesh, :, order])
             equivalent_force[:, group.meshes] = np.einsum("ijc,sjc->sic", K, np.abs(x[:, model.rows_of(group.meshes)])[..., H * other + other_order])  # fmt: skip  # noqa: E501
         # the modes amplify a combination like any order
-        h = model.modes.mesh_receptance(rates @ index.T, first)
-        force = np.abs((np.eye(len(first)) - k[:, None] * h) @ np.moveaxis(equivalent_force, 1, 2)[..., None])[..., 0]
+        h = model.modes.mesh_receptance(first_order_omega @ index.T, approach_rows)
+        transfer = np.eye(len(approach_rows)) - k[:, None] * h
+        force = np.abs(transfer @ np.moveaxis(equivalent_force, 1, 2)[..., None])[..., 0]
         indices.append(index)
         shares.append((force.max(axis=-1) / largest[:, None]).max(axis=0))
     index, size = np.concatenate(indices), np.concatenate(shares)

@@ -50,7 +50,7 @@ def static_deflection(box: Gearbox, settled: tuple[Settled, ...]) -> Variables:
 
 
 def mode_variables(model: Model, which: NDArray) -> Variables:
-    """Shares of the parts in the strain energy, and shapes of the shafts, in the modes ``which`` (indices)."""
+    """Shares of the parts in the strain energy, and shapes of the shafts, in the elastic modes ``which`` (indices)."""
     modes, parts, box = model.modes, model.mechanics.parts, model.scene.gearbox
     motions = [part.rows @ modes.shape for part in parts]
     energy = [_twice_strain_energy(part.stiffness, rows) for part, rows in zip(parts, motions, strict=True)]
@@ -67,6 +67,7 @@ def mode_variables(model: Model, which: NDArray) -> Variables:
         shapes.append(shape_of_shaft[:, [0, 1, 2, 5]] * np.array([1.0, 1.0, 1.0, arc])[:, None])
         start += shaft.size
     shape = np.moveaxis(np.concatenate(shapes), -1, 0)
+    # the last part of the energy is the rest: couplings and bodies
     return {
         "mode_energy": (("mode", "part"), np.vstack([share, 1 - share.sum(axis=0)]).T),
         "shaft_mode_shape": (

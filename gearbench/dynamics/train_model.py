@@ -30,7 +30,7 @@ from gearbench.system.shaft_model import INERTIA, METRE
 from gearbench.trains.solve import SolvedTrain, solve_train
 
 #: Central members count as still below the share STILL of a mode's kinetic energy. Their rotation, or their motion
-#: across the axis, counts as absent below the share LITTLE of their energy. These shares never vanish quite, because
+#: across the axis, counts as absent below the share LITTLE of their energy. These shares never vanish entirely, because
 #: unequally loaded planets differ a little.
 STILL, LITTLE = 1e-3, 0.02
 #: Kinds of modes: central members only turn; central members move across the axis; only planets move; others.
@@ -97,6 +97,7 @@ def train_mechanics(linkage: Linkage, bodies: Mapping[str, RigidBody]) -> Mechan
         for carried in linkage.carried if name == linkage.carrier else ():
             x, y = linkage.train.places[carried]
             row[names.index(carried), :2] = -y, x
+    # the last motions of the linkage are the elastic ones
     motions[len(turning) :] = linkage.moved[len(linkage.motions) - len(elastic) :]
     inertia = _inertia(bodies, names)
     approach = np.einsum("mba,qba->mq", linkage.of_bodies, motions)
@@ -130,7 +131,7 @@ def kinds(shape: NDArray, bodies: Mapping[str, RigidBody], carried: tuple[str, .
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TrainModel(LinearModel):
-    """Model of a ``coupled`` scene, at any speed.
+    """Model of a ``coupled`` scene (all meshes are one contact problem), at any speed.
 
     Parameters
     ----------
@@ -186,7 +187,10 @@ class TrainModel(LinearModel):
 
     @cached_property
     def groups(self) -> tuple[Group, ...]:
-        """One group of all meshes: its order 1 has the cycle after which all meshes have their phases again."""
+        """One group of all meshes: its order 1 has the cycle after which all meshes have their phases again.
+
+        Its phases are all 0: the joint contact solution already contains the mesh phasing.
+        """
         count, train = len(self.names), self.linkage.train
         rate = train.mesh_rate(self.names[0]) / self.solved.phases.length
         periods = tuple(train.periods.values())

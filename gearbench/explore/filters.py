@@ -14,8 +14,8 @@ _HEADS = {"statistic": "Scatter and objectives", "limit": "Limits", "variable": 
 
 def sliders(catalogue: Catalogue) -> dict[int, RangeSlider]:
     """Make a range slider for every quantity that differs between the designs, by the index of its column."""
-    wanted = {id(column) for column in catalogue.of_kind("statistic", "limit", "variable")}
-    return {i: _slider(i, c) for i, c in enumerate(catalogue.columns) if id(c) in wanted}
+    of_shown_kind = {id(column) for column in catalogue.of_kind("statistic", "limit", "variable")}
+    return {i: _slider(i, c) for i, c in enumerate(catalogue.columns) if id(c) in of_shown_kind}
 
 
 def _slider(number: int, column: Column) -> RangeSlider:

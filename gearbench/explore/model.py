@@ -56,7 +56,7 @@ def flank_map(solved: Solved, values: NDArray, size: tuple[int, int] = SIZE) -> 
     return over_flank(u, y, length * math.cos(meshing.beta_b), flank_values, path, face)
 
 
-#: Number of samples of a train that are computed together. Between them a newer question may end the scatter.
+#: Number of samples of a train that are computed together. Between them a newer question may abort the computation.
 TOGETHER = 16
 #: Metrics of a pair whose scatter is shown; those of a train are ``STUDIED``.
 RMS_VALUES = ("transmission_error_rms", "mesh_stiffness_rms")
@@ -215,14 +215,14 @@ def scattered(
     picture: Picture,
     solved: Solved | SolvedTrain,
     samples: int = SAMPLES,
-    go_on: Callable[[int, int], None] = lambda _done, _of: None,
+    progress: Callable[[int, int], None] = lambda _done, _of: None,
 ) -> Picture:
     """Add the scatter to ``picture`` if the scene has random errors.
 
-    ``go_on`` is called from time to time with the number of samples done and of all samples.
+    ``progress`` is called from time to time with the number of samples done and of all samples; it may raise to abort.
     """
     start = time.perf_counter()
-    scatter = _scatter(solved, samples, go_on) if picture.unfinished else None
+    scatter = _scatter(solved, samples, progress) if picture.unfinished else None
     return replace(picture, scatter=scatter, seconds=picture.seconds + time.perf_counter() - start)
 
 
@@ -240,7 +240,7 @@ def _curve(cycle: MeshCycle, name: str) -> CycleCurve:
 
 
 @single_threaded_blas()
-def _scatter(solved: Solved | SolvedTrain, samples: int, go_on: Callable[[int, int], None]) -> Mapping[str, NDArray]:
+def _scatter(solved: Solved | SolvedTrain, samples: int, progress: Callable[[int, int], None]) -> Mapping[str, NDArray]:
     if isinstance(solved, SolvedTrain):
         train = sampled_train(solved.scene, solved)
         errors = train.draw(unit_samples("sobol", samples, len(train.error_names), 0))
@@ -248,12 +248,12 @@ def _scatter(solved: Solved | SolvedTrain, samples: int, go_on: Callable[[int, i
         chunks: list[Mapping[str, NDArray]] = []
         for chunk in on_threads(partial(train.respond, names=STUDIED), error_chunks, default_threads()):
             chunks.append(chunk)
-            go_on(TOGETHER * len(chunks), samples)
+            progress(TOGETHER * len(chunks), samples)
         return {name: np.concatenate([chunk[name] for chunk in chunks]) for name in STUDIED}
     # prepared from the solved scene, so lines, gaps and compliance are the same
     problem = prepare_scene(solved.scene)
     answer, complete = respond(
-        problem, problem.draw(samples, 0, "sobol"), default_threads(), lambda done: go_on(done, samples)
+        problem, problem.draw(samples, 0, "sobol"), default_threads(), lambda done: progress(done, samples)
     )
     if not complete:
         raise KeyboardInterrupt

@@ -94,7 +94,7 @@ class Page:
             "filter", designs=self.sources["designs"], front=self.sources["front"],
             raster=self.sources["raster"], plot=many, size=list(cloud.PIXELS), axes=axes,
             everything=lines["everything"], kept=lines["kept"], ranges=lines["ranges"],
-            sliders=list(by_column.values()), order=order(catalogue), gap=parallel.GAP, up=parallel.UP,
+            sliders=list(by_column.values()), order=order(catalogue), gap=parallel.GAP, height=parallel.HEIGHT,
             colours=[colour(i) for i in range(min(len(catalogue.results), len(PALETTE)))],
             boxes=cloud.BOXES, scatter=[key(catalogue, name) for name in (SCATTER_ACROSS, SCATTER_UP)],
         )  # fmt: skip

@@ -12,8 +12,8 @@ from gearbench.explore.columns import Column
 from gearbench.explore.look import PALETTE, PICK, chart, fixed
 
 #: Pixels of the image between two axes, and in height.
-GAP, UP = 44, 140
-SWITCHED_ON = "Drag along an axis to keep a range, double-click it to clear"
+GAP, HEIGHT = 44, 140
+HINT = "Drag along an axis to keep a range, double-click it to clear"
 
 
 def axes(catalogue: Catalogue) -> tuple[Column, ...]:
@@ -24,7 +24,7 @@ def axes(catalogue: Catalogue) -> tuple[Column, ...]:
 def sources(catalogue: Catalogue) -> dict[str, ColumnDataSource]:
     """Sources: images of all designs and of the kept ones, line of the picked design, kept ranges on the axes."""
     count = max(len(axes(catalogue)), 2)
-    blank = np.zeros((UP, GAP * (count - 1)), dtype="uint32")
+    blank = np.zeros((HEIGHT, GAP * (count - 1)), dtype="uint32")
     position = {"x": [0], "y": [0], "dw": [count - 1], "dh": [1]}
     return {
         "everything": ColumnDataSource({"image": [blank], **position}),
@@ -38,7 +38,7 @@ def parallel(catalogue: Catalogue, data: dict[str, ColumnDataSource]) -> Any:
     """Make the figure."""
     shown = axes(catalogue)
     count = max(len(shown), 2)
-    plot = chart(SWITCHED_ON, "", "", height=490, x_range=fixed(-0.45, count - 0.55), y_range=fixed(-0.11, 1.11))
+    plot = chart(HINT, "", "", height=490, x_range=fixed(-0.45, count - 0.55), y_range=fixed(-0.11, 1.11))
     plot.name = "parallel"
     plot.image_rgba("image", "x", "y", "dw", "dh", source=data["everything"])
     plot.image_rgba("image", "x", "y", "dw", "dh", source=data["kept"])

@@ -31,7 +31,7 @@ def html(catalogue: Catalogue, pictures: int = PICTURES) -> str:
         try:
             answer = picture(catalogue.scene(design))
         except (GearbenchError, InputError, ArithmeticError):
-            continue
+            continue  # a design that cannot be computed has no picture
         shown[str(design)] = tables(answer)
     if str(first) not in shown:
         raise GearbenchError(f"{catalogue.name(first)} cannot be computed")

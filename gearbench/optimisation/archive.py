@@ -30,7 +30,7 @@ class Archive:
     designs, results, first_generations
         Lists indexed by design number: the design, its result, and the generation that first asked for it (from 1).
     asked
-        Design numbers that a generation asked for, (member,); one array per generation.
+        Numbers of the designs that the search asked for, one array (member,) per generation.
     evaluated, feasible_found, hypervolumes
         Lists over the generations: number of newly evaluated designs, number of feasible designs so far, and the
         share of the box below ``reference_point`` that the front dominates.

@@ -27,6 +27,7 @@ def designs_dataset(
     """Dataset over ``design``: variables and results; ``first`` holds the first generation of each design."""
     import xarray as xr
 
+    # of each variable: its real value or the index on its grid
     codes = np.array(designs, dtype=float).reshape(len(designs), len(study.variables))
     objectives = np.array([result.objectives(study) for result in results]).reshape(len(results), -1)
     results_by_name: dict[str, tuple] = {
@@ -72,7 +73,9 @@ def read_names(study: OptimisationStudy) -> tuple[str, ...]:
 
 
 def read_designs(dataset: xr.Dataset, study: OptimisationStudy) -> list[tuple[Design, Evaluation]]:
-    """Designs and results of a Dataset with the variables ``read_names``, exactly as they were stored.
+    """Designs and results of a Dataset with the variables ``read_names``, exactly as stored.
+
+    Only the statistics of infeasible designs become NaN.
 
     Raises
     ------
@@ -94,7 +97,7 @@ def read_designs(dataset: xr.Dataset, study: OptimisationStudy) -> list[tuple[De
                 violation=float(violation),
                 reason=str(reason),
                 constraints=tuple(map(float, constraint_values)),
-                # a number that is also limited is stored for infeasible designs too: drop it here
+                # a limit that is also a statistic has its value stored under the same name: drop it here
                 statistics=tuple(float(x) if violation == 0 else math.nan for x in stored),
                 samples=int(samples),
             ),

@@ -82,7 +82,7 @@ DERIVED: Mapping[str, Derivation] = MappingProxyType(
 )
 
 #: Keys of the scene that a derived variable sets, for checks.
-SETS: Mapping[str, tuple[str, ...]] = MappingProxyType(
+KEYS_SET: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         "pair.addendum_fraction": ("pair.pinion.addendum", "pair.wheel.addendum"),
         "effects.tip_relief.length_fraction": ("effects.tip_relief.length",),

@@ -1,6 +1,6 @@
-"""Numbers of a design that do not depend on the manufacturing errors, for objectives and limits.
+"""Scalar quantities of a design that do not depend on the manufacturing errors, for objectives and limits.
 
-In order of cost they come from the variables, the geometry, the scene and the solved scene. Metrics, which do
+In order of computing time they come from the variables, the geometry, the scene and the solved scene. Metrics, which do
 depend on the errors, are in ``gearbench.results.responses``.
 """
 
@@ -72,7 +72,7 @@ def mass(scene: Scene) -> float:
             body = math.pi * abs(gear.root_radius**2 - ((bore_or_rim or 0.0) / 2) ** 2)
             area = body + abs(gear.teeth) * 2 * float(weight @ half_width)
             total += count.pop(name, 0) * area * gear.face_width * material.density  # a planet is in two meshes
-    return 1e-6 * total
+    return 1e-6 * total  # mm³ · g/cm³ → kg
 
 
 def gear_ratio(scene: Scene) -> float:
@@ -124,7 +124,8 @@ def _of_set(number: Callable[[PlanetarySet, Scene], float]) -> Callable[[Scene],
     return of_scene
 
 
-#: Numbers from the tooth counts and planet positions of a planetary set.
+#: Numbers from the tooth counts and planet positions of a planetary set. The shares are those of the first mesh
+#: harmonic that add up over the planets, as torsion (0 waves) and as radial force (1 wave).
 OF_SET: Mapping[str, Callable[[Scene], float]] = MappingProxyType(
     {
         "planet_room": _of_set(lambda planetary, scene: planetary.room(mesh.pair for mesh in each_mesh(scene))),

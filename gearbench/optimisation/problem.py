@@ -85,8 +85,8 @@ class Evaluation:
 def evaluate(study: OptimisationStudy, design: Design, incumbents: Incumbents | None = None) -> Evaluation:
     """Evaluate a design; the result does not depend on the worker or on the order of evaluation.
 
-    With ``incumbents``, the error samples of the design stop as soon as they show that one of them beats it. Such a
-    design has only its rough limits checked (``constraints.solve_roughly``).
+    With ``incumbents``, sampling stops as soon as the samples show that one of them beats the design. Such a design has
+    its limits checked only on the rough solution (``constraints.solve_roughly``).
 
     A design that is not a valid gear, or that cannot be solved, gets the violation ``NO_GEAR`` and the reason. Only a
     lack of memory raises an error, because it says nothing about the gear.
@@ -96,15 +96,15 @@ def evaluate(study: OptimisationStudy, design: Design, incumbents: Incumbents | 
     MemoryBudgetError
         If the design needs more memory than the budget allows.
     """
-    unknown = (math.nan,) * len(study.constraints)
+    limited_values = (math.nan,) * len(study.constraints)
     try:
         scene, cost = scene_of(study, design), cost_of(study, design)
         candidate = _Candidate(study=study, scene=scene, cost=cost, incumbents=incumbents)
         limited = candidate.limited(roughly=candidate.may_be_rough)
-        unknown = limited.constraints
+        limited_values = limited.constraints
         if not limited.feasible:
             return limited
-        sampled = candidate.feasible()
+        sampled = candidate.with_statistics()
         if candidate.may_be_rough and sampled.samples == study.robustness.samples:
             limited = candidate.limited(roughly=False)  # no incumbent beats it: check its limits exactly
         return replace(sampled, constraints=limited.constraints) if limited.feasible else limited
@@ -113,7 +113,7 @@ def evaluate(study: OptimisationStudy, design: Design, incumbents: Incumbents | 
     except (InputError, GearbenchError, ArithmeticError, np.linalg.LinAlgError) as error:
         reason = " ".join(str(error).split()) or type(error).__name__
         unknown_statistics = (math.nan,) * len(study.statistics)
-        return Evaluation(violation=NO_GEAR, reason=reason, constraints=unknown, statistics=unknown_statistics)
+        return Evaluation(violation=NO_GEAR, reason=reason, constraints=limited_values, statistics=unknown_statistics)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -158,12 +158,13 @@ class _Candidate:
         values = constrained(self.scene, limits, solved, self.cost, lambda scene: self.force(scene).without_errors)
         violation, reason = judge(values, limits)
         constraints = tuple(values.get(name, math.nan) for name in limits)
+        # too close to a limit for the rough solution
         if roughly and violation > 0 and not decided(values, limits):
             return self.limited(roughly=False)
         unknown_statistics = (math.nan,) * len(self.study.statistics)
         return Evaluation(violation=violation, reason=reason, constraints=constraints, statistics=unknown_statistics)
 
-    def feasible(self) -> Evaluation:
+    def with_statistics(self) -> Evaluation:
         """Evaluate the statistics of a design that keeps its limits; the values of the limits are left out."""
         answer = self._of_samples() if self.study.robustness.samples else self._without_errors()
         known = dict(zip(self.study.statistics, answer.statistics, strict=True))
@@ -203,7 +204,7 @@ class _Candidate:
     def _of_samples(self) -> Evaluation:
         """Evaluate stage by stage over the error samples, until an incumbent beats the design or all are computed."""
         study, incumbents, numbers, r = self.study, self.incumbents, self._numbers(), self.study.robustness
-        count, answer = self._sampled_set() if self.scene.coupled else self._sampled_pair()
+        count, answer = self._sampled_planetary() if self.scene.coupled else self._sampled_pair()
         unit = _unit(r.sampler, r.samples, count, r.seed)
         values = np.empty((len(study.responses), 0))
         for stop in stages(study) if incumbents is not None else (r.samples,):
@@ -220,18 +221,18 @@ class _Candidate:
 
     def _sampled_pair(self) -> tuple[int, Callable[[NDArray], NDArray]]:
         """Number of errors of a pair, and a function from unit-cube points (sample, error) to (response, sample)."""
-        kinds, loads = self.scene.effect("manufacturing_errors"), self.scene.each_load
-        assert isinstance(kinds, ManufacturingErrors)
+        errors_model, loads = self.scene.effect("manufacturing_errors"), self.scene.each_load
+        assert isinstance(errors_model, ManufacturingErrors)
         problems = self._robust_problems()
 
         def answer(unit: NDArray) -> NDArray:
-            errors = kinds.draw(unit, self.scene.pair)
+            errors = errors_model.draw(unit, self.scene.pair)
             by_load = [self._responses(*loaded, errors) for loaded in zip(loads, problems, strict=True)]
             return _over_loads(self.study, by_load)
 
-        return len(kinds.variables(self.scene.pair)), answer
+        return len(errors_model.variables(self.scene.pair)), answer
 
-    def _sampled_set(self) -> tuple[int, Callable[[NDArray], NDArray]]:
+    def _sampled_planetary(self) -> tuple[int, Callable[[NDArray], NDArray]]:
         """Number of errors of a planetary set, and the same function as in ``_sampled_pair``."""
         assert isinstance(self.solved, SolvedTrain)
         train, names = sampled_train(self.scene, self.solved), self.study.responses
@@ -289,14 +290,14 @@ def scene_of(study: OptimisationStudy, design: Design) -> Scene:
         If the design is not a valid gear.
     """
     assigned = dict(assignments(study, design))
-    set_keys = {path: value for path, value in assigned.items() if value is not None}
-    tables = with_values(study.base, {path: value for path, value in set_keys.items() if path not in DERIVED})
+    given_keys = {path: value for path, value in assigned.items() if value is not None}
+    tables = with_values(study.base, {path: value for path, value in given_keys.items() if path not in DERIVED})
     if "effects" in tables:
         absent = {path for path, value in assigned.items() if value is None}
         tables["effects"] = {name: t for name, t in tables["effects"].items() if f"effects.{name}" not in absent}
     for path, derive in DERIVED.items():
-        if path in set_keys:
-            tables = with_values(tables, derive(tables, pair_of, float(set_keys[path])))
+        if path in given_keys:
+            tables = with_values(tables, derive(tables, pair_of, float(given_keys[path])))
     return parse_scene(tables if study.of_set else tables | {"pair": pair_of(tables.get("pair", {}))})
 
 

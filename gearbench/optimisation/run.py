@@ -74,7 +74,7 @@ def optimise(
     executor: Executor | None = None,
     progress: Callable[[Progress], None] = lambda _: None,
 ) -> xr.Dataset:
-    """Search the Pareto-optimal designs of a study.
+    """Search for the Pareto-optimal designs of a study.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ def optimise(
     resume
         Continue the search in ``directory``; the result equals that of an uninterrupted run.
     threads
-        Number of worker processes, which evaluate one design at a time; by default the number of processors.
+        Number of worker processes, each of which evaluates one design at a time; by default the number of processors.
     executor
         Executor of ``concurrent.futures`` that evaluates the designs instead, e.g. one of ``dask.distributed``.
     progress
@@ -102,7 +102,7 @@ def optimise(
     InputError
         If the study cannot be run, or the folder cannot be used.
     GearbenchError
-        If a worker process ends.
+        If a worker process ends unexpectedly.
     OSError
         If a generation cannot be stored; earlier ones are kept.
     """

@@ -34,7 +34,7 @@ def dask_workers(scheduler: str) -> Iterator[Executor]:
         If ``scheduler`` is neither, dask.distributed is not installed, no scheduler answers, or no worker connects
         within ten minutes.
     GearbenchError
-        If the connection to the scheduler is lost, or one task ends worker after worker.
+        If the connection to the scheduler is lost, or one task kills several workers in turn.
     """
     local = re.fullmatch(r"local:([1-9]\d{0,3})", scheduler)
     if local is None and not re.fullmatch(r"(tcp|tls)://[^\s/]+:\d+|(?!local:)[\w.-]+:\d+", scheduler):
@@ -61,7 +61,7 @@ def dask_workers(scheduler: str) -> Iterator[Executor]:
         try:
             yield client.get_executor(pure=False)
         except KilledWorker:
-            raise GearbenchError("one task ended worker after worker: too little memory?") from None
+            raise GearbenchError("one task killed several workers in turn: too little memory?") from None
         except (CancelledError, CommClosedError):
             reason = "the connection to the scheduler is lost: start it again, and continue with --resume"
             raise GearbenchError(reason) from None

@@ -10,7 +10,7 @@ from gearbench.errors import InputError, naming, one_of
 from gearbench.geometry.planetary import AT_RING, MEMBERS, RING, Planetary
 from gearbench.optimisation.constraints import check_limited
 from gearbench.optimisation.dataset import DIMENSIONS
-from gearbench.optimisation.derived import DERIVED, SETS
+from gearbench.optimisation.derived import DERIVED, KEYS_SET
 from gearbench.optimisation.numbers import COST, OF_OPERATION
 from gearbench.optimisation.study import Algorithm, Limit, Objective, OptimisationStudy, Robustness, Speeds
 from gearbench.optimisation.variables import Variable
@@ -125,7 +125,7 @@ def changed_keys(variable: Variable) -> tuple[str, ...]:
         if path in DERIVED:
             if variable.sets is None and variable.kind == "choice":
                 raise InputError(table, variable.values, f"{path} must be a number")
-            changed += SETS[path]
+            changed += KEYS_SET[path]
             continue
         with naming(below=table):
             key = scene_key(path)

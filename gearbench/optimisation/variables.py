@@ -82,7 +82,7 @@ class Variable:
     def _check_range(self) -> None:
         for key in ("min", "max"):
             if getattr(self, key) is None:
-                raise InputError(key, "missing", "is required where values is absent")
+                raise InputError(key, "missing", "is required unless values or sets is given")
         for key in ("min", "max", "step"):
             if abs(getattr(self, key) or 0) > LARGEST:
                 raise InputError(key, getattr(self, key), f"must be within ±{LARGEST:g}")
@@ -92,7 +92,8 @@ class Variable:
         if self.step is not None and not self.step > 0:
             raise InputError("step", self.step, "must be positive; without it the variable is real")
         if self._step is not None and (high - low) / self._step >= MOST_VALUES:
-            reason = f"makes more than {MOST_VALUES} values; a real variable has decimals as ends, and no step"
+            real = "for a real variable write min or max with a decimal point, and no step"
+            reason = f"makes more than {MOST_VALUES} values; {real}"
             raise InputError("step", self._step, reason)
 
     @property

@@ -126,7 +126,7 @@ class Answers:
         yield answer_data(tables(now))
         yield answer_data({"warnings": {"text": warnings(solved)}})
         if now.unfinished:
-            now = scattered(now, solved, go_on=go_on)
+            now = scattered(now, solved, progress=go_on)
             yield answer_data(densities(now))
         yield answer_data(over_torque(scene, go_on))
 

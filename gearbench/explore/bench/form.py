@@ -37,7 +37,7 @@ _ADDED = {
     "planetary.run_out": (PlanetaryRunOut, {"sun": 20.0}),
     "planetary.scatter": (PlanetaryScatter, {"pin_tangential": 10.0}),
 }
-_COAST = "Effects of the coast flanks, with which a planet or idler touches in its second mesh."
+_COAST = "Effects of the coast flanks, on which a planet or idler makes contact in its second mesh."
 #: Keys of gears whose sliders stay near the value.
 _NARROW = {*keys(Pair), *keys(TrainGear)} - {"profile_shift", "helix_angle"}
 
@@ -169,6 +169,7 @@ def _group(kind: type, path: str, table: Mapping[str, Any]) -> Group:
     }
     below = [_group(lower, f"{path}.{name}", table.get(name, {})) for name, lower in inner.items()]
     left_out = ("shaft",) if kind is TrainGear and path.startswith("planetary.") else ()
+    # the members of a set share keys, except at_ring
     left_out += SHARED if left_out and not path.endswith(AT_RING) else ()
     with_control = {name: key for name, key in keys(kind).items() if name not in left_out and not takes_files(kind)}
     shown = [_control(key, f"{path}.{name}", table.get(name)) for name, key in with_control.items()]
@@ -222,6 +223,7 @@ def _flanks(path: str, table: Mapping[str, Any]) -> tuple[list[Control | None], 
 
 def _of_planets(control: Control, number: int) -> Control:
     """Add a slider for each planet to the control of a list."""
+    # a negative value makes the slider run to both sides
     low, high, step = _span(-max(map(abs, control.value), default=0.0), None, None, "µm", whole=False)
     return replace(control, items=number, low=low, high=high, step=step)
 
@@ -249,9 +251,10 @@ def _control(key: Key, path: str, given: Any) -> Control | None:
     if plain is bool:
         return Control(**common, kind="switch", value=bool(value))
     if plain in (int, float):
-        least, most, above = key.limits
+        least, most, least_excluded = key.limits
         narrow = key.name in _NARROW
-        low, high, step = _span(value, least, most, unit, whole=plain is int, above=above, narrow=narrow)
+        ends = {"least_excluded": least_excluded, "narrow": narrow}
+        low, high, step = _span(value, least, most, unit, whole=plain is int, **ends)
         if path == "load.torque" and value is not None:  # keep the sign: a torque of 0 loads neither flank
             low, high, step = _same_sign(value, low, high, step)
         kind: Kind = "integer" if plain is int else "number"
@@ -273,12 +276,13 @@ def _span(
     unit: str,
     *,
     whole: bool,
-    above: bool = False,
+    least_excluded: bool = False,
     narrow: bool = False,
 ) -> tuple[float | None, float | None, float | None]:
     """Ends and step of a slider for ``value``: round numbers within the limits; None if the value is absent.
 
-    The slider runs from zero to about twice the value, or, if ``narrow``, from 20 % below to 20 % above the value.
+    The slider runs from zero to about twice the value, or, if ``narrow``, from 20 % below to 20 % above the value. Of a
+    negative value or zero, it runs as far to both sides.
     """
     if value is None:
         return None, None, None
@@ -289,7 +293,7 @@ def _span(
         low, high = sorted((0.8 * value, 1.2 * value))
     step = 1.0 if whole else round_up((high - low) / _STEPS)
     low, high = math.floor(low / step) * step, math.ceil(high / step) * step
-    low = low if least is None else max(low, math.ceil(least / step) * step + (step if above else 0.0))
+    low = low if least is None else max(low, math.ceil(least / step) * step + (step if least_excluded else 0.0))
     high = high if most is None else min(high, math.floor(most / step) * step)
     return _round(low), _round(high), _round(step)
 

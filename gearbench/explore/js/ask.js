@@ -1,2 +1,2 @@
-// Ask the server for a picked gear; other axes move the pick in the cloud, and ask nothing.
+// Ask the server for a picked gear; a change of axes moves the pick but needs no new answer.
 if (pick.data.design[0] !== question.data.design[0]) question.data = { design: [pick.data.design[0]] };

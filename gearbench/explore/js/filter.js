@@ -1,5 +1,5 @@
-// Which designs keep all ranges; from them the view of the cloud, the fronts, and the parallel coordinates.
-// Runs in the browser alone: nothing is sent to the server, and many changes in one frame are one.
+// Which designs lie within all ranges; from them the view of the cloud, the fronts, and the parallel coordinates.
+// Runs in the browser alone: nothing is sent to the server, and all changes within one frame are handled once.
 const state = (designs.explore ??= { marks: 0 });
 if (state.waiting) return;
 state.waiting = true;
@@ -43,13 +43,13 @@ function imageRows() {  // of each axis: the row of every design in the image, â
   return (state.rows ??= axes.map(({ key, low, high }) => {
     const values = designs.data[key], rows = new Int16Array(count);
     for (let i = 0; i < count; i++) {
-      rows[i] = values[i] === values[i] ? Math.round((values[i] - low) / (high - low) * (up - 1)) : -1;
+      rows[i] = values[i] === values[i] ? Math.round((values[i] - low) / (high - low) * (height - 1)) : -1;
     }
     return rows;
   }));
 }
 
-function ranges_of_studies() {  // designs stand one result after the other: [first, behind the last] of each
+function ranges_of_studies() {  // designs are sorted by result: [start, end) of each
   if (state.studies) return state.studies;
   const study = designs.data.study, found = [];
   for (let i = 0; i < count; i++) if (i === 0 || study[i] !== study[i - 1]) found.push([i, i]);
@@ -59,13 +59,13 @@ function ranges_of_studies() {  // designs stand one result after the other: [fi
 
 // How many lines run through each pixel of the image. Lines that share both ends are drawn once.
 function density(mask, from, to) {
-  const width = gap * (axes.length - 1), found = new Float32Array(up * width), bins = new Uint32Array(up * up);
+  const width = gap * (axes.length - 1), found = new Float32Array(height * width), bins = new Uint32Array(height * height);
   const rows = imageRows();
   for (let g = 0; g < axes.length - 1; g++) {
     const left = rows[g], right = rows[g + 1];
     bins.fill(0);
-    for (let i = from; i < to; i++) if (mask[i] && left[i] >= 0 && right[i] >= 0) bins[left[i] * up + right[i]]++;
-    for (let a = 0, at = 0; a < up; a++) for (let b = 0; b < up; b++, at++) {
+    for (let i = from; i < to; i++) if (mask[i] && left[i] >= 0 && right[i] >= 0) bins[left[i] * height + right[i]]++;
+    for (let a = 0, at = 0; a < height; a++) for (let b = 0; b < height; b++, at++) {
       const n = bins[at];
       if (n === 0) continue;
       const slope = (b - a) / (gap - 1);
@@ -135,7 +135,7 @@ function pixels_of_designs(x0, x1, y0, y1) {  // the middle pixel of every desig
   return found;
 }
 
-function scatterPlot(mask, drawn) {  // the cloud as an image: far below the time of as many markers
+function scatterPlot(mask, drawn) {  // the cloud as an image: much faster than as many markers
   const { study } = designs.data, w = size[1];
   const pixels = raster.data.image[0];
   const { start: x0, end: x1 } = plot.x_range, { start: y0, end: y1 } = plot.y_range;
