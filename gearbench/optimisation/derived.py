@@ -65,7 +65,7 @@ def unit_contact_addendum(pair: Pair) -> float:
 def _ring_teeth(tables: Mapping[str, Any], _build: Callable[[Mapping[str, Any]], Pair], value: float) -> dict[str, Any]:
     planetary = tables["planetary"]
     ring = {key: number for key, number in planetary.get("ring", {}).items() if key != "teeth"}
-    known, _ = expanded({**planetary, "ring": ring})
+    known = expanded({**planetary, "ring": ring})[0]
     return {"planetary.ring.teeth": known.teeth[-1] - round(value)}
 
 
