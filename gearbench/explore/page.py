@@ -51,6 +51,8 @@ class Page:
     def listen(self) -> None:
         """Let the browser show every new ``answer``."""
         self.answer.js_on_change("data", script("answer", answer=self.answer, sources=self.gear.now))
+        # a model used only by scripts is unknown to the browser: tag a figure with it
+        self.gear.figures["ste"].tags = [self.answer]
 
     def put(self, document: Document) -> None:
         """Add the page to a document."""

@@ -126,7 +126,8 @@ def test_curves_come_before_the_scatter_and_both_are_remembered():
 
     from gearbench.explore.live import Session
 
-    session = Session(catalogue([stored(12)]), Document())
+    session = Session(catalogue([stored(12)]), document := Document())
+    assert {"question", "answer"} <= {model.name for model in document.models}
     first, second = session.answers(3)
     (whole,) = session.answers(3)
     assert "ste_density" not in first["now"][0]
