@@ -223,6 +223,10 @@ def solve_coupled_lanes(t, G, G32, linear, laws, lanes, u, z, work, stiffness, s
             work.precision[j] = np.float32(2.0) if total[j] <= tolerance else precision
         if count == LANES or iteration == limit:
             break
+        # products of the tiny residuals of converged lanes would be denormal numbers, which are slow
+        for i in range(n):
+            for j in range(LANES):
+                work.r[i, j] = np.float32(0.0) if total[j] <= tolerance else work.r[i, j]
         conjugate += conjugate_gradients(G32, work)
         for i in range(n):
             for j in range(LANES):
