@@ -17,6 +17,7 @@ from gearbench.errors import InputError
 from gearbench.results.train_cycle import USUAL_OF_TRAIN
 from gearbench.scene_file import parse_scene
 from gearbench.sweeps.figures import draw_sweep
+from gearbench.trains import scatter
 from gearbench.trains.figures import draw_train
 from gearbench.trains.scatter import offsets, sampled_train
 from gearbench.trains.solve import solve_train
@@ -282,6 +283,15 @@ def test_the_plan_counts_meshes_and_motions():
     assert made.parts[-1].name == "robust"
     # one mesh cycle for each tooth of the ring that the planets pass
     assert 0.01 < made.megabytes["hunting"] < 10.0
+
+
+def test_curves_do_not_depend_on_what_is_solved_together(monkeypatch):
+    whole = solved(planets=4, pin_tangential=[5.0, 0.0, 0.0, 0.0], phases=3)
+    at_once = scatter.curves(whole, 4.0)
+    monkeypatch.setattr(scatter, "TOGETHER", 7)
+    one_by_one = scatter.curves(whole, 4.0)
+    for name in ("approach", "force", "slope"):
+        assert np.array_equal(getattr(at_once, name), getattr(one_by_one, name))
 
 
 def test_a_load_range_is_drawn_of_the_transmission_error_of_the_set(tmp_path, monkeypatch):

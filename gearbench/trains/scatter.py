@@ -41,6 +41,8 @@ if TYPE_CHECKING:
 
 #: Number of force levels of the table; lowest level relative to the force under even sharing; samples solved together.
 LEVELS, LEAST, CHUNK = 32, 1e-3, 50
+#: Number of positions and levels of a mesh that are solved together, so that memory does not grow with the cycle.
+TOGETHER = 4096
 #: Change of a mesh force, relative to the largest, in the last Newton step of samples with flank errors. Convergence is
 #: quadratic: forces are then known to 1e-5.
 TOUCHED = 5e-4
@@ -117,16 +119,24 @@ def levels(most: float) -> NDArray:
 def curves(solved: SolvedTrain, most: float) -> Curves:
     """Tabulate F(δ) of all meshes up to ``most`` times the force under even sharing."""
     shares = levels(most)
-    curves_of_meshes = []
-    for mesh in solved.contacts:
-        count = len(mesh.problem.gap)
-        problem = part_of(mesh.problem, np.tile(np.arange(count), LEVELS))
-        force = np.repeat(shares, count) * mesh.nominal
-        all_levels = MeshAt(problem=problem, nominal=mesh.nominal, cos_b=mesh.cos_b)
-        approach, slope, _ = all_levels.under(force, Guess.empty(problem))
-        curves_of_meshes.append([values.reshape(LEVELS, count).T for values in (approach, force, slope)])
-    approach, force, slope = (np.stack(arrays) for arrays in zip(*curves_of_meshes, strict=True))
+    # planets in phase share one contact
+    known = {id(mesh): mesh for mesh in solved.contacts}
+    tables = {key: _table(mesh, shares) for key, mesh in known.items()}
+    each = (tables[id(mesh)] for mesh in solved.contacts)
+    approach, force, slope = (np.stack(arrays) for arrays in zip(*each, strict=True))
     return Curves(approach=approach, force=force, slope=slope, statics=solved.own)
+
+
+def _table(mesh: MeshAt, shares: NDArray) -> tuple[NDArray, NDArray, NDArray]:
+    """Approach, force and slope of one mesh, (position, level) [mm, N, N/mm], at ``shares`` of its nominal force."""
+    count = len(mesh.problem.gap)
+    force = np.tile(shares * mesh.nominal, (count, 1))
+    approach, slope = np.empty_like(force), np.empty_like(force)
+    for block in np.array_split(np.arange(len(shares)), min(len(shares), -(-force.size // TOGETHER))):
+        problem = part_of(mesh.problem, np.tile(np.arange(count), len(block)))
+        found = replace(mesh, problem=problem).under(force[:, block].T.ravel(), Guess.empty(problem))
+        approach[:, block], slope[:, block] = (values.reshape(len(block), count).T for values in found[:2])
+    return approach, force, slope
 
 
 def variables(scatter: PlanetaryScatter, planets: tuple[str, ...]) -> dict[str, float]:
