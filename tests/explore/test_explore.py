@@ -126,8 +126,7 @@ def test_curves_come_before_the_scatter_and_both_are_remembered():
 
     from gearbench.explore.live import Session
 
-    session = Session(catalogue([stored(12)]), document := Document())
-    assert {"question", "answer"} <= {model.name for model in document.models}
+    session = Session(catalogue([stored(12)]), Document())
     first, second = session.answers(3)
     (whole,) = session.answers(3)
     assert "ste_density" not in first["now"][0]
@@ -145,7 +144,8 @@ def test_questions_that_are_none_are_answered_by_a_message():
 
     from gearbench.explore.live import Session
 
-    session = Session(catalogue([stored(12)]), Document())
+    session = Session(catalogue([stored(12)]), document := Document())
+    assert {"question", "answer"} <= {model.name for model in document.models}
     for design in (99, "x", None):
         (answer,) = session.answers(design)
         assert answer["message"][0]

@@ -33,8 +33,8 @@ def driven(effects: dict[str, Any]) -> Scene:
 
 def of_clamped_teeth() -> None:
     """Kernels of pairs with clamped teeth, and of their response."""
-    for count in (1, 4):
-        simulate(case(2, Resolution(positions=count)))
+    for size in ({"positions": 1}, {"positions": 4}, {"positions": 4, "segments": 1}):
+        simulate(case(2, Resolution(**size)))
     simulate(scene := small("sc.toml", **ERRORS))
     robust(scene, samples=3)
     for scene in (driven({"hertz": {"law": "yang_sun"}} | ERRORS), small("shafts.toml", **ERRORS)):
