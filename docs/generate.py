@@ -75,7 +75,7 @@ face_width = 26.0                 # wider than its mate, 1 mm on either side
 protuberance = 0.12
 grinding_stock = 0.10
 tip_chamfer = 0.3
-[pair.pinion.thickness]           # deviations from x = 0.03
+[pair.pinion.thickness]           # deviations from the derived x = 0.03
 upper = -60.0                     # A_sne, µm
 lower = -90.0
 [pair.wheel]
@@ -87,7 +87,7 @@ upper = -50.0
 lower = -80.0
 ```
 
-`gearbench simulate` prints x, x_E, diameters, backlash and its limits.
+`gearbench simulate` prints x, the generating shift x_E, diameters, backlash and its limits.
 
 ![Keys of a gear on its teeth, its faces and its body](figures/pair.png)
 

@@ -65,13 +65,13 @@ class Member:
     tip_diameter, root_diameter
         d_a instead of the addendum, d_f instead of the dedendum [mm].
     profile_shift
-        x [normal modules]; by default from the centre distance. Teeth with given shifts may overlap by
-        10⁻⁴ (1 mm + m_n), the rounding of printed values.
+        x [normal modules]; by default from the centre distance. Flanks with given shifts may overlap by up to
+        10⁻⁴ (1 mm + m_n), because printed shifts are rounded.
     fillet_radius
         Tip rounding ρ_f* of the generating rack, or of the cutter in its transverse section [normal modules]; by
         default 0.38 (cutter 0.2), or the full rounding if that is less.
     cutter
-        Pinion-type cutter of an internal gear; by default 20 teeth fewer, within 15 to 60.
+        Pinion-type cutter of an internal gear; by default 20 teeth fewer than the gear, within 15 to 60.
     bore_diameter, outer_diameter
         Where the body is held: the bore of an external gear, the outside of an internal gear [mm].
     support
@@ -179,7 +179,7 @@ class Pair:
         α_n and β [°].
     backlash
         Circumferential backlash j_wt, transverse at the working pitch circles [mm], 0 by default. It thins teeth whose
-        profile shifts are derived; if both shifts are given, it follows from them.
+        profile shifts are derived; if both shifts are given, the backlash follows.
     pinion, wheel
         The two gears. Profile shifts that are not given share the sum from the centre distance equally.
     material

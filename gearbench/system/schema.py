@@ -111,7 +111,7 @@ class ShaftLoad:
     force
         (x, y, axial) [N]: x from pinion to wheel of this scene's pair, axial towards greater positions.
     moment
-        Moment about the same axes [N·m]; the last is 0.
+        Moment about the same axes [N·m]; the last must be 0.
     """
 
     position: Position
@@ -152,7 +152,7 @@ class Ripple:
     order
         Periods per revolution of the shaft.
     torque
-        Amplitude [N·m]; on the inertia of the coupling, unless a position is given.
+        Amplitude [N·m]; it acts on the inertia of the coupling, unless a position is given.
     force
         Amplitudes (x, y, axial) [N], in phase.
     position
@@ -171,7 +171,7 @@ class Ripple:
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Shaft:
-    """A shaft; positions count from its start, in the same axial direction on all shafts.
+    """A shaft; positions count from its start along the shaft axis, in the same direction on all shafts.
 
     Parameters
     ----------
@@ -187,7 +187,7 @@ class Shaft:
     ripples
         Forces and torques that vary with the rotation of the shaft.
     coupling
-        Where torque enters or leaves; by default at the start, if a single gear needs it.
+        Where torque enters or leaves; by default at the start, if the shaft has only one gear.
     material, density
         Steel, 7.85 g/cm³, by default.
     """

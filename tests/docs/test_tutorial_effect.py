@@ -72,7 +72,10 @@ def test_the_package_is_that_of_the_page():
     assert {f"{module}.py": (PLUGIN / f"{module}.py").read_text(encoding="utf-8") for module in MODULES} == {
         name: text for name, text in FILES.items() if name.removesuffix(".py") in MODULES
     }
-    project = tomllib.loads(FILES["pyproject.toml"])["project"]
+    build = tomllib.loads(FILES["pyproject.toml"])
+    # setuptools refuses to choose among several modules
+    assert set(build["tool"]["setuptools"]["py-modules"]) == set(MODULES)
+    project = build["project"]
     stored = ConfigParser()
     stored.read(PLUGIN / f"{project['name']}-{project['version']}.dist-info" / "entry_points.txt")
     assert {name: dict(stored[name]) for name in stored.sections()} == project["entry-points"]

@@ -29,7 +29,7 @@ def test_from_a_scene_to_a_robust_front(folder):
     done = list(follow("tutorial_front.md"))
     assert [block.language for block in done].count("sh") == 6
     assert (folder / "front" / "front.nc").exists()
-    assert len((folder / "left.csv").read_text().splitlines()) > 1
+    assert len((folder / "remaining.csv").read_text().splitlines()) > 1
 
 
 @pytest.mark.slow

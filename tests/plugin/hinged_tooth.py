@@ -15,7 +15,7 @@ from gearbench.plugin import STRICT, ComplianceEffect, Effect, LowRank
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class HingedTooth(ComplianceEffect):
-    """Rigid teeth, each on a rotational spring at its root circle: H(a, b) = h_a h_b/(c b), h above the root circle.
+    """Rigid teeth, each on a rotational spring at its root circle: H(1, 2) = h₁ h₂/(c b), h above the root circle.
 
     Parameters
     ----------
@@ -28,7 +28,7 @@ class HingedTooth(ComplianceEffect):
     name: ClassVar[str] = "hinged_tooth"
     summary: ClassVar[str] = "compliance: rigid teeth that turn about their roots"
     source: ClassVar[str] = "the tutorial"
-    use: ClassVar[str] = "To see how little a model of a tooth needs."
+    use: ClassVar[str] = "To see how little code a model of a tooth needs."
     example: ClassVar[dict[str, Any]] = {"stiffness": 2e6}
     conflicts: ClassVar[dict[str, str]] = {"tooth_bending": "which bends the same teeth"}
 

@@ -38,10 +38,10 @@ class Undulation(GapEffect):
     conflicts: ClassVar[dict[str, str]] = {"topography": "which measures the undulation too"}
 
     def check(self, pair: Pair, effects: Mapping[str, Effect]) -> None:
-        """Refuse waves shorter than a quarter of a module: no contact follows them."""
+        """Refuse waves shorter than a quarter of a module, too short for the contact to resolve."""
         most = int(4 * pair.face_width / pair.normal_module)
         if self.waves > most:
-            raise InputError("waves", self.waves, f"must be at most {most}, four in a module")
+            raise InputError("waves", self.waves, f"must be at most {most}, four waves per module")
 
     def gap(self, lines: ContactLines) -> NDArray:
         """Gap [mm], (position, pair, segment)."""
