@@ -26,7 +26,7 @@ from gearbench.geometry.action import ContactLines
 from gearbench.scene import Scene
 from gearbench.threads import single_threaded_blas
 
-#: Minimum number of Gauss points for each panel of a line; between kinks of the gap the load is smooth.
+#: Minimum number of Gauss points for each panel, a piece of a line between kinks of the gap; the load is smooth there.
 NODES_PER_PANEL = 5
 
 
@@ -98,7 +98,7 @@ def with_field(problem: ContactProblem, field: NDArray) -> ContactProblem:
     """``problem`` with a further gap ``field`` (position, pair, node) [mm], already divided by the levers.
 
     A lever is a lever arm over the base radius. The field is smooth along a line. Its nodes are those of
-    ``Cells.smooth_lines``, or the segments without cells.
+    ``Cells.smooth_lines`` or, if there are no cells, the segments themselves.
     """
     if problem.cells is None:
         return replace(problem, gap=problem.gap + field.reshape(problem.gap.shape) / problem.length_scale)
@@ -112,6 +112,7 @@ def _replace_gaps(problem: ContactProblem, gaps: NDArray) -> ContactProblem:
     """``problem`` with other ``gaps``, see ``gaps_along``."""
     gap, sigma = (x.reshape(problem.gap.shape) for x in gap_and_variation(gaps))
     sigma = sigma if problem.a.any() else np.zeros_like(sigma)  # without a law there is nothing to average
+    # the problem holds the gap at the end that touches first
     gap, sigma = (np.ascontiguousarray(x / problem.length_scale) for x in (gap - sigma, sigma))
     cells = problem.cells and replace(problem.cells, gaps=gaps)
     return replace(problem, gap=gap, sigma=sigma, cells=cells)

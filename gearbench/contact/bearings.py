@@ -46,7 +46,7 @@ class OnShafts:
     gears: tuple[SeatedGear, SeatedGear]
 
     def resultants(self, rows: int) -> Resultants:
-        """The first ``rows`` resultants of the flank forces: force, moment, …."""
+        """The first ``rows`` resultants of the flank forces: row n is weighted by the Legendre polynomial P_n."""
         return resultants(self.problem, self.lines, self.solution, self.guess, rows)
 
 
@@ -77,7 +77,7 @@ def solve_on_shafts(
         guess = Guess.empty(problem)
         solution = solve_patches(problem, guess)
         gears = next(effect for effect in effects if isinstance(effect, Shafts)).gears
-        # system_effects returns Shafts alone if everything is linear; nothing then depends on the load
+        # ShaftMotion is absent if everything is linear; nothing then depends on the load
         constant = len(effects) == 1
         if constant or (before is not None and np.abs(solution.force - before).max() <= TOLERANCE * before.max()):
             return OnShafts(lines=lines, effects=acting, problem=problem, solution=solution, guess=guess, gears=gears)

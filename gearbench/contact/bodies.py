@@ -5,8 +5,7 @@ the gap
 
     e = φ · Σ_d C_d Σ_i φ_i P_i
 
-in another mesh (M4 of docs/theory.md). These are the blocks between
-different meshes of the compliance matrix H between all loaded segments.
+in another mesh (M4 of docs/theory.md). The matrices φ C_d φᵀ are the blocks of H between different meshes.
 """
 
 from __future__ import annotations

@@ -44,13 +44,14 @@ def gap_kinks(scene: Scene) -> tuple[list[float], list[float]]:
         profile.append(scene.pair.meshing.pitch_point)  # sliding changes its sign there, and friction has a kink
     b = scene.pair.meshing.face_width
     face = [y for gap in gaps for y in gap.face_kinks(scene.pair) if 0 <= y <= b]
-    if scene.load.coast:  # lines of coast flanks are those of the mirror image (G10)
+    if scene.load.coast:  # lines of coast flanks are those of the mirror image (G10 of docs/theory.md)
         face = [b - y for y in face]
     return profile + [u for gap in added for u in gap.kinks(scene.pair)], face
 
 
 def gap_effects(scene: Scene) -> tuple[GapEffect, ...]:
     """Acting effects of ``scene`` that add a gap."""
+    # shafts change the gap, not the profiles, so they are not among the flank effects
     return tuple(effect for effect in scene.acting_effects if isinstance(effect, GapEffect))
 
 
@@ -86,18 +87,18 @@ def conforming(scene: Scene) -> bool:
 def total_gap(effects: Iterable[Effect], lines: ContactLines) -> NDArray:
     """Sum of the gaps of the ``effects`` (position, pair, segment) [mm], divided by the levers of the segments.
 
-    A lever is a lever arm over the base radius.
+    A lever is a relative lever arm: lever arm over base radius, 1 on the line of action.
     """
     total = np.zeros(lines.shape)
     for effect in effects:
-        # pure profile modifications are already part of a separation
+        # touch is set for contact off the line of action; the separation then holds pure profile modifications already
         if isinstance(effect, GapEffect) and not (lines.touch and effect.modifications(lines.pair)):
             total += effect.gap(lines) / lines.lever
     return total
 
 
 def gaps_along(effects: Iterable[Effect], lines: ContactLines) -> NDArray:
-    """Total gap [mm] at the beginning, middle and end of cells (…, 3), or at the nodes of point segments (…, 1)."""
+    """Total gap [mm] at the beginning, middle and end of cells (…, 3), or at segments that are Gauss points (…, 1)."""
     if not lines.cells:
         return total_gap(effects, lines)[..., None]
     return np.stack([total_gap(effects, at) for at in (lines.moved(-1), lines, lines.moved(1))], axis=-1)

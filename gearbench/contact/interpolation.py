@@ -1,4 +1,8 @@
-"""Interpolation from the Gauss points of contact lines to other points, by one polynomial for each smooth piece."""
+"""Interpolation from the Gauss points of contact lines to other points, by one polynomial for each smooth piece.
+
+Cells are short pieces of a line that carry a load. ``smooth_lines`` are the same lines with Gauss points, at which the
+smooth compliance is computed; their ``panel`` holds the number of the piece of each point.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +19,7 @@ from gearbench.geometry.quadrature import gauss
 def interpolation_to_cells(smooth_lines: ContactLines, cells: ContactLines) -> NDArray:
     """Matrix from values at the nodes of ``smooth_lines`` to values on cells, (position, pair, segment, 3, node).
 
-    The 3 values belong to beginning, middle and end of a cell.
+    The 3 values belong to the beginning, the middle and the end of a cell.
     """
     half = cells.length * math.cos(cells.pair.meshing.beta_b) / 2
     y = cells.y[..., None] + half[..., None] * np.array([-1.0, 0.0, 1.0])
@@ -23,9 +27,9 @@ def interpolation_to_cells(smooth_lines: ContactLines, cells: ContactLines) -> N
 
 
 def interpolation_matrix(smooth_lines: ContactLines, y: NDArray) -> NDArray:
-    """Matrix from values at the nodes of ``smooth_lines`` to values at y (position, pair, point), (…, point, node).
+    """Matrix (…, point, node) from values at the nodes of ``smooth_lines`` to values at y.
 
-    Its rows are zero where no line exists.
+    y has the shape (position, pair, point). Rows are zero where no line exists.
     """
     from gearbench.contact._patch_kernels import rows_on_pieces
 

@@ -19,6 +19,7 @@ def under_force(problem: ContactProblem, force: float) -> ContactProblem:
     """``problem`` under another normal force F_bn [N], with the unit of displacement proportional to it."""
     f = force / problem.force
     loaded = under_shares(problem, np.full(len(problem.gap), f))
+    # the share of the cells stays 1: force and unit are scaled instead
     return replace(loaded, force=force, length_scale=problem.length_scale * f, cells=problem.cells)
 
 
@@ -32,6 +33,7 @@ def split_positions(solution: ContactSolution, counts: Sequence[int]) -> list[Co
     parts, ends = [], np.cumsum(counts)
     for first, last in zip(ends - counts, ends, strict=True):
         arrays = {name: getattr(solution, name)[first:last] for name in _ARRAYS}
+        # a count over all positions; it goes to the first part, so that the sum stays right
         parts.append(ContactSolution(**arrays, corrected=0 if parts else solution.corrected))
     return parts
 

@@ -1,8 +1,8 @@
 """Second solution of the contact, at Gauss points on the contact patches of the lines.
 
 The solution on cells gives the approach δ and the amplitudes q of the smooth deflection. The compression
-s(y) = δ − e(y) − ψ(y)·q changes sign at the ends of the patches. An error of these ends changes loads and deflections
-by its square, but the stiffness in proportion, because a point is stiff even under the smallest load. The ends are
+s(y) = δ − e(y) − ψ(y)·q changes sign at the ends of the patches. An error ε of these ends changes loads and deflections
+by O(ε²), but the stiffness by O(ε), because a point is stiff even under the smallest load. The ends are
 therefore located again from the compressions at the Gauss points of the patches and on the cells. Between the ends the
 integrands are smooth, so Gauss points converge fast.
 """
@@ -55,6 +55,7 @@ def solve_patches(problem: ContactProblem, guess: Guess | None = None) -> Contac
         coarse = solve_roughly(patches[0], guess)
     solution = solve(on_patches(problem, guess, patches)[0], guess)
     force = _forces_on_cells(problem, guess, solution)
+    # the result of the round before, for the error estimate
     return replace(solution, coarse_approach=coarse[0], coarse_stiffness=coarse[1], force=force)
 
 

@@ -74,7 +74,7 @@ class OneFace:
             raise InputError("length", self.length, f"must be at most half the face width, {b / 2:.4g} mm")
         if sum(lengths) > b:
             name = _ENDS[int(np.argmax(lengths))]
-            allowed = f"both together must be at most the face width, {b:.4g} mm"
+            allowed = f"at_0 and at_b together must be at most the face width, {b:.4g} mm"
             raise InputError(f"{name}.length", max(lengths), allowed)
 
     def shapes(self, index: int | None, b: float) -> list[Shape]:

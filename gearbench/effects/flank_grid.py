@@ -1,9 +1,9 @@
 """Grid of measured flank deviations, read from CSV or netCDF and interpolated.
 
 CSV: the first cell of the first row names the coordinate of the first column: ``radius``, ``diameter`` or
-``roll_length`` (√(R² − r_b²)), in mm. The rest of the first row holds the positions y [mm] across the face. Every
-further row holds one coordinate and its deviations [µm]. Cells are separated by commas, tabs or semicolons; with tabs
-or semicolons the decimal mark may be a comma. A line that begins with # is a remark.
+``roll_length`` (√(R² − r_b²)), in mm. The rest of the first row holds the positions y [mm] across the face of the
+gear. Every further row holds one coordinate and its deviations [µm]. Cells are separated by commas, tabs or
+semicolons; with tabs or semicolons the decimal mark may be a comma. A line that begins with # is a comment.
 NetCDF: one variable with two dimensions, one of radius, diameter and roll_length, and face_position. Both coordinates
 are in mm; the attribute ``units`` of the variable is µm or mm.
 """
@@ -61,7 +61,7 @@ class FlankGrid:
 
     def coordinate_of(self, gear: Gear, radius: NDArray) -> NDArray:
         """Coordinate of the grid at the radius R [mm]."""
-        radius = np.abs(radius)
+        radius = np.abs(radius)  # radii of internal gears are negative
         if self.along == "roll_length":
             return np.abs(gear.roll_length(radius))
         return radius if self.along == "radius" else 2 * radius
@@ -73,7 +73,7 @@ class FlankGrid:
         return gear.sign * (self.coordinate if self.along == "radius" else self.coordinate / 2)
 
     def to_array(self, name: str) -> xr.DataArray:
-        """The grid as a variable ``name`` of a Dataset [µm], with dimensions that begin with ``name`` [mm]."""
+        """The grid as a variable ``name`` of a Dataset [µm], with dimensions whose names begin with ``name`` [mm]."""
         import xarray as xr
 
         dims = tuple(f"{name}_{axis}" for axis in (self.along, FACE))

@@ -19,9 +19,11 @@ from gearbench.geometry.pair import Pair
 from gearbench.geometry.separation import NODES, Separation
 from gearbench.schema import STRICT
 
-#: Number of polynomials of R in the compliance of solid teeth, unless a scene asks for a low order.
+#: Number of polynomials of R in the compliance of solid teeth, unless a scene asks for a low order; used for the
+#: softening at tip edges.
 FLANK_POLYNOMIALS = 5
-#: Length of an interval of the table, in half-widths of the contact strip; parabolas are then accurate to 1e-4 c.
+#: Length of an interval of the table, in half-widths of the contact strip; parabolas are then accurate to 1e-4 c
+#: (c: see ``_kinks``).
 _STEP = 0.25
 #: Minimum and maximum number of intervals on a base pitch.
 _FEWEST, _MOST = NODES / 4, 2 * NODES
@@ -34,7 +36,7 @@ class Hertz(ComplianceEffect):
     """Local compression of the flanks, as a law of the line load.
 
     "yang_sun" is linear (C2 of docs/theory.md). "weber_banaschek" (C3) grows more slowly than the load, and depends on
-    the curvature of the flanks and on the depths of the tooth centre lines below them.
+    the curvature of the flanks and on the distances from flank to tooth centre line.
 
     Parameters
     ----------
@@ -53,8 +55,8 @@ class Hertz(ComplianceEffect):
     def compliance(self, lines: ContactLines, effects: Effects) -> LineLaw:
         """Law of each segment, (position, pair, segment)."""
         # without helix angle all segments of a line have the same u
-        even = lines.pair.meshing.overlap_ratio == 0
-        first = {name: getattr(lines, name)[..., : 1 if even else None] for name in ("u", "y", "length")}
+        spur = lines.pair.meshing.overlap_ratio == 0
+        first = {name: getattr(lines, name)[..., : 1 if spur else None] for name in ("u", "y", "length")}
         if lines.separation is None or self.law == "yang_sun":
             law = self.law_on(replace(lines, **first, panel=None))
         else:
@@ -113,6 +115,7 @@ def _kinks(lines: ContactLines, index: int, rho: NDArray, c: float) -> Iterator[
     assert separation is not None
     # mean is c₁ of (E5), the mean of (1−ν²)/(πE) of both gears
     profile, mean, roll = separation.plane.profiles[index], c / 4, touch.rolls[index]
+    # the ratio of these two loads is 2 ε_α
     load_ratio = 2 * max(meshing.transverse_contact_ratio, 1.0)
     # this length is the same in the normal plane, since the profile is perpendicular to the contact line
     half_width = np.sqrt(8 * mean * rho * lines.typical_load)

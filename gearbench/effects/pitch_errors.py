@@ -1,4 +1,4 @@
-"""Pitch errors: teeth before or behind their nominal positions."""
+"""Pitch errors: teeth ahead of or behind their nominal positions."""
 
 from __future__ import annotations
 
@@ -53,5 +53,5 @@ class PitchErrors(IndexDeviations):
         super().check(pair, effects)
 
     def of_teeth(self, pair: Pair) -> Sequence[Deviations | None]:
-        """The deviations of the scene."""
+        """The deviations as given, not drawn at random."""
         return self.pinion, self.wheel

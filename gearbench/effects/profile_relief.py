@@ -43,7 +43,7 @@ class Relief:
     amount
         Material missing at the relieved end [µm].
     length
-        Height from the relieved end [mm].
+        Radial height from the relieved end [mm].
     start_diameter
         Diameter of the start [mm].
     start_roll_length
@@ -150,6 +150,7 @@ class ProfileRelief(ShapeEffect):
                     raise InputError(f"{key}along", "roll", "begins below the base circle: no roll length there")
                 continue
             name = next(name for name in _STARTS if getattr(table, name) is not None)
+            # the involute begins at the base circle
             if not pair.is_internal or low > 0:
                 low = max(low, pair.gears[index].base_radius)
             if not low <= start <= high:

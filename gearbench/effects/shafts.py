@@ -19,8 +19,8 @@ from gearbench.system.mechanics import static_equilibrium
 from gearbench.system.shaft_model import ShaftModel
 from gearbench.system.static import Settled, twist
 
-#: Stiffness of the foundations to try, per face width and modulus of elasticity. The first exceeds the stiffness of
-#: meshes, the second that of Hertzian contact.
+#: Stiffness of the foundations to try, springs that replace the teeth in ``mesh_spread``, per face width and modulus of
+#: elasticity. The first exceeds the stiffness of meshes, the second that of Hertzian contact.
 FOUNDATIONS = (0.3, 5.0)
 #: Eigenvalues of a seat's compliance below this fraction of the largest are dropped.
 _RANK = 1e-14
@@ -51,7 +51,7 @@ class SeatedGear:
         return self.box.face_nodes(PAIR, self.gear, self.model)
 
     def rows(self, lines: ContactLines) -> NDArray:
-        """Matrix from motions of all nodes to deflection normal to the flank (position, pair, segment, size)."""
+        """Matrix from motions of all nodes to deflection normal to the flank (position, pair, segment, 6 · nodes)."""
         return self.model.rows(*self._places(lines))
 
     def deflection(self, lines: ContactLines, motion: NDArray) -> NDArray:
@@ -145,11 +145,12 @@ def mesh_spread(gears: tuple[SeatedGear, SeatedGear], stiffness: NDArray) -> tup
         H += psi @ psi.T
     R = legvander(η, stiffness.shape[-1] - 1)
     E = min(material.E for material in pair.materials)
-    P = K = R
+    P = K = R  # replaced in the loop
     for share in FOUNDATIONS:
         P = np.linalg.solve(H + np.diag(2 / (share * E * pair.meshing.face_width * weight)), R)
         K = np.linalg.inv(R.T @ P)
         P = P @ K
+        # foundation and shafts are stiffer than the mesh
         if np.linalg.eigvals(stiffness @ K).real.max() < 1:
             break
     return P.T, P.T @ H @ P
@@ -181,7 +182,7 @@ class Shafts(ComplianceEffect):
     gears: tuple[SeatedGear, SeatedGear]
 
     name: ClassVar[str] = "shafts"
-    summary: ClassVar[str] = "compliance: shafts and bearings, the seats of the gears as beams across their faces"
+    summary: ClassVar[str] = "compliance: shafts and bearings; the shaft also bends and twists under the face"
     source: ClassVar[str] = "Timoshenko beams, ISO/TS 16281"
 
     def compliance(self, lines: ContactLines, effects: Effects) -> LowRank:

@@ -26,7 +26,8 @@ from gearbench.geometry.profile import Modification
 
 #: Coordinate along the profile: the roll length, which measuring machines use, or the radius.
 Along = Literal["roll", "radius"]
-#: Extent of the profile: the active profile, the involute from form circle to tip, or the tooth from the root.
+#: Extent of the profile: the active profile, the involute from form circle to tip, or the whole tooth from root circle
+#: to tip.
 Range = Literal["active", "involute", "tooth"]
 Form = Literal["linear", "parabolic", "circular"]
 Gears = Literal["both", "pinion", "wheel"]
@@ -49,7 +50,7 @@ class Ramp:
     along
         The coordinate x: "radius", "roll" or "face".
     start, length
-        Position with t = 0, and distance from there to t = 1 [mm], negative towards smaller x.
+        x at t = 0, and x(t = 1) − x(t = 0), which may be negative [mm].
     power
         Exponent 1, 2, …
     bend
@@ -274,7 +275,7 @@ def opening(lines: ContactLines, inclination: float, deviation: float) -> NDArra
 def one_or_each(
     effect: object, required: Sequence[str], more: Sequence[str] = (), names: Sequence[str] = GEARS
 ) -> None:
-    """Check that an effect has either keys for all parts or the tables ``names`` of single parts, but not both.
+    """Check that an effect has either common keys or the tables ``names``, one for each gear or end, but not both.
 
     Without a table, all ``required`` keys must be given and the keys ``more`` may be given.
 

@@ -17,9 +17,9 @@ from gearbench.schema import STRICT
 class ThermalPitch(GapEffect):
     """Base pitches that differ by p_bt (ε_1 − ε_2), a gap for each tooth pair.
 
-    It has no table of ``[effects]``; it acts if ``[pair.temperature]`` expands the two gears differently. In the plane
-    of action the flanks of an expanding gear move away from its tangent point and from the middle of the face (G16).
-    The gap is zero at the pitch point in the middle of the face.
+    It has no table in ``[effects]``; it acts if ``[pair.temperature]`` expands the two gears differently. In the plane
+    of action the flanks of an expanding gear move away from the point where its base circle touches the line of action,
+    and from the middle of the face (G16). The gap is zero at the pitch point in the middle of the face.
     """
 
     name: ClassVar[str] = "thermal_pitch"

@@ -280,7 +280,7 @@ BAD = {
     "nothing": ({"tip_relief": {}}, "effects.tip_relief.amount = missing: is required, or a table pinion or wheel"),
     "ends meet": (
         {"end_relief": {"at_0": {"amount": 5.0, "length": 20.0}, "at_b": {"amount": 5.0, "length": 5.0}}},
-        "effects.end_relief.at_0.length = 20: both together must be at most the face width",
+        "effects.end_relief.at_0.length = 20: at_0 and at_b together must be at most the face width",
     ),
     "no curve": ({"profile_curve": {}}, "effects.profile_curve.pinion = missing: a curve is required"),
     "points fall": (
