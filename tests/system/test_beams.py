@@ -115,6 +115,22 @@ def test_spring_supports_move_rigidly():
     assert_allclose(s.at(0, 0.0)[2], 210.0 / 7e3, rtol=1e-4)
 
 
+def test_sections_move_as_in_pure_bending_tension_and_twist():
+    """Such a motion is the exact solution between nodes; rows do the work of the same motion."""
+    model = ShaftModel(shaft=Shaft(name="one", sections=(ShaftSection(length=100.0, diameter=20.0),)), faces=())
+
+    def motion(z):
+        zero, bend = np.zeros_like(z), 2e-5
+        return np.stack([0.3 + bend * z**2 / 2, 0.2 - 1e-3 * z, 1e-4 * z, zero + 1e-3, bend * z, 2e-5 * z], axis=-1)
+
+    z = np.linspace(0.0, 100.0, 12).reshape(3, 4)
+    found = model.moved(z, motion(model.nodes).ravel())
+    assert_allclose(found, motion(z), rtol=0, atol=1e-13)
+    wrench = np.random.default_rng(1).normal(size=(3, 4, 6))
+    work = model.rows(z, wrench) @ motion(model.nodes).ravel()
+    assert_allclose(work, (wrench * found).sum(axis=-1), rtol=0, atol=1e-12)
+
+
 def test_mass_of_shaft_is_that_of_its_volume():
     shaft = Shaft(name="s", sections=(ShaftSection(length=90.0, diameter=30.0, end_diameter=40.0, bore=10.0),))
     model = ShaftModel(shaft=shaft, faces=())
