@@ -10,6 +10,8 @@ from gearbench.compiled import entry, part
 
 #: Known points closer to an end or the middle of a cell than this part of half the cell are left out.
 DISTINCT = 1e-3
+#: A greatest s below zero counts if it is closer to zero than this, over the typical compression.
+NEAR = 0.2
 #: Halvings of the distance of two points in the search for a zero: to rounding.
 HALVINGS = 48
 
@@ -82,35 +84,46 @@ def zero_between(at, value, j):
 
 @part()
 def hump(at, value, j):
-    """Beginning and end of the part where the parabola through point j and its neighbours is positive, if any."""
+    """Beginning and end of the part where the parabola through point j and its neighbours is positive.
+
+    Both are its vertex if it is negative everywhere, and point j if the part does not lie between the neighbours.
+    """
     low, middle, high = at[j - 1], at[j], at[j + 1]
     left, right = (value[j] - value[j - 1]) / (middle - low), (value[j + 1] - value[j]) / (high - middle)
     square = (right - left) / (high - low)
     slope = left + square * (middle - low)  # at the middle
-    root = slope * slope - 4 * square * value[j]
-    if not (square < 0 and root > 0):
+    if not square < 0:
         return middle, middle
-    vertex, reach = middle - slope / (2 * square), -math.sqrt(root) / (2 * square)
+    vertex = middle - slope / (2 * square)
+    reach = -math.sqrt(max(slope * slope - 4 * square * value[j], 0.0)) / (2 * square)
     if not (low < vertex - reach and vertex + reach < high):
         return middle, middle
     return vertex - reach, vertex + reach
 
 
 @part()
-def loaded_parts(at, value, least, begin, end):
-    """Find the patches on one panel: fill their beginnings and ends, and return their number."""
+def loaded_parts(at, value, begin, end):
+    """Find the patches on one panel: fill their beginnings and ends, and return their number.
+
+    A patch that begins where it ends is a greatest s below zero.
+    """
     count, last = 0, at.size - 1
     for j in range(last + 1):
-        low = high = at[j]
         if value[j] > 0:
             low = at[j] if j == 0 or value[j - 1] > 0 else zero_between(at, value, j - 1)
             high = at[j] if j == last else at[j + 1] if value[j + 1] > 0 else zero_between(at, value, j)
         elif (j == 0 or value[j - 1] <= value[j]) and (j == last or value[j + 1] < value[j]):
             low, high = hump(at, value, min(max(j, 1), last - 1))
-        joint = count > 0 and j > 0 and value[j] > 0 and value[j - 1] > 0
-        if joint:
+            if low == high and value[j] < -NEAR:
+                continue
+            if low == high and (j == 0 or j == last):
+                # corners of reliefs touch beside the ends of panels
+                low = high = at[j] + (at[min(j + 1, last - 1)] - at[j]) / 3
+        else:
+            continue
+        if count > 0 and j > 0 and value[j] > 0 and value[j - 1] > 0:
             end[count - 1] = high
-        elif high - low > least:
+        else:
             begin[count], end[count] = low, high
             count += 1
     return count
@@ -134,13 +147,15 @@ def share_nodes(width, nodes, count):
 
 @entry()
 def patch_nodes(s, y, half, panel, active, known_y, known_s, least, gauss_nodes, gauss_weights, at, width):
-    """Fill positions and widths of Gauss points on the patches of each line, (position, pair, node).
+    """Fill positions and widths of Gauss points on the patches of each line, and of probes of no width behind them.
 
-    ``known_y`` and ``known_s`` (position, pair, point) are further points of the lines, ascending, and s there. Row n
-    of ``gauss_nodes`` and ``gauss_weights`` holds the rule of n points. Patches not longer than ``least`` are ignored.
+    Probes are ends of patches and places of the greatest s below zero. ``at`` and ``width`` (position, pair, node and
+    probe) are zero where there is neither. ``known_y`` and ``known_s`` (position, pair, point) are further points of
+    the lines, ascending, and s there. Row n of ``gauss_nodes`` and ``gauss_weights`` holds the rule of n points, of
+    which the last is the number of nodes. Patches not longer than ``least`` are ignored.
     """
     positions, pairs, segments = y.shape
-    nodes, most = at.shape[2], 3 * segments + known_y.shape[2]
+    nodes, most = gauss_nodes.shape[1], 3 * segments + known_y.shape[2]
     point, value, begin, end = np.empty((4, most))
     piece, count = np.empty(most, dtype=np.int64), np.empty(most, dtype=np.int64)
     for i in range(positions):
@@ -151,11 +166,21 @@ def patch_nodes(s, y, half, panel, active, known_y, known_s, least, gauss_nodes,
             points = known_points(
                 s[i, k], y[i, k], half[i, k], panel[i, k], known_y[i, k], known_s[i, k], point, value, piece
             )
-            n, first = 0, 0
+            n, probe, first = 0, nodes, 0
             for j in range(1, points + 1):
-                if j == points or piece[j] != piece[first]:
-                    n += loaded_parts(point[first:j], value[first:j], least, begin[n:], end[n:])
-                    first = j
+                if j < points and piece[j] == piece[first]:
+                    continue
+                found = loaded_parts(point[first:j], value[first:j], begin[n:], end[n:])
+                for patch in range(n, n + found):
+                    for place in (begin[patch], end[patch]):
+                        inside = max(point[first], at[i, k, probe - 1]) < place < point[j - 1]
+                        if inside and probe < at.shape[2]:
+                            at[i, k, probe] = place
+                            probe += 1
+                    if end[patch] - begin[patch] > least:
+                        begin[n], end[n] = begin[patch], end[patch]
+                        n += 1
+                first = j
             if n == 0:
                 continue
             share_nodes(end[:n] - begin[:n], nodes, count)

@@ -31,7 +31,10 @@ ROUNDS = 3
 #: but the result after the last round must not depend on the initial guess (to 1e-12).
 ON_CELLS = 1e-5
 
-#: Problem at the Gauss points on patches, and its contact lines.
+#: Number of points on a line, besides Gauss points, at which the compression is computed for the next round.
+PROBES = 4
+
+#: Problem at the Gauss points on patches, without load at the probes behind them, and its contact lines.
 Patches = tuple[ContactProblem, ContactLines]
 
 
@@ -83,7 +86,9 @@ def _nodes(problem: ContactProblem, guess: Guess, before: Patches | None) -> tup
     """``patch_nodes``; a position without a patch gets its nodes on the cell with the greatest compression."""
     s, known = _compression(problem, guess), None
     if before is not None:
-        known = before[1].y, np.ascontiguousarray(compression(*before, guess)[..., 0])
+        y, s_there = before[1].y, _at_points(before[0], guess)
+        order = y.argsort(axis=-1)
+        known = np.take_along_axis(y, order, axis=-1), np.take_along_axis(s_there, order, axis=-1)
     cells = problem.cells
     assert cells is not None
     y, width = patch_nodes(cells.lines, s, cells.nodes, known)
@@ -104,10 +109,14 @@ def compression(problem: ContactProblem, lines: ContactLines, guess: Guess) -> N
     """
     if problem.cells is not None:
         return _compression(problem, guess)
+    return np.where(lines.active[..., None], _at_points(problem, guess), -1.0)[..., None]
+
+
+def _at_points(problem: ContactProblem, guess: Guess) -> NDArray:
+    """Compression at the points of ``problem`` [``length_scale``], (position, pair, point)."""
     amplitudes = guess.q[:, problem.block[:: problem.shape[2]]]
     factor = problem.factor.reshape(*problem.shape, -1)
-    s = guess.delta[:, None, None] - problem.gap.reshape(problem.shape) - (factor @ amplitudes[..., None])[..., 0]
-    return np.where(lines.active[..., None], s, -1.0)[..., None]
+    return guess.delta[:, None, None] - problem.gap.reshape(problem.shape) - (factor @ amplitudes[..., None])[..., 0]
 
 
 def _compression(problem: ContactProblem, guess: Guess) -> NDArray:
@@ -127,16 +136,18 @@ def _compression(problem: ContactProblem, guess: Guess) -> NDArray:
 def patch_nodes(
     lines: ContactLines, s: NDArray, nodes: int, known: tuple[NDArray, NDArray] | None = None
 ) -> tuple[NDArray, NDArray]:
-    """Positions y and widths of ``nodes`` Gauss points on the patches of a line, (position, pair, node) [mm].
+    """Positions y and widths of ``nodes`` Gauss points on the patches of a line, and of ``PROBES`` behind them [mm].
 
-    ``s`` is the compression at the beginning, middle and end of each segment, ``known`` holds y and s at further points
-    (position, pair, point). Patches end where the cubic through the closest points changes sign or the gap has a kink.
+    Both are (position, pair, node and probe). Probes are ends of patches and places of the greatest compression below
+    zero; their widths are zero. ``s`` is the compression at the beginning, middle and end of each segment, ``known``
+    holds y and s at further points (position, pair, point). Patches end where the cubic through the closest points
+    changes sign or the gap has a kink.
     """
     from gearbench.contact._patch_kernels import patch_nodes as fill
 
     assert lines.panel is not None
     half = lines.length * math.cos(lines.pair.meshing.beta_b) / 2
-    y, width = np.empty((2, *lines.shape[:2], nodes))
+    y, width = np.empty((2, *lines.shape[:2], nodes + PROBES))
     least = NEGLIGIBLE_WIDTH * lines.pair.meshing.face_width
     known = known or (empty := np.empty((*lines.shape[:2], 0)), empty)
     fill(s, lines.y, half, lines.panel, lines.active, *known, least, *_gauss_rules(nodes), y, width)
@@ -172,7 +183,7 @@ def on_patches(problem: ContactProblem, guess: Guess, before: Patches | None = N
     factor, gap = rows @ cells.factor, total_gap(cells.effects, nodes)
     if cells.field is not None:
         gap = gap + (rows @ cells.field[..., None])[..., 0]
-    gap = np.where(nodes.active[..., None], gap, 0.0)
+    gap = np.where(cells.lines.active[..., None], gap, 0.0)
     new = scale_problem(nodes, gap, zeros[..., None], a, h, zeros, problem.force, problem.length_scale, coupled=False)
     new = under_shares(new, cells.share)
     block = np.repeat(problem.block[:: problem.shape[2]], nodes.shape[2])

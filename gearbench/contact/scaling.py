@@ -67,7 +67,7 @@ def scale_problem(
     All arrays are (position, pair, segment, …); ``force`` [N] and ``scale`` [mm] become the units.
     """
     positions, pairs, segments = lines.shape
-    active = np.repeat(lines.active[..., None], segments, axis=2)
+    active = lines.length > 0
     length = np.where(active, lines.length, 1.0)
     unit = force / scale
     flat = (positions, pairs * segments)

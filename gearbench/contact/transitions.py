@@ -157,7 +157,8 @@ def _steep_side(scene: Scene, passage: Passage) -> int:
     For helical pairs, curves are steep after the line has begun at the far end of the face, and before it ends at the
     near end. On the line of action, the load of a spur pair jumps and curves are flat on both sides. Off the line of
     action, a spur pair touches with an edge or the corner of a relief before the passage and with its flank after it,
-    or the reverse; the contact law changes continuously from one to the other.
+    or the reverse; the contact law changes continuously from one to the other. Curves are steep before the corner of a
+    relief touches and after it.
     """
     meshing, (_, u, y) = scene.pair.meshing, passage
     if not meshing.overlap_ratio:
@@ -165,9 +166,8 @@ def _steep_side(scene: Scene, passage: Passage) -> int:
         if flanks is None:
             return 0
         inwards = 1 if 2 * u < meshing.path_start + meshing.path_end else -1
-        # beyond the corner of a relief the flank carries less load
         beyond = u in flanks.changes and inwards * (u - min(flanks.kinks, key=lambda kink: abs(kink - u))) < 0
-        return 0 if beyond else inwards
+        return -inwards if beyond else inwards
     return int((u, y) == (meshing.path_start, meshing.face_width)) - int((u, y) == (meshing.path_end, 0.0))
 
 

@@ -111,6 +111,7 @@ def _noise_floor(solved: Solved, curve: str) -> NDArray:
         coarse = MeshCycle.of(solved.scene, solved.phases, solution.coarse_approach, solution.coarse_stiffness)
         values = getattr(solved.cycle, curve)
         cut = TRUNCATION_ERROR * values.mean(axis=-1) if curve == "mesh_stiffness" else 0.0
+        cut = np.hypot(cut, solved.unresolved.get(curve, 0.0))
         solved.floors[curve] = curve_floor([solved], values, values - getattr(coarse, curve), cut)
     return solved.floors[curve]
 

@@ -2,17 +2,27 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gearbench.contact.assemble import assemble
+from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.gaps import conforming, total_gap
+from gearbench.contact.patches import solve_patches
 from gearbench.contact.problem import ContactProblem, ContactSolution
 from gearbench.geometry.action import ContactLines
 from gearbench.results.cycle import MICROMETRES, MeshCycle, Phases
-from gearbench.scene import Scene
+from gearbench.scene import Resolution, Scene
+from gearbench.threads import single_threaded_blas
+
+#: Number of phases at which a mesh cycle is solved again, and number of segments there over the usual number. The RMS
+#: errors of curves in use are 0.6 to 4 times the change; a harmonic has about half of the error.
+REFINED_PHASES, REFINED_SEGMENTS = 4, 4 / 3
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,6 +59,27 @@ class Solved:
     def floors(self) -> dict[str, NDArray]:
         """Noise floors of the harmonics that were computed so far, by curve."""
         return {}
+
+    @cached_property
+    def unresolved(self) -> Mapping[str, float]:
+        """RMS change of each curve at ``REFINED_PHASES`` if lines have ``REFINED_SEGMENTS`` times the segments.
+
+        More segments bring more nodes of the smooth compliance. Empty unless flanks part along the lines of a pair.
+        """
+        single = self.at is None and self.solution.approach.ndim == 1 and not self.scene.has_shafts
+        if not single or self.problem.cells is None or self.conforming:
+            return {}
+        count = len(self.lines.mesh_phase)
+        some = np.unique((np.arange(REFINED_PHASES) + 0.5) / REFINED_PHASES * count).astype(int)
+        segments = math.ceil(REFINED_SEGMENTS * self.scene.resolution.segments)
+        fine = replace(self.scene, resolution=Resolution(segments=segments))
+        lines = scene_lines(fine, self.lines.mesh_phase[some])
+        with single_threaded_blas():
+            solution = solve_patches(assemble(fine, lines))
+        cycle = MeshCycle.of(fine, self.phases, solution.approach, solution.stiffness)
+        curves = "transmission_error", "mesh_stiffness"
+        changes = {name: getattr(self.cycle, name)[some] - getattr(cycle, name) for name in curves}
+        return {name: float(np.sqrt(np.mean(change**2))) for name, change in changes.items()}
 
     @cached_property
     def conforming(self) -> bool:

@@ -169,10 +169,13 @@ def test_all_torques_off_the_line(name):
     assert all(max(over.values()) < most for over in beyond.values())
 
 
-@pytest.mark.parametrize("share", [0.5, 1.0])
-@pytest.mark.parametrize("name", ["nasa_28", "osu_50"])
-def test_peak_to_peak_does_not_depend_on_gauss_points(name, share):
-    scene = relieved(name, share, off_line=False)
+@pytest.mark.parametrize(
+    ("name", "share", "off_line"),
+    [*((name, share, False) for name in ("nasa_28", "osu_50") for share in (0.5, 1.0)), ("nasa_28", 1.0, True)],
+)
+def test_peak_to_peak_does_not_depend_on_gauss_points(name, share, off_line):
+    """Off the line the STE dips beyond the corner of the relief: on a long panel 8 points missed 2 %."""
+    scene = relieved(name, share, off_line)
     cycles = [
         solve_scene(replace(scene, resolution=Resolution(gauss_points=n))).cycle for n in (5, 8, 12, 16, 20, 24, 32, 40)
     ]

@@ -10,35 +10,42 @@ from numpy.typing import NDArray
 from scipy.interpolate import KroghInterpolator
 from scipy.optimize import bisect
 
-from gearbench.contact._patch_kernels import DISTINCT
+from gearbench.contact._patch_kernels import DISTINCT, NEAR
+from gearbench.contact.patches import PROBES
 from gearbench.geometry.action import NEGLIGIBLE_WIDTH, ContactLines
 from gearbench.geometry.quadrature import gauss
 
 
 def patch_nodes(lines: ContactLines, s: NDArray, nodes: int, known: tuple[NDArray, NDArray]) -> tuple[NDArray, NDArray]:
-    """Positions y and widths of ``nodes`` Gauss points on the patches of each line, (position, pair, node) [mm].
+    """Positions y and widths of ``nodes`` Gauss points on the patches of each line, and of the probes behind them [mm].
 
-    ``s`` is the compression at the beginning, middle and end of each segment, ``known`` holds y and s at further points
-    (position, pair, point). Patches end where the cubic through the closest points changes sign or the gap has a kink.
+    Both are (position, pair, node and probe). ``s`` is the compression at the beginning, middle and end of each
+    segment, ``known`` holds y and s at further points (position, pair, point). Patches end where the cubic through the
+    closest points changes sign or the gap has a kink.
     """
     assert lines.panel is not None
     least = NEGLIGIBLE_WIDTH * lines.pair.meshing.face_width
     half = lines.length * math.cos(lines.pair.meshing.beta_b) / 2
-    y, width = np.zeros((2, *lines.shape[:2], nodes))
+    y, width = np.zeros((2, *lines.shape[:2], nodes + PROBES))
     for line in np.argwhere(lines.active).tolist():
         i, k = line
         patches: list[tuple[float, float]] = []
+        probes: list[float] = []
         for panel in np.unique(lines.panel[i, k]):
             own = lines.panel[i, k] == panel
             at = _points(lines.y[i, k, own], half[i, k, own], s[i, k, own], *(each[i, k] for each in known))
-            patches += [(a, b) for a, b in _loaded_parts(*at) if b - a > least]
+            parts = list(_loaded_parts(*at))
+            patches += [(a, b) for a, b in parts if b - a > least]
+            probes += [place for place in sorted({x for part in parts for x in part}) if at[0][0] < place < at[0][-1]]
+        probes = probes[:PROBES]
+        y[i, k, nodes : nodes + len(probes)] = probes
         if not patches:
             continue
         begin, end = np.array(patches).T
         count = _counts(np.zeros(len(begin), dtype=int), end - begin, nodes).tolist()
         pairs = zip(patches, count, strict=True)
         parts = [(a + (b - a) / 2 * (1 + gauss(n)[0]), (b - a) / 2 * gauss(n)[1]) for (a, b), n in pairs]
-        y[i, k], width[i, k] = (np.concatenate(each) for each in zip(*parts, strict=True))
+        y[i, k, :nodes], width[i, k, :nodes] = (np.concatenate(each) for each in zip(*parts, strict=True))
     return y, width
 
 
@@ -54,7 +61,7 @@ def _points(y: NDArray, half: NDArray, s: NDArray, known_y: NDArray, known_s: ND
 
 
 def _loaded_parts(at: NDArray, value: NDArray) -> Iterator[tuple[float, float]]:
-    """Begin and end of the parts of a panel where the curve through its points is positive."""
+    """Begin and end of the parts where the curve is positive, or twice the place of a maximum below zero."""
     last = len(at) - 1
     crossings = np.flatnonzero((value[1:] > 0) != (value[:-1] > 0))
     zeros = []
@@ -67,17 +74,21 @@ def _loaded_parts(at: NDArray, value: NDArray) -> Iterator[tuple[float, float]]:
     for j in range(last + 1):
         before, after = (value[i] if 0 <= i <= last else -np.inf for i in (j - 1, j + 1))
         if value[j] <= 0 and before <= value[j] > after:
-            parts += _hump(at, value, min(max(j, 1), last - 1))
+            low, high = _hump(at, value, min(max(j, 1), last - 1))
+            if low == high and j in (0, last):
+                low = high = float(at[j] + (at[min(j + 1, last - 1)] - at[j]) / 3)
+            if low < high or value[j] >= -NEAR:
+                parts.append((low, high))
     yield from sorted(parts)
 
 
-def _hump(at: NDArray, value: NDArray, j: int) -> list[tuple[float, float]]:
-    """Part between the two points around point j where the parabola through the three is positive, if there is one."""
+def _hump(at: NDArray, value: NDArray, j: int) -> tuple[float, float]:
+    """Part between the two points around point j where the parabola through the three is positive, or its vertex."""
     low, middle, high = at[j - 1 : j + 2]
     c = np.polyfit(at[j - 1 : j + 2] - middle, value[j - 1 : j + 2], 2)
-    roots = np.sort(np.roots(c).real)
-    inside = c[0] < 0 and c[1] ** 2 > 4 * c[0] * c[2] and low < middle + roots[0] and middle + roots[1] < high
-    return [(float(middle + roots[0]), float(middle + roots[1]))] if inside else []
+    roots = middle + np.sort(np.roots(c).real)
+    inside = c[0] < 0 and low < roots[0] and roots[1] < high
+    return (float(roots[0]), float(roots[1])) if inside else (float(middle), float(middle))
 
 
 def _counts(line: NDArray, width: NDArray, nodes: int) -> NDArray:
