@@ -21,7 +21,7 @@ from gearbench.scene import Resolution, Scene
 from gearbench.threads import single_threaded_blas
 
 #: Number of phases at which a mesh cycle is solved again, and number of segments there over the usual number. The RMS
-#: errors of curves in use are 0.6 to 4 times the change; a harmonic has about half of the error.
+#: errors of curves in use are 0.6 to 4 times the change.
 REFINED_PHASES, REFINED_SEGMENTS = 4, 4 / 3
 
 
