@@ -33,6 +33,9 @@ from gearbench.contact._lane_kernels import (
 LEAST_PRECISION, MOST_PRECISION = 1e-1, 1e-4
 #: Maximum number of conjugate gradient steps; a lane goes on with the result it has then.
 MOST_CONJUGATE = 60
+#: Smallest magnitude of residuals and search directions; forces are of order 1. Segments without load converge at once,
+#: and products of what rounding leaves of their residuals would be denormal numbers, which are slow.
+SMALLEST = np.float32(1e-20)
 
 
 class Conjugate(NamedTuple):
@@ -74,6 +77,12 @@ def residuals(u, z, p, w, rise, load, weight, negative, change, total):
             change[i, j] = w[i, j] - w0
 
 
+@part()
+def or_zero(x):
+    """x, or 0 if its magnitude is below ``SMALLEST``."""
+    return x if abs(x) > SMALLEST else np.float32(0.0)
+
+
 @part(FUSED)
 def first_direction(r, Gr, d, Gd, product):
     """d ← r, Gd ← G r, product ← r·G r."""
@@ -91,7 +100,7 @@ def next_direction(r, Gr, d, Gd, beta):
     """d ← r + β d, Gd ← G r + β G d."""
     for i in range(r.shape[0]):
         for j in range(LANES):
-            d[i, j] = r[i, j] + beta[j] * d[i, j]
+            d[i, j] = or_zero(r[i, j] + beta[j] * d[i, j])
             Gd[i, j] = Gr[i, j] + beta[j] * Gd[i, j]
 
 
@@ -111,7 +120,7 @@ def advance(change, d, Gd, alpha, v, r):
     for i in range(d.shape[0]):
         for j in range(LANES):
             v[i, j] += alpha[j] * d[i, j]
-            r[i, j] -= alpha[j] * (d[i, j] + change[i, j] * Gd[i, j])
+            r[i, j] = or_zero(r[i, j] - alpha[j] * (d[i, j] + change[i, j] * Gd[i, j]))
 
 
 @part(FUSED)
@@ -223,10 +232,9 @@ def solve_coupled_lanes(t, G, G32, linear, laws, lanes, u, z, work, stiffness, s
             work.precision[j] = np.float32(2.0) if total[j] <= tolerance else precision
         if count == LANES or iteration == limit:
             break
-        # products of the tiny residuals of converged lanes would be denormal numbers, which are slow
         for i in range(n):
             for j in range(LANES):
-                work.r[i, j] = np.float32(0.0) if total[j] <= tolerance else work.r[i, j]
+                work.r[i, j] = np.float32(0.0) if total[j] <= tolerance else or_zero(work.r[i, j])
         conjugate += conjugate_gradients(G32, work)
         for i in range(n):
             for j in range(LANES):
