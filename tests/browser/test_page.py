@@ -141,7 +141,7 @@ def test_picks_are_compared_in_a_table_and_by_their_curves(served, tmp_path):
         shot(driver, "12_picks_compared")
         # a fourth beside the one shown is one too many
         driver.find_element("id", "keep").click()
-        assert "drop one first" in text(driver, "message")
+        assert "remove one first" in text(driver, "message")
         assert faults(driver) == []
 
 
