@@ -189,14 +189,14 @@ class _Candidate:
             forces = [self.force(loaded).without_errors for loaded in self.scene.each_load]
             values["mesh_force_mean"] = float(_over_loads(self.study, forces))
         if names := self._on_cycles:
-            if self.scene.coupled:
-                results, suffix = {name: response(name).reduce(self.solved.cycle) for name in names}, ""
-            elif self.scene.loads:
+            if self.scene.loads and not self.scene.coupled:
                 from gearbench.sweeps.run import sweep
 
                 results, suffix = sweep(self.scene, outputs=names, threads=1), f"_load_{self.study.over_loads}"
-            else:
+            elif self.scene.resolution.accuracy is not None and not self.scene.coupled:
                 results, suffix = simulate(self.scene, outputs=names), ""
+            else:
+                results, suffix = {name: response(name).reduce(self.solved.cycle) for name in names}, ""
             values |= {f"{name}_mean": float(results[f"{name}{suffix}"]) for name in names}
         statistics_values = tuple(values.get(name, math.nan) for name in self.study.statistics)
         return Evaluation(violation=0.0, reason="", constraints=(), statistics=statistics_values)
