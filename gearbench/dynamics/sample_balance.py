@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.dynamics.balance import Excitation, block_rows, generalised_conjugate_residuals, real
+from gearbench.dynamics.waves import curve
 
 #: Residual over right-hand side at which the balance of a sample is solved, and maximum number of steps.
 SETTLED, STEPS = 2e-4, 40
@@ -110,7 +111,7 @@ def _over_time(stiffness: NDArray) -> NDArray:
 
     Its 4H + 1 times resolve products with functions of H orders up to order H.
     """
-    return np.fft.irfft(stiffness, 2 * stiffness.shape[-1] - 1, norm="forward")
+    return curve(stiffness, 2 * stiffness.shape[-1] - 1)
 
 
 def _waves(orders: NDArray, times: int) -> tuple[NDArray, NDArray]:
