@@ -20,7 +20,7 @@ def missing() -> str:
     except ImportError as error:
         return f"{error.name}: install gearbench[explore,dev]"
     lacking = [name for name in ("chromium", "chromedriver") if shutil.which(name) is None]
-    return f"{' and '.join(lacking)}: run `make browser` (Debian's chromium and chromium-driver)" if lacking else ""
+    return f"{' and '.join(lacking)}: run `make programs` (Debian's chromium and chromium-driver)" if lacking else ""
 
 
 @contextmanager
