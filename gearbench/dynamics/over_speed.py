@@ -70,7 +70,7 @@ class ForceOverSpeed:
     def _of(self, samples: Excitation) -> NDArray:
         squares = np.zeros(len(samples.motion))
         for first in range(0, len(self.speeds), BLOCK):
-            values = force_rms(self.model, self.group, [samples], self.speeds[first : first + BLOCK], threads=1)
+            values = force_rms(self.model, self.group, [samples], self.speeds[first : first + BLOCK])
             squares += (values**2).sum(axis=0)
         return np.sqrt(squares / len(self.speeds))
 

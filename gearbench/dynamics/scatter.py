@@ -107,7 +107,7 @@ def _without_padding(chunks: Iterable[Excitation], samples: int) -> list[Excitat
     return [*full, last.part(slice(samples - sum(len(chunk.motion) for chunk in full)))]
 
 
-def force_rms(model: LinearModel, group: Group, samples: Sequence[Excitation], speed: NDArray, threads: int) -> NDArray:
+def force_rms(model: LinearModel, group: Group, samples: Sequence[Excitation], speed: NDArray) -> NDArray:
     """RMS of the mesh force (speed, sample) [N] by harmonic balance (D5), for chunks of ``samples``.
 
     Of several meshes, it is the largest RMS.
@@ -121,7 +121,8 @@ def force_rms(model: LinearModel, group: Group, samples: Sequence[Excitation], s
         by_mesh = balance.forces(chunk).astype(float).reshape(len(speed), len(group.meshes), -1, len(chunk.motion))
         return math.sqrt(2) * np.linalg.norm(by_mesh, axis=2).max(axis=1)
 
-    return np.concatenate(list(on_threads(rms, samples, threads)), axis=1)
+    # in one thread: its many small steps of NumPy would wait for each other
+    return np.concatenate([rms(chunk) for chunk in samples], axis=1)
 
 
 @single_threaded_blas()
@@ -152,7 +153,7 @@ def robust_response(
     harmonics
         Number of orders of the mesh frequency.
     threads
-        Number of threads; by default the number of processors.
+        Number of threads for the contact of the samples; by default the number of processors.
 
     Returns
     -------
@@ -185,7 +186,7 @@ def robust_response(
         cycles = sample_cycles(model, harmonics, **drawn)
     else:
         cycles = train_excitations(model, harmonics, **drawn)
-    over_speed, overall = _statistics(model, group, cycles, speeds, workers)
+    over_speed, overall = _statistics(model, group, cycles, speeds)
     variables = over_speed | {"mesh_force": (("sample",), overall)}
     variables |= {f"mesh_force_{name}": ((), np.asarray(f(overall))) for name, (f, _) in STATISTICS.items()}
     coords = {"speed": ("speed", speeds), "percentile": ("percentile", list(PERCENTILES))}
@@ -215,7 +216,7 @@ def remarks(model: LinearModel, group: Group, harmonics: int, speeds: NDArray, l
 
 
 def _statistics(
-    model: LinearModel, group: Group, cycles: Sequence[Excitation], speeds: NDArray, workers: int
+    model: LinearModel, group: Group, cycles: Sequence[Excitation], speeds: NDArray
 ) -> tuple[dict[str, tuple[tuple[str, ...], NDArray]], NDArray]:
     """Variables over speed, and the RMS of each sample over all speeds (sample,) [N]."""
     squares = np.zeros(sum(len(chunk.motion) for chunk in cycles))
@@ -223,7 +224,7 @@ def _statistics(
     # speeds are solved in blocks, so that memory does not grow with speeds times samples
     for first in range(0, len(speeds), BLOCK):
         block = slice(first, first + BLOCK)
-        values = force_rms(model, group, cycles, speeds[block], workers)
+        values = force_rms(model, group, cycles, speeds[block])
         squares += (values**2).sum(axis=0) / len(speeds)
         percentiles[block] = np.percentile(values, PERCENTILES, axis=1).T
         moments[:, block] = values.mean(axis=1), values.std(axis=1, ddof=1), values.max(axis=1)

@@ -45,7 +45,7 @@ def test_each_sample_is_solved_as_by_itself(one):
     model = Model(scene=one)
     cycles = sample_cycles(model, 8, samples=130, seed=3, sampler="sobol", threads=1)
     assert [len(chunk.motion) for chunk in cycles] == [128, 2]
-    found = force_rms(model, model.groups[0], cycles, SPEEDS, 1)
+    found = force_rms(model, model.groups[0], cycles, SPEEDS)
     h = model.receptances(model.groups[0], SPEEDS, 8)
     for i in (0, 1, 77, 128, 129):
         sample = cycles[i // 128].part(slice(i % 128, i % 128 + 1))
@@ -89,7 +89,7 @@ def test_samples_at_default_settings_are_their_own_scenes(relief, seat):
         data = response(replace(base, effects=(*base.effects, drawn)), speed=speeds)
         found.append(np.sqrt((data["mesh_force_rms"].values ** 2).mean()))
     cycles = sample_cycles(model, 10, samples=16, seed=0, sampler="sobol", threads=1)
-    batch = np.sqrt((force_rms(model, model.groups[0], cycles, speeds, 1) ** 2).mean(axis=0))
+    batch = np.sqrt((force_rms(model, model.groups[0], cycles, speeds) ** 2).mean(axis=0))
     assert_allclose(batch.mean(), np.mean(found), rtol=0.01 if relief and seat is None else 0.02)
     # mesh phases are those without errors: on shafts the forces of single samples are known less well
     assert_allclose(batch, found, rtol=0.05 if seat is None else 0.2)
@@ -98,7 +98,7 @@ def test_samples_at_default_settings_are_their_own_scenes(relief, seat):
 def test_statistics_are_those_of_the_samples():
     model = Model(scene=scene())
     cycles = sample_cycles(model, 10, samples=64, seed=0, sampler="sobol", threads=2)
-    values = np.array(force_rms(model, model.groups[0], cycles, SPEEDS, 1))
+    values = np.array(force_rms(model, model.groups[0], cycles, SPEEDS))
     data = robust_response(scene(), speed=SPEEDS, samples=64)
     assert_allclose(data["mesh_force_percentile"].sel(percentile=50.0), np.median(values, axis=1), rtol=1e-9)
     assert_allclose(data["mesh_force_rms_std"], values.std(axis=1, ddof=1), rtol=1e-9)
