@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from fem_reference.contact.placement import Placement, Touch
 from fem_reference.plane import Patch, section_mesh
 from fem_reference.section import Body, Side, on_tooth
-from gearbench.effects.teeth import own_support, require_bores
+from gearbench.effects.teeth import require_bores, support_of
 
 #: Largest number of teeth on the sector.
 _TEETH = 7
@@ -135,7 +135,7 @@ def gear_mesh(seats: Sequence[Seat], line_loads: tuple[float, float], fineness: 
         If the section cannot be meshed.
     """
     pair, index = seats[0].placement.pair, seats[0].index
-    gear, (support, _) = pair.gears[index], own_support(pair, index)
+    gear, (support, _) = pair.gears[index], support_of(pair, index)
     # the teeth of a ring are much of its stiffness
     teeth = _TEETH if gear.teeth >= _TEETH + 2 and len(seats) == 1 else abs(gear.teeth)
     body = Body(gear=gear, bore_radius=require_bores(pair)[index] / 2, teeth=teeth)

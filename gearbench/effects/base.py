@@ -1,7 +1,8 @@
 """Base classes of the two kinds of effects, compliance and gap. Contributions of the same kind add up.
 
-Contributions are arrays (position, pair, segment) on the segments of the contact lines. Lengths are in mm and forces
-in N, normal to the flank. A positive gap means missing material.
+Contact lines are cut into short segments. Contributions are arrays (position, pair, segment): mesh position, tooth pair
+in mesh, segment of its line. Lengths are in mm and forces in N, normal to the flank. A positive gap means missing
+material.
 """
 
 from __future__ import annotations
@@ -49,7 +50,7 @@ class Dense:
     Parameters
     ----------
     matrix
-        H (position, pair·segment, pair·segment); rows of tooth pairs without contact line are ignored.
+        H (position, pair·segment, pair·segment); rows and columns of tooth pairs out of contact are ignored.
     positive
         Whether the matrix is known to be positive semidefinite. If not, its negative eigenvalues are removed.
     """
@@ -154,7 +155,7 @@ def refuse_foreign_keys(effect: Effect, owners: Mapping[str, tuple[str, ...]]) -
     effect
         Effect with the field ``model``.
     owners
-        Models to which a key belongs.
+        The models that use a key, for each key that only some models use.
 
     Raises
     ------
@@ -178,9 +179,9 @@ class ComplianceEffect(Effect):
         """Compliance of the segments of ``lines``; ``effects`` are all effects of the scene, including this one."""
 
     def flank_compliances(self, lines: ContactLines, effects: Effects) -> FlankPair | None:
-        """Compliances of both flanks for any contact lines, if the effect has them; None by default.
+        """Compliances of both flanks, independent of contact lines; None (the default) if the effect has no such form.
 
-        Compliances of several effects are summed before they are evaluated on contact lines.
+        Those of several effects are summed before they are evaluated on the lines.
         """
         return None
 

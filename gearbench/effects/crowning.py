@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
@@ -41,17 +40,17 @@ class OneCrowning:
 
     def shapes(self, index: int | None, b: float) -> list[Shape]:
         """One parabola over a face of the width b [mm], or half parabolas on both sides of the highest point."""
-        first = self.amount if self.amount_at_0 is None else self.amount_at_0
+        amount_at_0 = self.amount if self.amount_at_0 is None else self.amount_at_0
         top = b / 2 if self.highest is None else self.highest
-        after_top = Ramp(along="face", start=top, length=top or b, power=2)
-        if first == self.amount and top == b / 2:
-            return [Shape(gear=index, amount=self.amount, factors=(after_top,))]
-        sides = ((first, -top), (self.amount, b - top))
-        return [
-            Shape(gear=index, amount=x, factors=(replace(after_top, length=length, one_sided=True, kinked=False),))
-            for x, length in sides
-            if length  # a side of zero width contains no point
-        ]
+        if amount_at_0 == self.amount and top == b / 2:
+            parabola = Ramp(along="face", start=top, length=top, power=2)
+            return [Shape(gear=index, amount=self.amount, factors=(parabola,))]
+        halves = []
+        for amount, length in ((amount_at_0, -top), (self.amount, b - top)):
+            if length:  # a side of zero width contains no point
+                half = Ramp(along="face", start=top, length=length, power=2, one_sided=True, kinked=False)
+                halves.append(Shape(gear=index, amount=amount, factors=(half,)))
+        return halves
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -78,7 +77,7 @@ class Crowning(OverFace):
     pinion: OneCrowning | None = None
     wheel: OneCrowning | None = None
 
-    of_pair: ClassVar[type] = OneCrowning
+    table_class: ClassVar[type] = OneCrowning
     name: ClassVar[str] = "crowning"
     summary: ClassVar[str] = "gap: parabola over the face width"
     source: ClassVar[str] = "ISO 21771-1 C_β; Garambois et al. 2017"

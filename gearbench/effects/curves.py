@@ -1,4 +1,4 @@
-"""Curves of drawings and measuring machines: a polynomial, or points with straight lines between them."""
+"""Base class of ``profile_curve`` and ``helix_curve``: a polynomial, or points with straight lines between them."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Deviations = Annotated[tuple[Amount, ...], Field(max_length=10000)]
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class FlankCurve:
-    """A polynomial, or points.
+    """Deviation along one coordinate of a flank, as a polynomial or as points.
 
     Parameters
     ----------
@@ -58,12 +58,12 @@ class FlankCurve:
             raise InputError("at", list(positions), "must increase")
 
     def shapes(self, index: int, extent: Ramp) -> Iterator[Shape]:
-        """Shapes of the curve on gear ``index``; ``extent`` is the variable t of a polynomial."""
+        """Shapes of the curve on gear ``index``; ``extent`` is t, the variable of the polynomial."""
         if self.at is not None and self.deviation is not None:
-            at, values, along = self.at, self.deviation, "face" if extent.along == "face" else "roll"
-            if along == "roll" and extent.start < 0 <= at[0]:  # roll lengths of an internal gear are negative
-                at, values = tuple(-x for x in reversed(at)), values[::-1]
-            yield Shape(gear=index, factors=(Polyline(along=along, at=at, values=values),))
+            positions, values, along = self.at, self.deviation, "face" if extent.along == "face" else "roll"
+            if along == "roll" and extent.start < 0 <= positions[0]:  # roll lengths of an internal gear are negative
+                positions, values = tuple(-x for x in reversed(positions)), values[::-1]
+            yield Shape(gear=index, factors=(Polyline(along=along, at=positions, values=values),))
         for power, c in enumerate(self.polynomial or (), start=1):
             if c:
                 yield Shape(gear=index, amount=c, factors=(replace(extent, power=power),))
@@ -87,7 +87,7 @@ class CurvesOfGears(ShapeEffect):
 
     @abstractmethod
     def extent(self, pair: Pair, index: int) -> Ramp:
-        """The variable t of a polynomial on gear ``index``."""
+        """The variable t of the polynomial, a ramp from 0 to 1 on the flank of gear ``index``."""
 
     def shapes(self, pair: Pair) -> list[Shape]:
         """The terms of the polynomials, or the lines through the points."""

@@ -1,4 +1,4 @@
-"""Distributions of a random error of amplitude f."""
+"""Distributions of random errors, by the names that scenes give them; f is the amplitude of the error."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _WITHIN_3_SIGMA = 0.9973002039367398
 
 @dataclass(frozen=True)
 class Law:
-    """A distribution for amplitude 1: its mean, and its quantile function on (0, 1)."""
+    """A distribution for amplitude 1: its mean, its quantile function on (0, 1), and one line that describes it."""
 
     mean: float
     quantile: Callable[[NDArray], NDArray]

@@ -115,7 +115,7 @@ class EndRelief(OverFace):
     pinion: OneFace | None = None
     wheel: OneFace | None = None
 
-    of_pair: ClassVar[type] = OneFace
+    table_class: ClassVar[type] = OneFace
     name: ClassVar[str] = "end_relief"
     summary: ClassVar[str] = "gap: relief of the ends of the face"
     source: ClassVar[str] = "ISO 21771-1 C_βI, C_βII"

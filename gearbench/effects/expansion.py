@@ -1,4 +1,7 @@
-"""Gaps of random errors as modes, and the amount of each mode in a sample."""
+"""Gaps of random errors as sums of modes: a mode is a gap, multiplied by its amount in each sample.
+
+``ManufacturingErrors.expansion`` makes them, and ``gearbench.robustness`` draws the samples.
+"""
 
 from __future__ import annotations
 
@@ -16,11 +19,11 @@ class ErrorModes:
     Parameters
     ----------
     columns
-        Numbers of the errors.
+        Numbers of the errors of this group, among all errors of the pair.
     modes
-        (position, pair, segment, mode) [mm].
+        Gaps (position, pair, segment, mode) [mm].
     amounts
-        Function from values (sample, error) to the amount of each mode, (sample, mode).
+        Function from values (sample, error) of these errors to the amount of each mode, (sample, mode).
     """
 
     columns: slice
@@ -35,7 +38,7 @@ class Expansion:
     Parameters
     ----------
     parts
-        Errors that open gaps, with their modes.
+        Groups of errors that change the gap.
     mean
         Mean of each error, (error,).
     """
@@ -45,11 +48,11 @@ class Expansion:
 
     @property
     def modes(self) -> NDArray:
-        """(position, pair, segment, mode) [mm]."""
+        """Modes of all groups, (position, pair, segment, mode) [mm]."""
         return np.concatenate([part.modes for part in self.parts], axis=-1)
 
     def amounts(self, errors: NDArray) -> NDArray:
-        """Amount of each mode in the ``errors`` (sample, error) beyond their means, (sample, mode)."""
+        """Amount of each mode due to ``errors`` (sample, error), minus that due to their means; (sample, mode)."""
         parts = [
             part.amounts(errors[:, part.columns]) - part.amounts(self.mean[None, part.columns]) for part in self.parts
         ]

@@ -1,9 +1,9 @@
 """Grid of measured flank deviations, read from CSV or netCDF and interpolated.
 
 CSV: the first cell of the first row names the coordinate of the first column: ``radius``, ``diameter`` or
-``roll_length`` (√(R² − r_b²)), in mm. The rest of the first row holds the positions y [mm] across the face of the
-gear. Every further row holds one coordinate and its deviations [µm]. Cells are separated by commas, tabs or
-semicolons; with tabs or semicolons the decimal mark may be a comma. A line that begins with # is a comment.
+``roll_length`` (√(R² − r_b²)), in mm. The rest of the first row holds the positions y [mm] over the face of the
+gear, from 0 to its face width. Every further row holds one coordinate and its deviations [µm]. Cells are separated by
+commas, tabs or semicolons; with tabs or semicolons the decimal mark may be a comma. Lines with # are comments.
 NetCDF: one variable with two dimensions, one of radius, diameter and roll_length, and face_position. Both coordinates
 are in mm; the attribute ``units`` of the variable is µm or mm.
 """
@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 
 ALONG = ("radius", "diameter", "roll_length")
 FACE = "face_position"
-#: Largest size of a gear [mm].
-LARGEST = 1e5
+#: Largest coordinate [mm] and largest deviation [µm] that are accepted.
+LARGEST, LARGEST_DEVIATION = 1e5, 1000
 _MICROMETRES = {"µm": 1.0, "μm": 1.0, "um": 1.0, "micrometer": 1.0, "micrometre": 1.0, "mm": 1e3}
 
 
@@ -39,7 +39,7 @@ class FlankGrid:
     along
         Kind of ``coordinate``: one of ``ALONG``.
     coordinate, face
-        Increasing positions along the profile (n,) and across the face (m,) [mm].
+        Increasing positions along the profile (n,) and over the face (m,) [mm].
     deviation
         Deviations (n, m) [µm]; their sign is that of the file (``Topography.positive``).
     """
@@ -50,14 +50,14 @@ class FlankGrid:
     deviation: NDArray
 
     def at(self, gear: Gear, radius: NDArray, y: NDArray) -> NDArray:
-        """Deviation [µm] at radius R and position y across the face [mm] of ``gear``; arrays of one shape."""
+        """Deviation [µm] at radius R and position y over the face [mm] of ``gear``; arrays of one shape."""
         i, s = _position(self.coordinate, self.coordinate_of(gear, radius))
         j, t = _position(self.face, y)
+        next_i, next_j = np.minimum(i + 1, len(self.coordinate) - 1), np.minimum(j + 1, len(self.face) - 1)
         z = self.deviation
-        below = (1 - t) * z[i, j] + t * z[i, np.minimum(j + 1, len(self.face) - 1)]
-        i = np.minimum(i + 1, len(self.coordinate) - 1)
-        above = (1 - t) * z[i, j] + t * z[i, np.minimum(j + 1, len(self.face) - 1)]
-        return (1 - s) * below + s * above
+        low = (1 - t) * z[i, j] + t * z[i, next_j]
+        high = (1 - t) * z[next_i, j] + t * z[next_i, next_j]
+        return (1 - s) * low + s * high
 
     def coordinate_of(self, gear: Gear, radius: NDArray) -> NDArray:
         """Coordinate of the grid at the radius R [mm]."""
@@ -98,7 +98,7 @@ def grid_of(array: xr.DataArray) -> FlankGrid:
 
 
 def _position(grid: NDArray, x: NDArray) -> tuple[NDArray, NDArray]:
-    """Number of the interval that contains x, and the position in it from 0 to 1, clipped to the grid."""
+    """Number of the interval of ``grid`` that contains x, and the position in it from 0 to 1, clipped to the grid."""
     if len(grid) == 1:
         return np.zeros(x.shape, dtype=np.intp), np.zeros(x.shape)
     i = np.clip(np.searchsorted(grid, x, side="right") - 1, 0, len(grid) - 2)
@@ -123,10 +123,12 @@ def _checked(key: str, name: str, grid: FlankGrid) -> FlankGrid:
             raise InputError(key, f"{name}, {axis}", "must be strictly increasing")
         if max(-values[0], values[-1]) > LARGEST:
             raise InputError(key, f"{name}, {axis} {values[0]:g} to {values[-1]:g}", f"must be within ±{LARGEST:g} mm")
-    if not np.all(np.isfinite(grid.deviation)) or np.any(np.abs(grid.deviation) > 1000):
-        row, column = np.argwhere(~(np.abs(grid.deviation) <= 1000))[0]
+    implausible = np.argwhere(~(np.abs(grid.deviation) <= LARGEST_DEVIATION))  # not >, to include NaN
+    if len(implausible):
+        row, column = implausible[0]
         where = f"{name}, {grid.along} {grid.coordinate[row]:g}, y {grid.face[column]:g}"
-        raise InputError(key, where, f"deviation {grid.deviation[row, column]:g} µm: must be a number within ±1000 µm")
+        allowed = f"must be a number within ±{LARGEST_DEVIATION} µm"
+        raise InputError(key, where, f"deviation {grid.deviation[row, column]:g} µm: {allowed}")
     return grid
 
 
@@ -142,7 +144,8 @@ def _from_csv(key: str, name: str, data: bytes) -> FlankGrid:
     (first, *face), *rows = ([cell.strip() for cell in line.split(separator)] for _, line in lines)
     along = first.lower().replace(" ", "_").removesuffix("_mm").removesuffix("_[mm]")
     if along not in ALONG:
-        raise InputError(key, f"{name}, row {lines[0][0]}: {first!r}", f"must begin with {', '.join(ALONG)} [mm]")
+        allowed = f"the first cell must be {', '.join(ALONG[:-1])} or {ALONG[-1]} [mm]"
+        raise InputError(key, f"{name}, row {lines[0][0]}: {first!r}", allowed)
     if not face:
         raise InputError(key, f"{name}, row {lines[0][0]}", f"no positions y: separate them with {separator!r}")
     values = [_numbers(key, f"{name}, row {lines[0][0]}", face, len(face), separator)]
@@ -171,8 +174,8 @@ def _from_netcdf(key: str, name: str, data: bytes) -> FlankGrid:
         raise InputError(key, name, error.allowed) from None
     fitting = [v for along in ALONG for v in dataset.data_vars.values() if set(v.dims) == {along, FACE}]
     if len(fitting) != 1:
-        dims = f"{' or '.join(ALONG)}, and {FACE}"
-        raise InputError(key, f"{name}, {len(fitting)} fitting variables", f"must have one with the dimensions {dims}")
+        allowed = f"exactly one must have the dimensions {' or '.join(ALONG)}, and {FACE}"
+        raise InputError(key, f"{name}, {len(fitting)} fitting variables", allowed)
     return _of_variable(key, name, fitting[0])
 
 

@@ -13,11 +13,11 @@ from gearbench.effects.teeth import (
     fe_between,
     fe_body,
     for_both_gears,
-    own_web,
     require_bores,
     ring_between,
     ring_flank,
     tooth_among,
+    web_of,
 )
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
@@ -57,13 +57,15 @@ class GearBody(ToothCompliance):
 
     def check(self, pair: Pair, effects: Effects) -> None:
         """Refuse gears without bore or outside the range of the closed form, and keys that finite elements ignore."""
-        bores, webs = require_bores(pair), [own_web(pair, index, False) for index in (0, 1)]
+        bores, webs = require_bores(pair), [web_of(pair, index, False) for index in (0, 1)]
         if _meshed(effects) and self != GearBody():
+            # a table of the model "ring" that is not the default has coupled = false
             key, value = ("coupled", False) if self.model == "ring" else ("model", self.model)
             raise InputError(key, value, "belongs to a plate or solid tooth: finite elements mesh the whole body")
         order = _joint_order(effects)
         if order and order[0] < 2 and self.model == "ring":
-            raise InputError("", f"effects.tooth_bending.order = {list(order)}", "a ring needs 2 across the thickness")
+            allowed = "a ring needs at least 2 functions across the tooth thickness"
+            raise InputError("", f"effects.tooth_bending.order = {list(order)}", allowed)
         if self.model == "sainsot_velex":
             if pair.is_internal:
                 raise InputError("model", self.model, 'supports external gears only: use model = "ring"')
@@ -78,7 +80,10 @@ class GearBody(ToothCompliance):
                     raise InputError("model", self.model, f"pair.{name}: {error.allowed}") from None
 
     def compliance(self, lines: ContactLines, effects: Effects) -> LowRank | Dense:
-        """Factor of both gears side by side, (position, pair, segment, rank); a matrix if pairs are coupled (R8)."""
+        """Factor of both gears side by side, (position, pair, segment, rank); a matrix if tooth pairs are coupled.
+
+        Equation (R8) of docs/theory.md, also (R7) below.
+        """
         flanks = self.flank_compliances(lines, effects)
         return self.both_teeth(lines, effects) if flanks is None else flanks.on(lines)
 
@@ -103,7 +108,10 @@ class GearBody(ToothCompliance):
         return ring_between(pair, index, _joint_order(effects), coast, across)
 
     def shapes(self, lines: ContactLines, index: int, effects: Effects) -> NDArray:
-        """Polynomials of ``between`` on the lines of a mesh, (position, pair, segment, function) [1/mm]."""
+        """Functions on a flank, between whose loads and motions ``between`` holds; on the lines of a mesh.
+
+        Shape (position, pair, segment, function) [1/mm].
+        """
         if (tooth := tooth_among(effects)) is not None and tooth.by_finite_elements:
             flank = tooth.flank(lines.pair, index, effects, lines.coast)
         else:
@@ -129,6 +137,6 @@ def _meshed(effects: Effects) -> bool:
 
 
 def _joint_order(effects: Effects) -> tuple[int, int, int] | None:
-    """Order of the solid teeth that the ring is joined to; None is their default."""
+    """Numbers of functions of the solid teeth that the ring is joined to; None is their default."""
     tooth = tooth_among(effects)
     return None if tooth is None else tooth.solid_order

@@ -1,4 +1,7 @@
-"""Local contact compliance of two teeth pressed together along a line."""
+"""Local contact compliance of two teeth pressed together along a line.
+
+The law changes slowly along the path of contact: with ``off_line_contact`` it is tabulated over u and interpolated.
+"""
 
 from __future__ import annotations
 
@@ -27,8 +30,8 @@ FLANK_POLYNOMIALS = 5
 _STEP = 0.25
 #: Minimum and maximum number of intervals on a base pitch.
 _FEWEST, _MOST = NODES / 4, 2 * NODES
-#: Points of an interval at which the law is evaluated, just inside its ends, where the law may jump.
-_AT = np.array([1e-9, 0.5, 1 - 1e-9])
+#: Positions in an interval (0 … 1) at which the law is evaluated: just inside its ends, because the law may jump there.
+_NODES_OF_PARABOLA = np.array([1e-9, 0.5, 1 - 1e-9])
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -54,13 +57,13 @@ class Hertz(ComplianceEffect):
 
     def compliance(self, lines: ContactLines, effects: Effects) -> LineLaw:
         """Law of each segment, (position, pair, segment)."""
-        # without helix angle all segments of a line have the same u
+        # without helix angle all segments of a line have the same u, so that one of them is enough
         spur = lines.pair.meshing.overlap_ratio == 0
-        first = {name: getattr(lines, name)[..., : 1 if spur else None] for name in ("u", "y", "length")}
+        points = {name: getattr(lines, name)[..., : 1 if spur else None] for name in ("u", "y", "length")}
         if lines.separation is None or self.law == "yang_sun":
-            law = self.law_on(replace(lines, **first, panel=None))
+            law = self.law_on(replace(lines, **points, panel=None))
         else:
-            law = law_table(self, lines.pair, lines.separation, lines.typical_load)(first["u"])
+            law = law_table(self, lines.pair, lines.separation, lines.typical_load)(points["u"])
         return LineLaw(a=np.broadcast_to(law.a, lines.shape), h=np.broadcast_to(law.h, lines.shape))
 
     def law_on(self, lines: ContactLines) -> LineLaw:
@@ -89,14 +92,14 @@ class Hertz(ComplianceEffect):
 
 
 def _edge(lines: ContactLines, index: int, rho: NDArray) -> tuple[NDArray, NDArray]:
-    """Additions to a and h near the tip of a gear, (position, pair, segment) [mm²/N] (E4)."""
+    """Additions to a and h near the tip of a gear, (position, pair, segment) [mm²/N] (E4 of docs/theory.md)."""
     from gearbench.compliance.edge import edge_distance, edge_softening
 
     touch, gear = lines.touch, lines.pair.gears[index]
     assert touch is not None
     half_c = [1 / (math.pi * material.plane_strain_modulus) for material in lines.pair.materials]
     roll = touch.rolls[index]
-    # Only tips count: a corner at the start of a relief is almost flat. cos β_b converts the tilt to the normal plane.
+    # Only the tip corner counts: that at the start of a relief is almost flat. cos β_b converts to the normal plane.
     tilt = np.where((touch.edge == index) & (edge_distance(gear, roll) < 1e-6 * abs(gear.tip_radius)), touch.tilt, 0.0)
     tilt = tilt * math.cos(gear.beta_b)
     return edge_softening(gear, half_c[index], sum(half_c) / 2, FLANK_POLYNOMIALS, roll, tilt, rho, lines.typical_load)
@@ -122,14 +125,16 @@ def _kinks(lines: ContactLines, index: int, rho: NDArray, c: float) -> Iterator[
     for start, rise in profile.kinks:
         along = (roll**2 - start**2) / (2 * profile.base_radius)
         near = np.abs(along) < math.sqrt(load_ratio) * half_width
+        # the curvature radius in the transverse plane, in which the slope of the gap is given
         along, unit, normal = along[near], half_width[near], rho[near] * math.cos(meshing.beta_b)
-        # The slope rises by κ = rise at the kink, where x along the profile is 0. The parabola before the kink has its
-        # vertex x_s at vertex, the one behind it at x_s − behind, behind = κρ. low and high are c₁Λ at the two loads.
-        behind, tilt = normal * rise, normal * touch.tilt[near]
+        # The gap is a parabola before the kink and another one behind it, because its slope rises by κ = rise there.
+        # Their vertices along the profile are x_s (vertex) and x_s − κρ (vertex − shift); the kink is at 0.
+        shift, tilt = normal * rise, normal * touch.tilt[near]
         corner = (touch.edge[near] == index) & (np.abs(along) < 1e-9 * abs(profile.base_radius))
-        vertex = np.where(corner, behind - tilt, np.where(along < 0, along, along + behind))
+        vertex = np.where(corner, shift - tilt, np.where(along < 0, along, along + shift))
         widths = (unit, math.sqrt(load_ratio) * unit)
-        low, high = (mean * kink_softening(vertex / width, behind / width) for width in widths)
+        # c₁Λ at the two loads
+        low, high = (mean * kink_softening(vertex / width, shift / width) for width in widths)
         h = (low - high) / math.log(load_ratio)
         yield near, low + h * math.log(lines.typical_load), h
 
@@ -160,7 +165,7 @@ class LawTable:
 
 @lru_cache(maxsize=32)
 def law_table(hertz: Hertz, pair: Pair, separation: Separation, typical_load: float) -> LawTable:
-    """Table of the law of ``hertz`` over the range of u of the separation."""
+    """Table of the law of ``hertz`` over the range of u of the separation; intervals end where the law may jump."""
     rho = float(pair.meshing.curvature_radius(np.array([pair.meshing.pitch_point]))[0])
     pitch = pair.meshing.base_pitch
     half_width = math.sqrt(4 * rho * typical_load / (math.pi * pair.contact_modulus))
@@ -169,7 +174,7 @@ def law_table(hertz: Hertz, pair: Pair, separation: Separation, typical_load: fl
     parts = np.ceil(np.diff(ends) / step - 1e-9).astype(int)
     edges = np.interp(np.arange(1 + int(parts.sum())), np.append(0, np.cumsum(parts)), ends)
     width = np.diff(edges)
-    u = edges[:-1] + width * _AT[:, None]
+    u = edges[:-1] + width * _NODES_OF_PARABOLA[:, None]
     lines = ContactLines(
         pair=pair, mesh_phase=np.zeros(u.size), index=np.zeros(1, dtype=int), u=u.reshape(-1, 1, 1),
         y=np.zeros((u.size, 1, 1)), length=np.ones((u.size, 1, 1)), separation=separation, typical_load=typical_load,

@@ -1,4 +1,4 @@
-"""Gaps of teeth before or behind their nominal positions, in any mesh cycle."""
+"""Base class of pitch errors: gaps of teeth ahead of or behind their nominal positions, in any mesh cycle."""
 
 from __future__ import annotations
 
@@ -34,30 +34,30 @@ class IndexDeviations(ChangingGap):
 
     @abstractmethod
     def of_teeth(self, pair: Pair) -> Sequence[Deviations | None]:
-        """Index deviations of the teeth of both gears [µm]; None: all teeth are in their places."""
+        """Index deviations of the teeth of pinion and wheel [µm]; None for a gear without deviations."""
 
     def check(self, pair: Pair, effects: Effects) -> None:
         """Refuse a first tooth that a gear does not have."""
-        for name, tooth, gear in zip(GEARS, self._first, pair.gears, strict=True):
+        for name, tooth, gear in zip(GEARS, self._first_teeth, pair.gears, strict=True):
             if tooth >= abs(gear.teeth):
                 raise InputError(f"{name}_tooth", tooth, f"must be below {abs(gear.teeth)}, the number of teeth")
 
     @property
-    def _first(self) -> tuple[int, int]:
+    def _first_teeth(self) -> tuple[int, int]:
         return self.pinion_tooth, self.wheel_tooth
 
     def turning(self, lines: ContactLines, cycles: NDArray) -> GapOverCycles:
-        """Gap f cos α_t cos β_b of both teeth of a pair, with one gap shape per tooth pair.
+        """Gap f cos α_t cos β_b of a tooth pair, f the sum of the index deviations of its teeth; one mode per pair.
 
-        In mesh cycle n, pair k is made by the teeth with the numbers first + n − k.
+        In mesh cycle n, tooth n − k after the first tooth of each gear is in tooth pair k.
         """
-        later = cycles[:, None] - lines.index
-        if lines.coast:  # the mirror image of the coast flanks turns in the opposite direction
-            later = -later
-        amounts = np.zeros(later.shape)
-        for deviations, tooth in zip(self.of_teeth(lines.pair), self._first, strict=True):
+        teeth_after_first = cycles[:, None] - lines.index
+        if lines.coast:  # coast flanks are solved as a mirrored pair, which turns in the opposite direction
+            teeth_after_first = -teeth_after_first
+        amounts = np.zeros(teeth_after_first.shape)
+        for deviations, first in zip(self.of_teeth(lines.pair), self._first_teeth, strict=True):
             if deviations is not None:
-                amounts += np.array(deviations)[(tooth + later) % len(deviations)]
+                amounts += np.array(deviations)[(first + teeth_after_first) % len(deviations)]
         gear, pairs = lines.pair.gears[0], len(lines.index)
         normal = MICROMETRE * math.cos(gear.alpha_t) * math.cos(gear.beta_b)
         modes = np.broadcast_to(normal * np.eye(pairs)[:, None], (*lines.shape, pairs))
@@ -65,5 +65,5 @@ class IndexDeviations(ChangingGap):
 
     def later(self, pair: Pair, cycles: tuple[int, int]) -> Self:
         """The same deviations with mesh cycles that begin ``cycles`` teeth later."""
-        of_gears = zip(GEARS, self._first, cycles, pair.gears, strict=True)
-        return replace(self, **{f"{name}_tooth": (tooth + n) % abs(gear.teeth) for name, tooth, n, gear in of_gears})
+        of_gears = zip(GEARS, self._first_teeth, cycles, pair.gears, strict=True)
+        return replace(self, **{f"{name}_tooth": (first + n) % abs(gear.teeth) for name, first, n, gear in of_gears})

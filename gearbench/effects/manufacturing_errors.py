@@ -1,4 +1,4 @@
-"""Random manufacturing errors of both gears and of their axes."""
+"""Random manufacturing errors of both gears and of their axes, drawn by ``gearbench.robustness``."""
 
 from __future__ import annotations
 
@@ -107,16 +107,16 @@ class ErrorMode:
         return gap if self.tooth is None else gap * (lines.index == self.tooth)[:, None]
 
 
+#: Keys of errors with one shape on the flank, keys of ISO classes, and errors of the axes.
 _SHAPES = ("profile_slope", "profile_form", "helix_slope", "helix_form", "inclination", "deviation")
 _CLASSES = ("iso_class", "pinion_iso_class", "wheel_iso_class")
 _OF_AXES = ("inclination", "deviation")
 #: Shape over the face of the wave of run-out and of wobble.
 _REVOLVING: MappingProxyType[str, Any] = MappingProxyType({"run_out": "even", "wobble": "tilting"})
+#: Keys of errors that are not an ``ErrorKind``.
+_OTHERS = (*_REVOLVING, "varied", "centre_distance", "tooth_thickness")
 #: Number of equally probable centre distances at which samples are solved.
 DISTANCES = 16
-
-
-_OTHERS = (*_REVOLVING, "varied", "centre_distance", "tooth_thickness")
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -223,7 +223,7 @@ class ManufacturingErrors(GapEffect):
 
     @lru_cache(maxsize=64)  # noqa: B019 - a few small objects, asked for at every gap of a scene
     def error_modes(self, pair: Pair) -> tuple[ErrorMode, ...]:
-        """Errors of profile, helix and axes, in a fixed order."""
+        """Errors of profile, helix, axes and pitch, in a fixed order."""
         convention = self.convention()
         modes = []
         for name in _SHAPES:
@@ -247,10 +247,10 @@ class ManufacturingErrors(GapEffect):
         """Index deviations of the teeth in contact and of those next to them."""
         if (kind := self.single_pitch) is None:
             return
-        known = pair_indices(pair).tolist()
+        in_contact = pair_indices(pair).tolist()
         for gear in chosen(kind.gear):
             f = self.class_amplitude("single_pitch", pair, gear) if kind.amplitude is None else kind.amplitude
-            for tooth in (known[0] - 1, *known, known[-1] + 1):
+            for tooth in (in_contact[0] - 1, *in_contact, in_contact[-1] + 1):
                 name = f"single_pitch_{GEARS[gear]}_tooth{tooth:+d}"
                 yield ErrorMode(name, f / 2, kind.distribution, 1, _index_deviation, tooth, kind.cost)
 
@@ -262,6 +262,7 @@ class ManufacturingErrors(GapEffect):
         return getattr(shaft_parallelism(largest, pair.meshing.face_width), tolerance)
 
     def _flank(self, pair: Pair, index: int) -> FlankTolerances:
+        # class 0 stands for a missing class, which is refused unless amplitudes are given
         return gear_tolerances(pair.gears[index], self.class_of(index) or 0, self.edition, self.rounded)
 
     def modes(self, lines: ContactLines) -> NDArray:
@@ -290,7 +291,7 @@ class ManufacturingErrors(GapEffect):
         return tuple(variables)
 
     def variables(self, pair: Pair) -> tuple[ErrorMode | RandomVariable, ...]:
-        """All random variables of the pair in a fixed order, beginning with ``error_modes``."""
+        """All random variables of the pair: ``error_modes``, run-out and wobble, numbers of other effects, sizes."""
         revolving = (variable for each in self._revolving() for variable in each.variables)
         varied = (RandomVariable(each.key, each.amplitude, each.distribution) for each in self.varied)
         return (*self.error_modes(pair), *revolving, *varied, *self._of_sizes(pair))
@@ -310,11 +311,10 @@ class ManufacturingErrors(GapEffect):
         return np.stack(columns, axis=-1)
 
     def expansion(self, lines: ContactLines, effects: Effects) -> Expansion:
-        """Expansion of the gaps of samples on ``lines``; ``effects`` are the effects of the loaded flank."""
-        classic, parts = len(self.error_modes(lines.pair)), []
-        if classic:
-            parts.append(ErrorModes(columns=slice(0, classic), modes=self.modes(lines), amounts=lambda values: values))
-        column = classic
+        """Gaps of samples on ``lines`` as sums of modes; ``effects`` are the effects of the loaded flank."""
+        column, parts = len(self.error_modes(lines.pair)), []
+        if column:
+            parts.append(ErrorModes(columns=slice(0, column), modes=self.modes(lines), amounts=lambda values: values))
         for each in self._revolving():
             parts.append(ErrorModes(columns=slice(column, column + 2), modes=each.modes(lines), amounts=each.amounts))
             column += 2
@@ -323,15 +323,16 @@ class ManufacturingErrors(GapEffect):
             share = partial(_amounts, key, modes.shape[-1])
             parts.append(ErrorModes(columns=slice(column, column + 1), modes=modes, amounts=share))
             column += 1
-        if not parts:
-            none = np.zeros((*lines.shape, 1))
-            parts.append(ErrorModes(columns=slice(0, 1), modes=none, amounts=np.zeros_like))
+        if not parts:  # sizes alone do not change the gap
+            no_gap = np.zeros((*lines.shape, 1))
+            parts.append(ErrorModes(columns=slice(0, 1), modes=no_gap, amounts=np.zeros_like))
         return Expansion(parts=tuple(parts), mean=self.mean(lines.pair))
 
     def gap(self, lines: ContactLines) -> NDArray:
         """Gap with every error at its mean, (position, pair, segment) [mm]."""
-        drawn = zip(self.error_modes(lines.pair), self.mean(lines.pair), strict=False)
-        total = sum((mean * mode.gap(lines) for mode, mean in drawn if mean), np.zeros(lines.shape))
+        # not strict: the means of further variables follow
+        with_means = zip(self.error_modes(lines.pair), self.mean(lines.pair), strict=False)
+        total = sum((mean * mode.gap(lines) for mode, mean in with_means if mean), np.zeros(lines.shape))
         for each in self._revolving():
             total = total + each.modes(lines)[..., 0] * each.amplitude * DISTRIBUTIONS[each.distribution].mean
         return total
@@ -339,7 +340,8 @@ class ManufacturingErrors(GapEffect):
     def _shape(self, name: str, pair: Pair, index: int) -> Callable[[ContactLines], NDArray]:
         """Function for the gap of 1 µm of an error: opening of the axes, or a slope or barrel on a flank.
 
-        A constant in the gap would change only the mean transmission error, so its choice does not matter.
+        A gap that is the same everywhere changes only the mean transmission error. So it does not matter where on the
+        flank an error is 0.
         """
         if name in _OF_AXES:
             return partial(opening, **({"inclination": 0.0, "deviation": 0.0} | {name: 1.0}))
@@ -349,7 +351,7 @@ class ManufacturingErrors(GapEffect):
 
 
 def _index_deviation(lines: ContactLines) -> NDArray:
-    """Gap where material of 1 µm is missing on the pitch circle, (position, pair, segment) [mm]."""
+    """Gap of an index deviation of 1 µm along the pitch circle, (position, pair, segment) [mm]."""
     gear = lines.pair.gears[0]
     return np.full(lines.shape, MICROMETRE * np.cos(gear.alpha_t) * np.cos(gear.beta_b))
 

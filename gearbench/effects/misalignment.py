@@ -17,8 +17,8 @@ from gearbench.schema import STRICT
 class Misalignment(GapEffect):
     """Axes that are not parallel: a gap that is linear over the face width, zero at y = 0, positive towards y = b.
 
-    The gap normal to the flank is (f_Σδ sin α_wt + f_Σβ cos α_wt) cos β_b: f_Σδ moves the axes apart in their plane,
-    f_Σβ moves the wheel away across it.
+    At y = b the gap normal to the flank is (f_Σδ sin α_wt + f_Σβ cos α_wt) cos β_b: f_Σδ moves the axes apart in their
+    common plane, f_Σβ moves the wheel away perpendicular to it.
 
     Parameters
     ----------

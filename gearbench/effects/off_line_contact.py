@@ -14,7 +14,7 @@ from gearbench.geometry.action import ContactLines
 from gearbench.geometry.material import STRICT
 from gearbench.geometry.separation import separation
 
-#: Gap [base radii] of flanks that cannot touch.
+#: Upper limit of the gap, in base radii; flanks so far apart never touch.
 _APART = 0.1
 
 
@@ -36,7 +36,10 @@ class OffLineContact(GapEffect):
     requires: ClassVar[dict[str, str]] = {"hertz": "pairs that begin to touch need a contact law"}
 
     def gap(self, lines: ContactLines) -> NDArray:
-        """Separation normal to the flank, (position, pair, segment) [mm]; unmodified profiles if not in ``lines``."""
+        """Separation normal to the flank, (position, pair, segment) [mm].
+
+        It is that of ``lines``, or of the unmodified profiles if they have none.
+        """
         touch = lines.touch or separation(lines.pair)(lines.u)
         far = _APART * min(abs(gear.base_radius) for gear in lines.pair.gears)
         # a rotation by dv moves the gear along the common normal by its lever arm times dv

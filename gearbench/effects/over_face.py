@@ -1,4 +1,4 @@
-"""Shapes over the face width, of the pair (common face) or of each gear (its face)."""
+"""Base class of crowning and end relief: shapes over the common face of the pair, or over the face of each gear."""
 
 from __future__ import annotations
 
@@ -16,13 +16,15 @@ from gearbench.geometry.pair import Pair
 class OverFace(ShapeEffect):
     """Shapes over the face width, with keys of the pair or a table for each gear."""
 
-    #: Input class of the keys of the pair, and of the table of a gear, with ``check`` and ``shapes``.
-    of_pair: ClassVar[type]
+    #: Class of the table of a gear, and of the keys of the pair; it has the methods ``check`` and ``shapes``.
+    table_class: ClassVar[type]
 
     def tables(self) -> dict[int | None, Any]:
         """The table of each gear that has one, or of the pair (None)."""
         of_gears: dict[int | None, Any] = {**each_gear(self)}
-        return of_gears or {None: self.of_pair(**{key.name: getattr(self, key.name) for key in fields(self.of_pair)})}
+        if of_gears:
+            return of_gears
+        return {None: self.table_class(**{key.name: getattr(self, key.name) for key in fields(self.table_class)})}
 
     def check(self, pair: Pair, effects: Effects) -> None:
         """Refuse shapes that do not fit on a face."""

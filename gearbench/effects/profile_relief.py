@@ -31,6 +31,7 @@ from gearbench.geometry.names import GEARS
 from gearbench.geometry.pair import Pair
 from gearbench.schema import STRICT
 
+#: Keys that say where a relief starts.
 _STARTS = ("length", "start_diameter", "start_roll_length", "start_roll_angle")
 
 
@@ -75,7 +76,7 @@ class Relief:
 
 @plain_dataclass(frozen=True)
 class ProfileRelief(ShapeEffect):
-    """Relief of one end of the profiles, the same for both gears, or a table for each."""
+    """Relief of one end of the profile: common keys for both gears or one of them, or a table for each."""
 
     amount: Amount | None = None
     length: Extent | None = None
@@ -86,6 +87,8 @@ class ProfileRelief(ShapeEffect):
 
     #: +1 for the tip, −1 for the root.
     side: ClassVar[int]
+    #: Where a relief may lie, for messages.
+    reach: ClassVar[str]
 
     def __post_init__(self) -> None:
         one_or_each(self, ("amount", "length"))
@@ -105,10 +108,10 @@ class ProfileRelief(ShapeEffect):
         return each_gear(self)
 
     def on(self, index: int) -> ProfileRelief | None:
-        """The relief of one gear, None if it has none."""
+        """The effect with the relief of gear ``index`` only, in a table; None if that gear has no relief."""
         table = self.tables().get(index)
-        rest = {"amount": None, "length": None, "shape": "linear", "gear": "both", GEARS[1 - index]: None}
-        return None if table is None else replace(self, **rest, **{GEARS[index]: table})
+        cleared = {"amount": None, "length": None, "shape": "linear", "gear": "both", GEARS[1 - index]: None}
+        return None if table is None else replace(self, **cleared, **{GEARS[index]: table})
 
     def shapes(self, pair: Pair) -> list[Shape]:
         """The reliefs of nonzero amount and length."""
@@ -150,19 +153,16 @@ class ProfileRelief(ShapeEffect):
                     raise InputError(f"{key}along", "roll", "begins below the base circle: no roll length there")
                 continue
             name = next(name for name in _STARTS if getattr(table, name) is not None)
-            # the involute begins at the base circle
+            # the involute of an external gear begins at the base circle
             if not pair.is_internal or low > 0:
                 low = max(low, pair.gears[index].base_radius)
             if not low <= start <= high:
                 # radii of an internal gear are negative
-                first, last = sorted((abs(2 * low), abs(2 * high)))
-                allowed = f"must lie on the tooth, at a diameter of {first:.6g} to {last:.6g} mm"
+                smallest, largest = sorted((abs(2 * low), abs(2 * high)))
+                allowed = f"must lie on the tooth, at a diameter of {smallest:.6g} to {largest:.6g} mm"
                 if name != "start_diameter":
                     allowed += f", not {abs(2 * start):.6g} mm"
                 raise InputError(f"{key}{name}", getattr(table, name), allowed)
-
-    #: Description of the longest relief, for messages.
-    reach: ClassVar[str]
 
     @abstractmethod
     def limits(self, pair: Pair, index: int) -> tuple[float, float]:

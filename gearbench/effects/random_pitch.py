@@ -26,8 +26,8 @@ Tolerance = Annotated[float, Field(gt=0.0, le=1000.0)]
 class DrawnPitch:
     """Index deviations of a gear that are drawn within its tolerances.
 
-    Each tooth has its own deviation, normal with 3 σ = f_pt/2 and cut there. A wave of order 1 of random phase is
-    added, whose random amplitude keeps the range of all deviations within F_p. Their sum is scaled down if a pitch
+    Each tooth has a normally distributed deviation with 3 σ = f_pt/2, cut off at ± 3 σ. A wave of order 1 is added. Its
+    phase and amplitude are random; the range of all deviations stays within F_p. The sum is scaled down if a pitch
     deviates by more than f_pt.
 
     Parameters
@@ -55,15 +55,16 @@ class DrawnPitch:
         """Index deviation of each tooth [µm]."""
         f_pt, F_p = self.single_pitch, self.cumulative_pitch
         if self.iso_class is not None:
-            known = gear_tolerances(gear, self.iso_class, self.edition)
-            f_pt, F_p = f_pt or known.single_pitch, F_p or known.cumulative_pitch
+            of_class = gear_tolerances(gear, self.iso_class, self.edition)
+            f_pt, F_p = f_pt or of_class.single_pitch, F_p or of_class.cumulative_pitch
         assert f_pt is not None
         random, z = np.random.default_rng(self.seed), abs(gear.teeth)
-        teeth = f_pt / 2 * DISTRIBUTIONS["normal_two_sided"].quantile(random.random(z))
-        share, begin = random.random(2)
-        size = share * max((F_p or 0.0) - np.ptp(teeth), 0.0) / 2
-        deviations = teeth + size * np.sin(2 * np.pi * (np.arange(z) / z + begin))
-        return tuple((deviations * f_pt / max(np.abs(deviations - np.roll(deviations, 1)).max(), f_pt)).tolist())
+        of_teeth = f_pt / 2 * DISTRIBUTIONS["normal_two_sided"].quantile(random.random(z))
+        share, phase = random.random(2)
+        amplitude = share * max((F_p or 0.0) - np.ptp(of_teeth), 0.0) / 2
+        deviations = of_teeth + amplitude * np.sin(2 * np.pi * (np.arange(z) / z + phase))
+        largest_pitch_deviation = np.abs(deviations - np.roll(deviations, 1)).max()
+        return tuple((deviations * f_pt / max(largest_pitch_deviation, f_pt)).tolist())
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -97,6 +98,6 @@ class RandomPitch(IndexDeviations):
         super().check(pair, effects)
 
     def of_teeth(self, pair: Pair) -> Sequence[Deviations | None]:
-        """The deviations that are drawn."""
+        """The deviations drawn for pinion and wheel."""
         both = zip((self.pinion, self.wheel), pair.gears, strict=True)
-        return [None if drawn is None else drawn.deviations(gear) for drawn, gear in both]
+        return [None if table is None else table.deviations(gear) for table, gear in both]

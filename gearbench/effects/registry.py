@@ -60,7 +60,7 @@ def effect_class(name: str) -> type[Effect]:
     KeyError
         If there is no such effect.
     InputError
-        If the entry point of another package is no effect, or cannot be imported.
+        If the entry point of another package cannot be imported, or does not name an effect.
     """
     if name in EFFECTS:
         module, attribute = EFFECTS[name]

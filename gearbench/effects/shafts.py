@@ -1,4 +1,8 @@
-"""Effects of the shafts and bearings of ``[system]`` on the contact: flanks move with the sections of their shafts."""
+"""Effects of the shafts and bearings of ``[system]`` on the contact: flanks move with the sections of their shafts.
+
+``system_effects`` makes them. ``mesh_spread`` gives the dynamics the distribution of the load over the face. Equations
+(W…) are those of docs/theory.md. The seat of a gear is the part of its shaft below its face.
+"""
 
 from __future__ import annotations
 
@@ -19,8 +23,8 @@ from gearbench.system.mechanics import static_equilibrium
 from gearbench.system.shaft_model import ShaftModel
 from gearbench.system.static import Settled, twist
 
-#: Stiffness of the foundations to try, springs that replace the teeth in ``mesh_spread``, per face width and modulus of
-#: elasticity. The first exceeds the stiffness of meshes, the second that of Hertzian contact.
+#: Foundations that ``mesh_spread`` tries: springs that replace the teeth. Their stiffness is given as a share of face
+#: width times modulus of elasticity. The first is stiffer than meshes, the second stiffer than Hertzian contact.
 FOUNDATIONS = (0.3, 5.0)
 #: Eigenvalues of a seat's compliance below this fraction of the largest are dropped.
 _RANK = 1e-14
@@ -51,11 +55,14 @@ class SeatedGear:
         return self.box.face_nodes(PAIR, self.gear, self.model)
 
     def rows(self, lines: ContactLines) -> NDArray:
-        """Matrix from motions of all nodes to deflection normal to the flank (position, pair, segment, 6 · nodes)."""
+        """Matrix from the motions of all nodes of the shaft to the deflection normal to the flank.
+
+        Shape (position, pair, segment, size), size = 6 · nodes.
+        """
         return self.model.rows(*self._places(lines))
 
     def deflection(self, lines: ContactLines, motion: NDArray) -> NDArray:
-        """Deflection normal to the flank (position, pair, segment) by the ``motion`` (size,) of all nodes."""
+        """Deflection normal to the flank (position, pair, segment) [mm] by the ``motion`` (size,) of all nodes."""
         position, wrench = self._places(lines)
         return np.einsum("...i,...i->...", self.model.moved(position, motion), wrench)
 
@@ -75,12 +82,12 @@ class SeatedGear:
         """Torsional compliance between the nodes under the face (node, node)."""
         return twist(self.model, self.nodes, self.box.torque_from(PAIR, self.gear))
 
-    def motion(self, of: NDArray) -> NDArray:
-        """Part (size,) of this shaft in a motion or load of all bodies that are in equilibrium together."""
-        return of[self.settled.structure.motions(self.number)]
+    def motion(self, of_all: NDArray) -> NDArray:
+        """The entries (size,) of this shaft in the motions ``of_all`` that are in equilibrium together."""
+        return of_all[self.settled.structure.motions(self.number)]
 
     def load(self, on_shaft: NDArray) -> NDArray:
-        """Load on all bodies that are in equilibrium together, from the load ``on_shaft`` (size,) on this shaft."""
+        """Load ``on_shaft`` (size,), with zeros for all else that is in equilibrium together with this shaft."""
         load = np.zeros_like(self.settled.load)
         load[self.settled.structure.motions(self.number)] = on_shaft
         return load
@@ -102,7 +109,8 @@ def factor(gears: Sequence[SeatedGear], rows_of_gears: Sequence[NDArray]) -> NDA
     coordinates = np.concatenate([gear.face_coordinates + settled.structure.starts[gear.number] for gear in gears])
     G, scale = settled.compliance[np.ix_(coordinates, coordinates)].copy(), []
     for gear in gears:
-        twist_coordinates = np.arange(len(gear.nodes)) * 6 + 5 + 6 * len(scale)
+        # the sixth motion of each node; ``scale`` has one entry for each node so far
+        twist_coordinates = 6 * (len(scale) + np.arange(len(gear.nodes))) + 5
         G[np.ix_(twist_coordinates, twist_coordinates)] += gear.twist_compliance
         # rotations [rad] are scaled by half the face width to compare with motions [mm]
         width = gear.box.pairs[PAIR].meshing.face_width
@@ -123,19 +131,19 @@ def _grouped(gears: tuple[SeatedGear, SeatedGear]) -> list[tuple[SeatedGear, ...
 
 
 def mesh_spread(gears: tuple[SeatedGear, SeatedGear], stiffness: NDArray) -> tuple[NDArray, NDArray]:
-    """Loads at the points of the face (row, point) per resultant, and the compliance C (row, row) of the shafts (W13).
+    """Loads per resultant (resultant, point), and the compliance C (resultant, resultant) of the shafts (W13).
 
-    A foundation stands in place of the teeth. Among all loads with the same resultants, the chosen ones store the least
-    strain energy in shafts and foundation. The foundation must be stiffer than the teeth, so that shafts and teeth
-    together are more compliant than C. If a foundation as stiff as a mesh is too soft, one as stiff as Hertzian
-    contact is taken (``FOUNDATIONS``).
+    The points are those of ``FACE_POINTS``. A foundation of springs stands in place of the teeth. Among all loads with
+    the same resultants, the chosen ones store the least strain energy in shafts and foundation. The foundation must be
+    stiffer than the teeth, so that shafts and teeth together are more compliant than C. If a foundation as stiff as a
+    mesh is too soft, one as stiff as Hertzian contact is taken (``FOUNDATIONS``).
 
     Parameters
     ----------
     gears
         Pinion and wheel on their shafts.
     stiffness
-        S of the resultants (position, row, row) [N/mm], including the shafts.
+        Stiffness S of the resultants (position, resultant, resultant) [N/mm], including the shafts.
     """
     box = gears[0].box
     pair, (η, weight) = box.pairs[PAIR], FACE_POINTS
@@ -145,13 +153,13 @@ def mesh_spread(gears: tuple[SeatedGear, SeatedGear], stiffness: NDArray) -> tup
         H += psi @ psi.T
     R = legvander(η, stiffness.shape[-1] - 1)
     E = min(material.E for material in pair.materials)
-    P = K = R  # replaced in the loop
+    P = R  # replaced in the loop
     for share in FOUNDATIONS:
         P = np.linalg.solve(H + np.diag(2 / (share * E * pair.meshing.face_width * weight)), R)
         K = np.linalg.inv(R.T @ P)
         P = P @ K
-        # foundation and shafts are stiffer than the mesh
-        if np.linalg.eigvals(stiffness @ K).real.max() < 1:
+        mesh_is_softer = np.linalg.eigvals(stiffness @ K).real.max() < 1
+        if mesh_is_softer:
             break
     return P.T, P.T @ H @ P
 
@@ -159,7 +167,7 @@ def mesh_spread(gears: tuple[SeatedGear, SeatedGear], stiffness: NDArray) -> tup
 def _motion_without(
     gears: tuple[SeatedGear, SeatedGear], of_flanks: tuple[NDArray, NDArray]
 ) -> tuple[NDArray, NDArray]:
-    """Motions (size,) of both shafts in equilibrium, minus those due to the flank loads ``of_flanks`` (size,) (W10)."""
+    """Motions (size,) of both shafts in equilibrium, minus the linear part due to the loads ``of_flanks`` (W10)."""
     motions = []
     for gear in gears:
         loads = [
@@ -240,8 +248,8 @@ def system_effects(
     box
         The gearbox.
     of_flanks
-        Load of the flanks on the nodes of both shafts (size,), about which nonlinear bearings are linearised; by
-        default a load that is even over the face.
+        Load of the flanks on the nodes of both shafts (size,), at which nonlinear bearings are linearised; by default
+        an even load over the face.
     near
         Gears in an equilibrium close by, from which the search for this one starts.
 
@@ -260,6 +268,7 @@ def system_effects(
     shafts = [model.shaft for gear in (pinion, wheel) for model in gear.settled.structure.shafts.values()]
     linear = all(bearing.is_linear for shaft in shafts for bearing in shaft.bearings)
     only_these = {pinion.number, wheel.number} == {n for g in (pinion, wheel) for n in g.settled.structure.shafts}
+    # linear shafts without other loads: ``Shafts`` holds all their motion
     if linear and only_these and all(len(shaft.gears) == 1 and not shaft.loads for shaft in shafts):
         return effects
     loads = of_flanks or tuple(box.force(PAIR) * box.wrench(PAIR, gear.gear, gear.model) for gear in (pinion, wheel))

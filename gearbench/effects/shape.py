@@ -29,7 +29,9 @@ Along = Literal["roll", "radius"]
 #: Extent of the profile: the active profile, the involute from form circle to tip, or the whole tooth from root circle
 #: to tip.
 Range = Literal["active", "involute", "tooth"]
+#: Shape of a relief from its start to its end.
 Form = Literal["linear", "parabolic", "circular"]
+#: Gears that have a shape or an error.
 Gears = Literal["both", "pinion", "wheel"]
 #: Amount of missing material [µm]; negative for excess material.
 Amount = Annotated[float, Field(ge=-1000.0, le=1000.0)]
@@ -37,7 +39,7 @@ Amount = Annotated[float, Field(ge=-1000.0, le=1000.0)]
 Extent = Annotated[float, Field(ge=0.0, le=1000.0)]
 
 MICROMETRE = 1e-3  # mm
-#: With more points than this, a curve counts as smooth: panels of the mesh cycle do not end at its points.
+#: With more points than this, a curve or grid counts as smooth: panels of the mesh cycle do not end at its points.
 MOST_KINKS = 12
 
 
@@ -239,7 +241,7 @@ def slope(pair: Pair, index: int, along: Along = "roll", span: Range = "active")
 
 
 def face_slope(pair: Pair, index: int | None) -> Ramp:
-    """Ramp from 0 at y = 0 to 1 at the other end of a face."""
+    """Ramp y/b over the face of gear ``index``, or over the common face (None)."""
     return Ramp(along="face", start=0.0, length=pair.face_of(index))
 
 
@@ -250,9 +252,12 @@ def barrel(ramp: Ramp) -> Ramp:
 
 
 def relief(along: Literal["radius", "roll", "face"], edge: float, start: float, amount: float, form: Form) -> Ramp:
-    """Relief that is full at ``edge`` and zero at ``start`` [mm]; ``amount`` [µm] sets the radius of an arc (G11)."""
-    length, C = edge - start, abs(amount) * MICROMETRE
-    bend = 2 * C * abs(length) / (length**2 + C**2) if form == "circular" else 0.0
+    """Relief that is full at ``edge`` and zero at ``start`` [mm]; ``amount`` [µm] sets the radius of a circular one.
+
+    The arc is that of (G11) in docs/theory.md.
+    """
+    length, height = edge - start, abs(amount) * MICROMETRE
+    bend = 2 * height * abs(length) / (length**2 + height**2) if form == "circular" else 0.0
     power = 1 if form == "linear" else 2
     return Ramp(along=along, start=start, length=length, power=power, bend=bend, one_sided=True)
 
@@ -263,7 +268,7 @@ def opening(lines: ContactLines, inclination: float, deviation: float) -> NDArra
     ``inclination`` is the divergence in the common plane of the axes, ``deviation`` the one across it [µm].
     """
     alpha = lines.pair.meshing.alpha_wt
-    # for the coast flanks the sign of the deviation changes
+    # a deviation that opens the gap of the drive flanks closes that of the coast flanks
     across = -deviation if lines.coast else deviation
     normal = MICROMETRE * math.cos(lines.pair.meshing.beta_b)
     # diverging axes close the gap of an internal pair

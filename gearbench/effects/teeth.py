@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Tooth(ToothCompliance):
-    """Base class of the effect of the teeth, on which the effect of the gear body depends."""
+    """Base class of the effect of the teeth, on whose model the effect of the gear body depends."""
 
     @property
     @abstractmethod
@@ -44,7 +44,7 @@ class Tooth(ToothCompliance):
     @property
     @abstractmethod
     def solid_order(self) -> tuple[int, int, int] | None:
-        """Order of the solid teeth on a ring; None for the default."""
+        """Numbers of functions of the solid teeth on a ring; None for the default, ``solid_order``."""
 
     @abstractmethod
     def flank(self, pair: Pair, index: int, effects: Effects, coast: bool = False) -> FlankCompliance:
@@ -86,10 +86,10 @@ HIGH_FILLET = 0.27
 
 
 def solid_order(gear: Gear) -> tuple[int, int, int]:
-    """Default order of a solid tooth.
+    """Default numbers of functions of a solid tooth: across its thickness, along its height, over its face.
 
-    The number of functions across the face follows from the wavelengths that deflect the flank. Along the height two
-    families of functions meet at the form circle.
+    The number over the face follows from the wavelengths that deflect the flank. Along the height two families of
+    functions meet at the form circle. Steep helices, high fillets and wide faces need more.
     """
     from gearbench.compliance.local import waves_across
     from gearbench.compliance.section import JOINTED
@@ -120,8 +120,8 @@ def toothed_ring(pair: Pair, index: int, order: tuple[int, int, int] | None, coa
 
     The body is a ring, or a rim with web and hub.
     """
-    held = require_bores(pair)[index] / 2, *own_support(pair, index, coast)
-    return _toothed_ring(pair.gears[index], pair.materials[index], order, held, own_web(pair, index, coast))
+    support = require_bores(pair)[index] / 2, *support_of(pair, index, coast)
+    return _toothed_ring(pair.gears[index], pair.materials[index], order, support, web_of(pair, index, coast))
 
 
 @lru_cache(maxsize=256)
@@ -129,13 +129,14 @@ def _toothed_ring(
     gear: Gear,
     material: Material,
     order: tuple[int, int, int] | None,
-    held: tuple[float, tuple[float, float] | None, Lugs | None],
+    support: tuple[float, tuple[float, float] | None, Lugs | None],
     web: Web | None,
 ) -> ToothedRing:
     from gearbench.compliance.gear_body import ToothedRing
 
+    bore_radius, springs, lugs = support
     tooth = solid_tooth(gear, material, order, True)
-    return ToothedRing(tooth=tooth, bore_radius=held[0], web=web, support=held[1], lugs=held[2])
+    return ToothedRing(tooth=tooth, bore_radius=bore_radius, web=web, support=springs, lugs=lugs)
 
 
 @lru_cache(maxsize=256)
@@ -144,13 +145,15 @@ def ring_flank(
 ) -> FlankCompliance:
     """Compliance that the body of pinion (``index`` 0) or wheel (1) adds, see ``ToothedRing.flank``.
 
+    ``neighbours`` is the number of teeth on either side that a loaded tooth moves.
+
     Raises
     ------
     InputError
         If the body is so much more compliant than its teeth that rounding dominates.
     """
     # a symmetric body is the same for drive and coast flanks
-    web, (_, lugs) = own_web(pair, index, False), own_support(pair, index)
+    web, (_, lugs) = web_of(pair, index, False), support_of(pair, index)
     coast = coast and (lugs is not None or (web is not None and web != web.mirrored(pair.gears[index].face_width)))
     try:
         return placed_in_mesh(toothed_ring(pair, index, order, coast).flank(neighbours), pair, index, coast)
@@ -235,14 +238,15 @@ def fe_body(pair: Pair, index: int, *, on_body: bool, coast: bool = False) -> Bo
     gear = pair.gears[index]
     if not on_body:
         return Body(gear=gear)
+    # odd numbers of teeth; at least two teeth of the gear are left out
     wanted = 3 + 2 * int(np.ceil((pair.meshing.transverse_contact_ratio + pair.meshing.overlap_ratio) / 2))
     most = abs(gear.teeth) - 2 - (abs(gear.teeth) + 1) % 2
-    web = own_web(pair, index, coast)
-    bore, (support, lugs) = require_bores(pair)[index] / 2, own_support(pair, index, coast)
+    web = web_of(pair, index, coast)
+    bore, (support, lugs) = require_bores(pair)[index] / 2, support_of(pair, index, coast)
     return Body(gear=gear, bore_radius=bore, web=web, teeth=min(wanted, most), support=support, lugs=lugs)
 
 
-def own_support(pair: Pair, index: int, coast: bool = False) -> tuple[tuple[float, float] | None, Lugs | None]:
+def support_of(pair: Pair, index: int, coast: bool = False) -> tuple[tuple[float, float] | None, Lugs | None]:
     """Support of a body: springs along its edge, radial and tangential [N/mm³], and lugs.
 
     The springs are None if the body is clamped, and both are 0 if lugs hold it. Long lugs are divided. Angles of lugs
@@ -261,7 +265,7 @@ def own_support(pair: Pair, index: int, coast: bool = False) -> tuple[tuple[floa
 
 
 def placed_in_mesh(flank: FlankCompliance, pair: Pair, index: int, coast: bool) -> FlankCompliance:
-    """Flank placed in its mesh: sets whether the gear drives, and which of its teeth belongs to tooth pair 0."""
+    """The compliance with its place in the mesh: whether the gear drives, and which tooth belongs to tooth pair 0."""
     support, anchors = pair.members[index].support, flank.anchors
     if support is not None and anchors is not None:
         anchors = anchors.turned(_side(index, coast) * support.tooth)
@@ -273,7 +277,7 @@ def _side(index: int, coast: bool) -> int:
     return 1 if (index == 0) != coast else -1
 
 
-def own_web(pair: Pair, index: int, coast: bool) -> Web | None:
+def web_of(pair: Pair, index: int, coast: bool) -> Web | None:
     """Web of pinion (``index`` 0) or wheel (1), as on a driving gear; None without a web.
 
     The web is mirrored for a driven gear, and once more for ``coast`` flanks.
@@ -290,17 +294,17 @@ def own_web(pair: Pair, index: int, coast: bool) -> Web | None:
 
 
 def require_bores(pair: Pair) -> tuple[float, float]:
-    """Diameters [mm] at which pinion and wheel are held: the bore, or the outside (negative) of an internal gear.
+    """Diameters [mm] at which pinion and wheel are held: the bore, or minus the outside diameter of an internal gear.
 
     Raises
     ------
     InputError
         If a diameter is missing.
     """
-    found = []
+    diameters = []
     for name, member, gear in zip(("pinion", "wheel"), (pair.pinion, pair.wheel), pair.gears, strict=True):
         key = "bore_diameter" if gear.teeth > 0 else "outer_diameter"
         if (diameter := getattr(member, key)) is None:
             raise InputError("", "given", f"needs pair.{name}.{key}, where the body is held")
-        found.append(2 * blank_of(gear.blank).support(gear, diameter))
-    return found[0], found[1]
+        diameters.append(2 * blank_of(gear.blank).support(gear, diameter))
+    return diameters[0], diameters[1]

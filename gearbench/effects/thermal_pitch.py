@@ -15,11 +15,12 @@ from gearbench.schema import STRICT
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class ThermalPitch(GapEffect):
-    """Base pitches that differ by p_bt (ε_1 − ε_2), a gap for each tooth pair.
+    """Base pitches that differ by p_bt (ε_1 − ε_2), the thermal strains of pinion and wheel: a gap for each tooth pair.
 
     It has no table in ``[effects]``; it acts if ``[pair.temperature]`` expands the two gears differently. In the plane
     of action the flanks of an expanding gear move away from the point where its base circle touches the line of action,
-    and from the middle of the face (G16). The gap is zero at the pitch point in the middle of the face.
+    and from the middle of the face (G16 of docs/theory.md). The gap is zero at the pitch point in the middle of the
+    face. Beyond it a pinion that expands more than the wheel closes the gap.
     """
 
     name: ClassVar[str] = "thermal_pitch"

@@ -75,8 +75,8 @@ class ToothBending(Tooth):
 
     def __post_init__(self) -> None:
         plate, by_finite_elements = ("plate",), ("finite_elements",)
-        fast = {"order": ("plate", "solid"), "basis": plate, "fillet": plate, "load": plate}
-        refuse_foreign_keys(self, {**fast, "accuracy": by_finite_elements})
+        models = {"order": ("plate", "solid"), "basis": plate, "fillet": plate, "load": plate}
+        refuse_foreign_keys(self, {**models, "accuracy": by_finite_elements})
         if self.basis is not None and self.order is not None:
             raise InputError("order", list(self.order), 'conflicts with basis = "paper": give one of the two')
         if self.order is not None and len(self.order) != len(_DIRECTIONS[self.model]):
@@ -86,7 +86,7 @@ class ToothBending(Tooth):
 
     @property
     def by_finite_elements(self) -> bool:
-        """Whether teeth and bodies are of finite elements."""
+        """Whether teeth and bodies are meshed with finite elements."""
         return self.model == "finite_elements"
 
     @property
@@ -155,18 +155,20 @@ def tooth_bending(effects: Effects, model: str) -> ToothBending | None:
 
 
 def _rooted(effects: Effects) -> bool:
+    """Whether solid teeth stand on an elastic ring instead of being clamped."""
     return getattr(effects.get("gear_body"), "model", None) == "ring"
 
 
 def _on_body(effects: Effects) -> bool:
+    """Whether finite elements cover the body too."""
     return "gear_body" in effects
 
 
 def normal_component(gear: Gear, radius: NDArray) -> NDArray:
-    """Cosine between the flank normal at R and the normal of the tooth's mid-plane there.
+    """Cosine of the angle between the flank normal at ``radius`` R and the normal of the tooth's mid-plane there.
 
-    Load angle γ = α_R − ψ(R) in the transverse plane; out of it the flank normal is inclined by β_b and the mid-plane
-    by its helix angle β(R): cos γ cos β_b cos β(R) + sin β_b sin β(R).
+    It is cos γ cos β_b cos β(R) + sin β_b sin β(R): in the transverse plane the load angle γ lies between the normals;
+    along the axis the flank normal is inclined by β_b, that of the mid-plane by the helix angle β(R).
     """
     gamma = gear.load_angle(radius)
     helix = np.arctan(radius * math.tan(gear.beta) / gear.pitch_radius)

@@ -13,7 +13,7 @@ from pydantic.dataclasses import dataclass
 
 from gearbench.effects.base import Effects, GapEffect
 from gearbench.effects.flank_grid import FlankGrid, grid_of, read_grid
-from gearbench.effects.shape import MICROMETRE
+from gearbench.effects.shape import MICROMETRE, MOST_KINKS
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.pair import Pair
@@ -27,8 +27,6 @@ File = Annotated[str, Field(min_length=1, max_length=1000)]
 Digest = Annotated[str, Field(pattern="[0-9a-f]{64}")]
 
 _NAMES = ("pinion", "wheel")
-#: Grids with more rows than this get no panel of the mesh cycle for each row.
-_MOST_KINKS = 12
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -65,10 +63,10 @@ class Topography(GapEffect):
             raise InputError("pinion", "missing", "a file is required, here or for the wheel")
         grids = []
         for name in _NAMES:
-            file, known = getattr(self, name), getattr(self, f"{name}_sha256")
-            if file is None and known is not None:
-                raise InputError(f"{name}_sha256", known, f"belongs to the file of the {name}, which is missing")
-            grid, digest = (None, None) if file is None else _read(name, file, known)
+            file, given_digest = getattr(self, name), getattr(self, f"{name}_sha256")
+            if file is None and given_digest is not None:
+                raise InputError(f"{name}_sha256", given_digest, f"belongs to the file of the {name}, which is missing")
+            grid, digest = (None, None) if file is None else _read(name, file, given_digest)
             object.__setattr__(self, f"{name}_sha256", digest)
             grids.append(grid)
         # not a field: the hashes identify the grids
@@ -81,16 +79,16 @@ class Topography(GapEffect):
 
     def check(self, pair: Pair, effects: Effects) -> None:
         """Refuse a grid that covers less than half of the active flank: it probably belongs to another gear."""
-        ends_of_gears = pair.meshing.active_radii
-        for name, gear, ends, (before, _), grid in zip(
-            _NAMES, pair.gears, ends_of_gears, pair.overhangs, self.grids, strict=True
+        active_radii = pair.meshing.active_radii
+        for name, gear, ends, (overhang_at_0, _), grid in zip(
+            _NAMES, pair.gears, active_radii, pair.overhangs, self.grids, strict=True
         ):
             if grid is None:
                 continue
             active = grid.coordinate_of(gear, np.array(ends))
             for axis, values, (low, high) in (
                 (grid.along, grid.coordinate, (float(active.min()), float(active.max()))),
-                ("face position", grid.face, (before, before + pair.meshing.face_width)),
+                ("face position", grid.face, (overhang_at_0, overhang_at_0 + pair.meshing.face_width)),
             ):
                 covered = min(high, values[-1]) - max(low, values[0])
                 if len(values) > 1 and covered < (high - low) / 2:
@@ -133,20 +131,23 @@ class Topography(GapEffect):
                 _KNOWN[digest] = grid_of(kept[name])
 
     def kinks(self, pair: Pair) -> tuple[float, ...]:
-        """Positions u [mm] of the rows of a coarse grid; a fine grid has too many to integrate between."""
+        """Positions u [mm] of the rows of a grid with at most ``MOST_KINKS`` rows; none if there are more."""
         positions: list[float] = []
         for index, (gear, grid) in enumerate(zip(pair.gears, self.grids, strict=True)):
-            if grid is not None and len(grid.coordinate) <= _MOST_KINKS:
+            if grid is not None and len(grid.coordinate) <= MOST_KINKS:
                 positions += [pair.meshing.path_coordinate(index, float(radius)) for radius in grid.radii(gear)]
         return tuple(u for u in positions if pair.meshing.path_start < u < pair.meshing.path_end)
 
     def face_kinks(self, pair: Pair) -> tuple[float, ...]:
-        """Positions y [mm] of the columns of a coarse grid on a spur pair; helical lines are cut at its rows only."""
+        """Positions y [mm] of the columns of a grid, as for ``kinks``; none if the pair is helical.
+
+        Contact lines of a helical pair are cut at the rows only.
+        """
         if pair.meshing.overlap_ratio:
             return ()
         kinks: set[float] = set()
         for index, grid in enumerate(self.grids):
-            if grid is not None and len(grid.face) <= _MOST_KINKS:
+            if grid is not None and len(grid.face) <= MOST_KINKS:
                 kinks |= {float(y) - pair.overhangs[index][0] for y in grid.face}
         return tuple(sorted(y for y in kinks if 0 < y < pair.meshing.face_width))
 
@@ -156,6 +157,7 @@ _KNOWN: dict[str, FlankGrid] = {}
 
 
 def _read(key: str, file: str, given_digest: str | None) -> tuple[FlankGrid, str]:
+    """Grid of a file and its SHA-256."""
     if given_digest is not None and given_digest in _KNOWN:
         return _KNOWN[given_digest], given_digest
     data, digest = content(key, file)

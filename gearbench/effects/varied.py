@@ -1,4 +1,7 @@
-"""Random numbers of other gap effects, run-out and wobble, and sizes, with the gaps as sums of modes."""
+"""Further random errors of ``manufacturing_errors``: numbers of other gap effects, run-out and wobble, pitch, sizes.
+
+Their gaps are sums of modes, gaps that are multiplied by an amount in each sample.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +26,8 @@ from gearbench.schema import STRICT
 
 TwoSided = Literal["uniform_two_sided", "normal_two_sided"]
 
-#: Deviations, relative to the amplitude, at which the gap is computed if it is not linear in the number.
+#: Deviations, relative to the amplitude, at which the gap is computed if it is not linear in the number; without
+#: deviation it does not change.
 NODES = np.array([-1.0, -0.75, -0.5, -0.25, 0.25, 0.5, 0.75, 1.0])
 #: Relative difference from a straight line that counts as rounding.
 STRAIGHT = 1e-9
@@ -84,7 +88,7 @@ class VariedKey:
         return with_values(effect, {path: value + deviation})
 
     def modes(self, lines: ContactLines, effects: Effects) -> NDArray:
-        """Change of the gap [mm]: per unit of the number (…, 1) if linear, otherwise at each of ``NODES`` (…, 8)."""
+        """Change of the gap [mm]: per unit of the number (…, 1) if linear, otherwise at each of ``NODES`` (…, node)."""
         nominal = self.effect(effects, 0.0).gap(lines)
         changes = np.stack(
             [self.effect(effects, node * self.amplitude).gap(lines) - nominal for node in NODES], axis=-1
@@ -95,9 +99,10 @@ class VariedKey:
         return changes
 
     def amounts(self, deviation: NDArray, modes: int) -> NDArray:
-        """Amounts (sample, mode) of the ``modes`` at a ``deviation`` (sample,), linear between the nodes."""
+        """Amounts (sample, mode) of ``modes`` modes at a ``deviation`` (sample,), linear between the nodes."""
         if modes == 1:
             return deviation[:, None]
+        # each mode has the amount 1 at its node, 0 at the others and at 0
         values = np.insert(np.eye(len(NODES)), len(NODES) // 2, 0.0, axis=0)
         nodes = np.insert(NODES, len(NODES) // 2, 0.0)
         return np.stack([np.interp(deviation / self.amplitude, nodes, column) for column in values.T], axis=-1)
@@ -199,6 +204,7 @@ class Eccentricity:
         """Gap of F_r = 1 µm at the phases 0° and 90°, (position, pair, segment, 2) [mm]."""
         from gearbench.effects.waviness import Wave, Waviness
 
+        # modes of a wave have the amplitude 1 µm; that of an eccentricity is half of F_r
         wave = Waviness(**{GEARS[self.gear]: (Wave(order=1, amplitude=0.5, over_face=self.over_face),)})
         return 0.5 * wave.turning(lines, np.zeros(1, dtype=int)).modes
 

@@ -47,7 +47,7 @@ Waves = Annotated[tuple[Wave, ...], Field(max_length=100)]
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Waviness(ChangingGap):
-    """Waves on the flanks, e = a cos β_b sin(2π q t/z + φ) (F7), with t in mesh periods over all revolutions.
+    """Waves on the flanks, e = a cos β_b sin(2π q t/z + φ), with the order q and the time t in mesh periods (F7).
 
     Points that touch at the same time have the same deviation, as from an eccentric gear, or from a hob or grinding
     worm with an uneven table drive. ``simulate`` computes the mesh cycle 0 ≤ t < 1, ``hunting_cycle`` all of them.
@@ -74,7 +74,7 @@ class Waviness(ChangingGap):
     def turning(self, lines: ContactLines, cycles: NDArray) -> GapOverCycles:
         """Two modes of a wave, sin(x + ψ) = sin x cos ψ + cos x sin ψ: x within a mesh cycle, ψ at its beginning."""
         modes, amounts = [], []
-        sign = -1 if lines.coast else 1  # the mirror image of the coast flanks turns in the opposite direction
+        sign = -1 if lines.coast else 1  # coast flanks are solved as a mirrored pair, which turns the other way
         for index, wave in ((index, wave) for index, waves in enumerate((self.pinion, self.wheel)) for wave in waves):
             rate = 2 * math.pi * wave.order / abs(lines.pair.gears[index].teeth)
             x = (sign * rate * lines.mesh_phase)[:, None, None]

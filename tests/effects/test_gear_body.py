@@ -85,7 +85,8 @@ def simulated(kind: str, body: str = ""):
         ({"hertz": {}, "gear_body": {"order": [4, 5, 5]}}, {}, "body.order = unknown key: allowed: model, coupled"),
         (
             {"hertz": {}, "gear_body": {}, "tooth_bending": {"model": "solid", "order": [1, 5, 5]}}, {},
-            "effects.gear_body = effects.tooth_bending.order = [1, 5, 5]: a ring needs 2 across the thickness",
+            "effects.gear_body = effects.tooth_bending.order = [1, 5, 5]: "
+            "a ring needs at least 2 functions across the tooth thickness",
         ),
         (
             {"hertz": {}, "gear_body": {"coupled": False}, "tooth_bending": {"model": "finite_elements"}}, {},

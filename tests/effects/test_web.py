@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 from gearbench import simulate
 from gearbench.effects.gear_body import GearBody
 from gearbench.effects.hertz import Hertz
-from gearbench.effects.teeth import own_web
+from gearbench.effects.teeth import web_of
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.errors import InputError
 from gearbench.geometry.pair import Member, Pair
@@ -75,13 +75,13 @@ def test_the_closed_form_knows_no_webs():
 def test_an_offset_web_keeps_its_end_of_the_face():
     """The driven gear, and the coast flanks, are seen in a mirror."""
     pair = webbed(3.0).pair
-    on_wheel = [own_web(pair, 1, coast) for coast in (False, True)]
+    on_wheel = [web_of(pair, 1, coast) for coast in (False, True)]
     assert on_wheel[1] is not None
     assert on_wheel[0] == on_wheel[1].mirrored(14.0)
     assert (on_wheel[1].start, on_wheel[1].stop) == (8.0, 12.0)
-    driving = own_web(pair.swapped(), 0, False)
+    driving = web_of(pair.swapped(), 0, False)
     assert driving == on_wheel[1]
-    assert own_web(pair, 0, False) is None
+    assert web_of(pair, 0, False) is None
     with pytest.raises(InputError, match="hub_diameter"):
         make_web(standard_gear(20), 8.0, 2.0, 0.5, 0.0, 6.0)
 
