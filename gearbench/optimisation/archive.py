@@ -1,4 +1,4 @@
-"""Archive of a search: every gear it has asked for, stored once, and the history of its generations."""
+"""Archive of a search: every gear it has asked for, stored once, its front, and the history of its generations."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from gearbench.optimisation.front import hypervolume, non_dominated
 from gearbench.optimisation.problem import Evaluation, assignments
 from gearbench.optimisation.study import Design, OptimisationStudy
 
-#: Reference point of the hypervolume, as a factor on the worst objectives of the first feasible designs.
+#: Reference point of the hypervolume over the worst objectives of the first generation with feasible designs.
 MARGIN = 1.1
 
 
@@ -57,6 +57,7 @@ class Archive:
         self._number: dict[Any, int] = {}
 
     def _gear(self, design: Design) -> Any:
+        """Keys and values that describe the gear of a design; designs with other codes may be the same gear."""
         return assignments(self.study, design)
 
     def numbers(self, designs: Sequence[Design]) -> NDArray:
@@ -72,7 +73,7 @@ class Archive:
 
     def add(self, designs: Sequence[Design], new: Mapping[Design, Evaluation]) -> list[Evaluation]:
         """Add a generation and return the results of all its designs; ``new`` holds results of the unknown ones."""
-        first, unknown = len(self.designs), self.unknown(designs)
+        first_new, unknown = len(self.designs), self.unknown(designs)
         for design in unknown:
             self._number[self._gear(design)] = len(self.designs)
             self.designs.append(design)
@@ -82,7 +83,7 @@ class Archive:
         self.evaluated.append(len(unknown))
         feasible_before = (self.feasible_found or [0])[-1]
         self.feasible_found.append(feasible_before + sum(new[design].feasible for design in unknown))
-        self._update_front({first + i: new[design] for i, design in enumerate(unknown)})
+        self._update_front({first_new + i: new[design] for i, design in enumerate(unknown)})
         return [self.results[number] for number in self.asked[-1]]
 
     def _update_front(self, new: Mapping[int, Evaluation]) -> None:

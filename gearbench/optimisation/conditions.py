@@ -1,4 +1,4 @@
-"""Parser of conditions and rankings given as text; the text is never evaluated as code."""
+"""Parser of conditions, rankings and ranges given as text to ``select``; the text is never evaluated as code."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ def parse_ranking(text: str) -> dict[str, float]:
     position = 0
     while position < len(text):
         match = _TERM.match(text, position)
-        if match is None or (position > 0 and not match[1]):
+        if match is None or (position > 0 and not match[1]):  # every term but the first needs a sign
             break
         sign, factor, name = match.groups()
         weight = (-1.0 if sign == "-" else 1.0) * float(factor or 1.0)
@@ -125,7 +125,7 @@ def parse_ranking(text: str) -> dict[str, float]:
 
 
 def parse_band(key: str, text: str) -> tuple[float, float]:
-    """Read the lower and upper end of a range from a text such as ``900:1100``.
+    """Read the lower and upper end of a range from a text such as ``900:1100``; ``key`` names the option in messages.
 
     Raises
     ------

@@ -26,12 +26,12 @@ ROUGH = 0.1
 
 
 def check_limited(name: str) -> None:
-    """Refuse quantities that cannot be limited.
+    """Refuse the name of a quantity that cannot be limited.
 
     Raises
     ------
     InputError
-        Unless the name is a number of ``gearbench.optimisation.numbers`` or a response of ``simulate``.
+        Unless it is a quantity of ``gearbench.optimisation.numbers`` or a response of ``simulate``.
     """
     if name not in NUMBERS and not is_response(name):
         raise InputError(
@@ -46,19 +46,20 @@ def constrained(
     cost: float = math.nan,
     force: Callable[[Scene], float] = lambda _: math.nan,
 ) -> dict[str, float]:
-    """Compute the limited quantities of ``scene`` by name, in order of cost: geometry, scene, solved scene.
+    """Compute the limited quantities of ``scene`` by name, in three groups: geometry, scene, solved scene.
 
-    A later group is left out if a limit of an earlier group is violated. ``solved`` returns the solved scene; by
-    default this function solves it. With several loads, every load is solved here and the worst value counts. ``cost``
-    is the cost of the design's variables, ``force`` returns the mesh force over the study's speeds.
+    Each group takes more time than the one before. It is left out if a limit of an earlier group is violated.
+    ``solved`` returns the solved scene; by default this function solves it. With several loads, every load is solved
+    here and the worst value counts. ``cost`` is the cost of the design's variables. ``force`` returns the RMS of
+    the mesh force over the study's speeds, without errors.
     """
     if scene.loads:
         return _worst_of_loads(scene, limits, cost, force)
     solved = solved or cache(partial(solve_scene, scene))
     numbers = partial(numbers_of, scene=scene, solved=solved, cost=cost)
     values: dict[str, float] = {}
-    cheap = (COST, *GEOMETRIC)
-    for names in (cheap, OF_SCENE, [name for name in limits if name not in cheap and name not in OF_SCENE]):
+    geometric = (COST, *GEOMETRIC)
+    for names in (geometric, OF_SCENE, [name for name in limits if name not in geometric and name not in OF_SCENE]):
         if judge(values, limits)[0] == 0:
             values |= {
                 name: force(scene) if is_over_speed(name) else limits[name].worst(numbers(name))
@@ -69,14 +70,14 @@ def constrained(
 
 
 def number(name: str, scene: Scene, solved: Callable[[], Solved | SolvedTrain], cost: float = math.nan) -> float:
-    """Value of a number of the design, the greatest over its meshes; arguments as in ``constrained``."""
+    """Value of a quantity, the greatest over the meshes of the design; arguments as in ``constrained``."""
     return max(numbers_of(name, scene, solved, cost))
 
 
 def numbers_of(
     name: str, scene: Scene, solved: Callable[[], Solved | SolvedTrain], cost: float = math.nan
 ) -> list[float]:
-    """Values of a number of the design or a ``simulate`` response: one per mesh if it belongs to a mesh, else one."""
+    """Values of a quantity or a response of ``simulate``: one per mesh if it belongs to a mesh, else one."""
     if name == COST:
         return [cost]
     if name in GEOMETRIC:
@@ -91,7 +92,7 @@ def numbers_of(
 
 
 def solve_roughly(scene: Scene) -> Solved:
-    """Solve the scene at the mesh phases and on the segments of its error samples; they need this solution anyway."""
+    """Solve the scene at the few mesh phases and segments of its error samples; they need this solution anyway."""
     phase, weight = mesh_phases(scene)
     lines = scene_lines(scene, phase)
     problem = assemble(scene, lines)
@@ -99,22 +100,22 @@ def solve_roughly(scene: Scene) -> Solved:
 
 
 def may_be_rough(scene: Scene, limits: Iterable[str]) -> bool:
-    """Whether ``solve_roughly`` is enough for ``limits``: only if the contact pressure is the one costly limit."""
-    costly = {name for name in limits if name not in (COST, *GEOMETRIC, *OF_SCENE)}
-    return not scene.has_shafts and not scene.coupled and costly <= {"contact_pressure"}
+    """Whether ``solve_roughly`` is enough for ``limits``: no limit but the contact pressure may need a solution."""
+    of_solution = {name for name in limits if name not in (COST, *GEOMETRIC, *OF_SCENE)}
+    return not scene.has_shafts and not scene.coupled and of_solution <= {"contact_pressure"}
 
 
 def decided(values: Mapping[str, float], limits: Mapping[str, Limit]) -> bool:
     """Whether rough ``values`` are so far from their limits that exact values could not change the verdict."""
     rough = [name for name in limits if name in UNDER_LOAD and name in values]
-    bounds = ((values[name], bound) for name in rough for bound in (limits[name].min, limits[name].max))
-    return not any(bound is not None and abs(value - bound) <= ROUGH * abs(bound) for value, bound in bounds)
+    pairs = ((values[name], limit) for name in rough for limit in (limits[name].min, limits[name].max))
+    return not any(limit is not None and abs(value - limit) <= ROUGH * abs(limit) for value, limit in pairs)
 
 
 def _worst_of_loads(
     scene: Scene, limits: Mapping[str, Limit], cost: float, force: Callable[[Scene], float]
 ) -> dict[str, float]:
-    """Compute ``constrained`` under every load and keep the worst values."""
+    """Compute the limited quantities under every load and keep the worst value of each."""
     by_load = [constrained(loaded, limits, cost=cost, force=force) for loaded in scene.each_load]
     computed = {name: [values[name] for values in by_load if name in values] for name in limits}
     return {name: limits[name].worst(values) for name, values in computed.items() if values}

@@ -24,10 +24,12 @@ DIMENSIONS = frozenset({"design", "generation", "variable", "constraint", "objec
 def designs_dataset(
     study: OptimisationStudy, designs: Sequence[Design], results: Sequence[Evaluation], first: Sequence[int] | NDArray
 ) -> xr.Dataset:
-    """Dataset over ``design``: variables and results; ``first`` holds the first generation of each design."""
+    """Dataset over ``design``: variables and results; ``first`` holds the first generation of each design.
+
+    ``code`` (design, variable) holds real values and indices into grids, see ``Variable.bounds``.
+    """
     import xarray as xr
 
-    # of each variable: its real value or the index on its grid
     codes = np.array(designs, dtype=float).reshape(len(designs), len(study.variables))
     objectives = np.array([result.objectives(study) for result in results]).reshape(len(results), -1)
     results_by_name: dict[str, tuple] = {
@@ -45,9 +47,9 @@ def designs_dataset(
     values_by_design = [values_of(study, design) for design in designs]
     for i, variable in enumerate(study.variables):
         attrs = {"long_name": variable.name, "paths": ", ".join(variable.paths)}
-        # the type that holds all values of the variable, so that every generation has the same
-        kind = np.array(variable.grid or [0.0]).dtype
-        values = np.array([row[i] for row in values_by_design], dtype=kind)
+        # the type that holds all values of the variable, so that every generation has the same type
+        dtype = np.array(variable.grid or [0.0]).dtype
+        values = np.array([row[i] for row in values_by_design], dtype=dtype)
         variables[variable.name] = ("design", values.astype("int8") if values.dtype == bool else values, attrs)
     for name, limit in study.constraints.items():
         limits = {"limit_min": limit.min, "limit_max": limit.max}
@@ -75,14 +77,14 @@ def read_names(study: OptimisationStudy) -> tuple[str, ...]:
 def read_designs(dataset: xr.Dataset, study: OptimisationStudy) -> list[tuple[Design, Evaluation]]:
     """Designs and results of a Dataset with the variables ``read_names``, exactly as stored.
 
-    Only the statistics of infeasible designs become NaN.
+    Statistics of infeasible designs are NaN.
 
     Raises
     ------
     LookupError, ValueError
         If the Dataset does not hold them.
     """
-    kinds = [float if variable.kind == "real" else int for variable in study.variables]
+    types = [float if variable.kind == "real" else int for variable in study.variables]
     names = ("code", "violation", "reason", "evaluated_samples")
     constraints, statistics = (
         np.array([dataset[name].values for name in group]).reshape(len(group), -1).T
@@ -92,12 +94,12 @@ def read_designs(dataset: xr.Dataset, study: OptimisationStudy) -> list[tuple[De
     rows = zip(*(dataset[name].values for name in names), constraints, statistics, strict=True)
     return [
         (
-            tuple(kind(code) for kind, code in zip(kinds, codes, strict=True)),
+            tuple(convert(code) for convert, code in zip(types, codes, strict=True)),
             Evaluation(
                 violation=float(violation),
                 reason=str(reason),
                 constraints=tuple(map(float, constraint_values)),
-                # a limit that is also a statistic has its value stored under the same name: drop it here
+                # a limited quantity may have the name of a statistic: of an infeasible design its value is stored
                 statistics=tuple(float(x) if violation == 0 else math.nan for x in stored),
                 samples=int(samples),
             ),

@@ -11,12 +11,14 @@ from gearbench.errors import InputError
 from gearbench.geometry.pair import Pair
 from gearbench.geometry.planetary import expanded
 
-#: Function of the scene's tables, of a function that makes a pair from its table, and of the variable's value;
-#: it returns the keys that the value sets.
+#: Function that converts the value of a derived variable. Arguments: the scene's tables, a function that makes a pair
+#: from its table, and the value. It returns keys of the scene, with their values.
 Derivation = Callable[[Mapping[str, Any], Callable[[Mapping[str, Any]], Pair], float], dict[str, Any]]
 
 
 def _relief_length(effect: str) -> Derivation:
+    """Make the function for the length of a relief, given as a fraction of the smaller tooth depth."""
+
     def derive(tables: Mapping[str, Any], pair_of: Callable[[Mapping[str, Any]], Pair], value: float) -> dict[str, Any]:
         pair = pair_of(tables["pair"])
         return {f"effects.{effect}.length": value * min(gear.tooth_height for gear in pair.gears)}
@@ -25,13 +27,14 @@ def _relief_length(effect: str) -> Derivation:
 
 
 def _addendum(tables: Mapping[str, Any], pair_of: Callable[[Mapping[str, Any]], Pair], value: float) -> dict[str, Any]:
+    """Addendum of both gears from a fraction: 0 gives ε_α = 1, 1 gives the standard addendum."""
     lowest = unit_contact_addendum(_any_pair(tables["pair"], pair_of))
     addendum = lowest + value * (1.0 - lowest)
     return {"pair.pinion.addendum": addendum, "pair.wheel.addendum": addendum}
 
 
 def _any_pair(table: Mapping[str, Any], pair_of: Callable[[Mapping[str, Any]], Pair]) -> Pair:
-    """Pair with the greatest valid addendum; pitch and base circles, which alone are needed, do not depend on it."""
+    """Pair with the greatest valid addendum; the circles used by ``unit_contact_addendum`` do not depend on it."""
     errors = []
     for tenths in range(10, 0, -1):
         members = {name: {**table.get(name, {}), "addendum": tenths / 10} for name in ("pinion", "wheel")}
@@ -39,7 +42,7 @@ def _any_pair(table: Mapping[str, Any], pair_of: Callable[[Mapping[str, Any]], P
             return pair_of({**table, **members})
         except InputError as error:
             errors.append(error)
-    raise errors[0]
+    raise errors[0]  # the error at the standard addendum
 
 
 def unit_contact_addendum(pair: Pair) -> float:
@@ -62,16 +65,15 @@ def unit_contact_addendum(pair: Pair) -> float:
     return float(brentq(excess, 0.0, 1.0, xtol=1e-13))  # pyright: ignore[reportArgumentType]
 
 
-def _ring_teeth(tables: Mapping[str, Any], _build: Callable[[Mapping[str, Any]], Pair], value: float) -> dict[str, Any]:
+def _ring_teeth(tables: Mapping[str, Any], _: Callable[[Mapping[str, Any]], Pair], value: float) -> dict[str, Any]:
+    """Tooth number of the ring (negative) from the number of teeth in addition to the default."""
     planetary = tables["planetary"]
-    ring = {key: number for key, number in planetary.get("ring", {}).items() if key != "teeth"}
-    known = expanded({**planetary, "ring": ring})[0]
-    return {"planetary.ring.teeth": known.teeth[-1] - round(value)}
+    ring_without_teeth = {key: number for key, number in planetary.get("ring", {}).items() if key != "teeth"}
+    default = expanded({**planetary, "ring": ring_without_teeth})[0]
+    return {"planetary.ring.teeth": default.teeth[-1] - round(value)}
 
 
-#: Name → function that sets keys of the scene; applied in this order. Lengths are fractions of the tooth depth h_e
-#: (of the smaller one if the gears differ). The addendum fraction runs from 0 (ε_α = 1) to 1 (standard h_a* = 1).
-#: Extra teeth are added to the default number of the ring.
+#: Name of the derived variable → function that converts its values; applied in this order.
 DERIVED: Mapping[str, Derivation] = MappingProxyType(
     {
         "pair.addendum_fraction": _addendum,
@@ -81,7 +83,7 @@ DERIVED: Mapping[str, Derivation] = MappingProxyType(
     }
 )
 
-#: Keys of the scene that a derived variable sets, for checks.
+#: Name of the derived variable → keys of the scene that it sets; ``study_file`` checks them.
 KEYS_SET: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         "pair.addendum_fraction": ("pair.pinion.addendum", "pair.wheel.addendum"),

@@ -1,4 +1,7 @@
-"""Designs of a stored optimisation: their quantities by name (stored, or computed from the scene) and their scenes."""
+"""Designs of a stored optimisation: their quantities by name (stored, or computed from the scene) and their scenes.
+
+``select``, ``refinement``, ``verify`` and the explorer read a finished search through ``Designs``.
+"""
 
 from __future__ import annotations
 
@@ -70,16 +73,18 @@ class Designs:
     def names(self) -> tuple[str, ...]:
         """Names of all quantities that have one value per design."""
         stored = [str(name) for name, v in self.dataset.data_vars.items() if v.dims == ("design",)]
-        not_defined = OF_PAIR if self.study.of_set else tuple(OF_SET)
-        return tuple(dict.fromkeys((*stored, *(name for name in OF_SCENE if name not in not_defined))))
+        undefined = OF_PAIR if self.study.of_set else tuple(OF_SET)
+        return tuple(dict.fromkeys((*stored, *(name for name in OF_SCENE if name not in undefined))))
 
     def find(self, key: str, name: str) -> str:
         """Full name of a quantity, given in full or by its last parts if they are unambiguous.
 
+        ``key`` is the option that gave ``name``, for messages.
+
         Raises
         ------
         InputError
-            If no quantity or several match; ``key`` says where the name was given.
+            If no quantity or several match.
         """
         if name in self.names:
             return name
@@ -105,7 +110,7 @@ class Designs:
             return scene_of(self.study, self.design(number))
 
     def require_design(self, key: str, number: int, *, feasible: bool = False) -> None:
-        """Refuse a number without a design; ``key`` says where it was given.
+        """Refuse a number without a design; ``key`` is the option that gave it, for messages.
 
         Raises
         ------
@@ -144,20 +149,20 @@ class Designs:
         unit = self.dataset[name].attrs.get("units", "") if name in self.dataset else QUANTITIES[name].units
         return "" if unit == "1" else unit
 
-    def support(self, rows: Iterable[int]) -> str:
-        """Tooth support of the designs ``rows``, as text."""
-        return " or ".join(sorted({support(self.scene(int(row))) for row in rows}))
+    def support(self, numbers: Iterable[int]) -> str:
+        """Names of the body models that support the teeth of the designs ``numbers``, joined by "or"."""
+        return " or ".join(sorted({support(self.scene(int(number))) for number in numbers}))
 
 
 def _check(dataset: xr.Dataset, study: OptimisationStudy, source: str) -> None:
     """Refuse a Dataset whose variables, codes and results do not fit its study."""
-    texts = {"reason", *(v.name for v in study.variables if v.kind == "choice")}
-    shared = {"feasible", "on_front", *(v.name for v in study.variables)}
-    for name in (*read_names(study), *shared):
+    text_names = {"reason", *(v.name for v in study.variables if v.kind == "choice")}
+    flags_and_variables = {"feasible", "on_front", *(v.name for v in study.variables)}
+    for name in (*read_names(study), *flags_and_variables):
         dims = ("design", "variable") if name == "code" else ("design",)
         if name not in dataset or dataset[name].dims != dims:
             raise InputError("", source, f"{name} is missing, or has other dimensions than {', '.join(dims)}")
-        if name not in texts and dataset[name].dtype.kind not in "iufb":
+        if name not in text_names and dataset[name].dtype.kind not in "iufb":
             raise InputError("", source, f"{name} must be numbers")
     codes = dataset["code"].values
     bounds = np.array([variable.bounds for variable in study.variables], dtype=float)

@@ -1,7 +1,7 @@
 """Scalar quantities of a design that do not depend on the manufacturing errors, for objectives and limits.
 
-In order of computing time they come from the variables, the geometry, the scene and the solved scene. Metrics, which do
-depend on the errors, are in ``gearbench.results.responses``.
+They come from the variables, the geometry, the scene, or the solved scene, in order of computing time. Responses, which
+do depend on the errors, are in ``gearbench.results.responses``. A planetary set may have one value per mesh.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ if TYPE_CHECKING:
     from gearbench.results.solved import Solved
     from gearbench.scene import Scene
 
-#: Number from the variables: the sum of the costs of their values, from the table ``costs`` of the study.
+#: Quantity from the variables: the sum of the costs of their values, from the table ``costs`` of the study.
 COST = "cost"
 #: Members of a planetary set that may drive, be driven or stand still.
 CENTRAL = (SUN, RING, CARRIER)
-#: Gauss points on each panel of the tooth outline; they give its area to ten digits.
+#: Gauss points on each piece of the tooth outline; they give its area to ten digits.
 POINTS = 16
 #: Effects that count as flank modifications by design; errors and measured flanks do not.
 MODIFICATIONS = (
@@ -100,6 +100,8 @@ def largest_pressure(solved: Solved) -> float:
 
 
 def _of_flank(name: str) -> Callable[[Solved], float]:
+    """Make the quantity: largest value over the mesh cycle of a function of ``gearbench.results.flank``."""
+
     def number(solved: Solved) -> float:
         from gearbench.results import flank
 
@@ -117,6 +119,8 @@ def largest_root_stress(scene: Scene) -> float:
 
 
 def _of_set(number: Callable[[PlanetarySet, Scene], float]) -> Callable[[Scene], float]:
+    """Make the quantity of a planetary set; it is NaN for a pair."""
+
     def of_scene(scene: Scene) -> float:
         planetary = planetary_set(scene)
         return math.nan if planetary is None else number(planetary, scene)
@@ -124,8 +128,8 @@ def _of_set(number: Callable[[PlanetarySet, Scene], float]) -> Callable[[Scene],
     return of_scene
 
 
-#: Numbers from the tooth counts and planet positions of a planetary set. The shares are those of the first mesh
-#: harmonic that add up over the planets, as torsion (0 waves) and as radial force (1 wave).
+#: Quantities from the tooth counts and planet positions of a planetary set. ``torsion_share`` and ``radial_share`` are
+#: shares of the first mesh harmonic that add up over the planets, as a torque or as a radial force on the sun.
 OF_SET: Mapping[str, Callable[[Scene], float]] = MappingProxyType(
     {
         "planet_room": _of_set(lambda planetary, scene: planetary.room(mesh.pair for mesh in each_mesh(scene))),
@@ -134,7 +138,7 @@ OF_SET: Mapping[str, Callable[[Scene], float]] = MappingProxyType(
         "radial_share": _of_set(lambda planetary, scene: planetary.adding(scene.pair.pinion.teeth, 1)),
     }
 )
-#: Numbers from the scene.
+#: Quantities from the scene.
 OF_SCENE: Mapping[str, Callable[[Scene], float]] = MappingProxyType(
     {
         **OF_SET,
@@ -149,7 +153,7 @@ OF_SCENE: Mapping[str, Callable[[Scene], float]] = MappingProxyType(
         "wheel_addendum": lambda scene: scene.pair.gears[1].addendum,
     }
 )
-#: Numbers from the solved scene.
+#: Quantities from the solved scene.
 UNDER_LOAD: Mapping[str, Callable[[Solved], float]] = MappingProxyType(
     {
         "contact_pressure": largest_pressure,
@@ -158,9 +162,9 @@ UNDER_LOAD: Mapping[str, Callable[[Solved], float]] = MappingProxyType(
         "friction_loss": _of_flank("friction_loss"),
     }
 )
-#: Names of all numbers.
+#: Names of all quantities of this module.
 NUMBERS = (COST, *GEOMETRIC, *OF_SCENE, *UNDER_LOAD)
-#: Numbers that a planetary set does not have.
+#: Quantities that a planetary set does not have.
 OF_PAIR = ("axial_force", "modifications", "pinion_teeth", "wheel_teeth", "pinion_addendum", "wheel_addendum")
-#: Numbers that need the table ``operation`` of the scene.
+#: Quantities that need the table ``operation`` of the scene.
 OF_OPERATION = ("flash_temperature", "friction_loss")

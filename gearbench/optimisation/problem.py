@@ -1,4 +1,8 @@
-"""Evaluation of a design: its scene, its limits, and its responses to the error samples."""
+"""Evaluation of a design: its scene, its limits, and the statistics of its responses to the error samples.
+
+``evaluate`` is the function that the workers of a search call. Errors are drawn from points of the unit cube, the same
+for every design; a design turns them into its own errors (in µm) by its tolerances.
+"""
 
 from __future__ import annotations
 
@@ -38,7 +42,7 @@ if TYPE_CHECKING:
     from gearbench.dynamics.over_speed import ForceOverSpeed
     from gearbench.robustness.montecarlo import RobustProblem
 
-#: Violation of a design whose scene is not valid or cannot be solved; larger than any sum of violated limits.
+#: Violation of a design whose scene is not valid or cannot be solved; larger than the sum for 999 violated limits.
 NO_GEAR = 1e6
 
 
@@ -53,7 +57,7 @@ class Evaluation:
     reason
         Why the design is not feasible; "" if it is.
     constraints
-        Values of the limited quantities, in the study's order; NaN where unknown.
+        Values of the limited quantities, in the study's order; NaN where not computed.
     statistics
         Values in the order of ``OptimisationStudy.statistics``; NaN if the design is not feasible.
     samples
@@ -85,8 +89,8 @@ class Evaluation:
 def evaluate(study: OptimisationStudy, design: Design, incumbents: Incumbents | None = None) -> Evaluation:
     """Evaluate a design; the result does not depend on the worker or on the order of evaluation.
 
-    With ``incumbents``, sampling stops as soon as the samples show that one of them beats the design. Such a design has
-    its limits checked only on the rough solution (``constraints.solve_roughly``).
+    With ``incumbents`` (designs of the front), sampling stops as soon as the samples show that one of them beats the
+    design. The limits of such a design may be checked only on the rough solution (``constraints.solve_roughly``).
 
     A design that is not a valid gear, or that cannot be solved, gets the violation ``NO_GEAR`` and the reason. Only a
     lack of memory raises an error, because it says nothing about the gear.
@@ -128,7 +132,7 @@ class _Candidate:
 
     @cached_property
     def may_be_rough(self) -> bool:
-        """Whether the limits are first checked on the solution that the error samples need anyway."""
+        """Whether the limits are first checked on the rough solution, which the error samples need anyway."""
         return self.incumbents is not None and not self.scene.loads and may_be_rough(self.scene, self.study.constraints)
 
     @cached_property
@@ -142,7 +146,7 @@ class _Candidate:
         return solve_train(self.scene) if self.scene.coupled else solve_scene(self.scene)
 
     def force(self, scene: Scene) -> ForceOverSpeed:
-        """Mesh force over the study's speeds for the load of ``scene``, cached by torque."""
+        """Mesh force over the study's speeds under the load of ``scene``, cached by torque."""
         from gearbench.dynamics.over_speed import ForceOverSpeed
 
         speeds, torque = self.study.speeds, scene.load.torque
@@ -166,12 +170,12 @@ class _Candidate:
 
     def with_statistics(self) -> Evaluation:
         """Evaluate the statistics of a design that keeps its limits; the values of the limits are left out."""
-        answer = self._of_samples() if self.study.robustness.samples else self._without_errors()
-        known = dict(zip(self.study.statistics, answer.statistics, strict=True))
+        evaluation = self._with_errors() if self.study.robustness.samples else self._without_errors()
+        known = dict(zip(self.study.statistics, evaluation.statistics, strict=True))
         for name in {name for objective in self.study.objectives for name in objective.weights}:
             if not math.isfinite(known[name]):
                 raise GearbenchError(f"{name} is not finite")
-        return answer
+        return evaluation
 
     @property
     def _on_cycles(self) -> list[str]:
@@ -180,6 +184,7 @@ class _Candidate:
 
     @property
     def _over_speed(self) -> bool:
+        """Whether a response is evaluated over speed."""
         return len(self._on_cycles) < len(self.study.responses)
 
     def _without_errors(self) -> Evaluation:
@@ -201,47 +206,50 @@ class _Candidate:
         statistics_values = tuple(values.get(name, math.nan) for name in self.study.statistics)
         return Evaluation(violation=0.0, reason="", constraints=(), statistics=statistics_values)
 
-    def _of_samples(self) -> Evaluation:
+    def _with_errors(self) -> Evaluation:
         """Evaluate stage by stage over the error samples, until an incumbent beats the design or all are computed."""
         study, incumbents, numbers, r = self.study, self.incumbents, self._numbers(), self.study.robustness
-        count, answer = self._sampled_planetary() if self.scene.coupled else self._sampled_pair()
-        unit = _unit(r.sampler, r.samples, count, r.seed)
+        error_count, respond = self._sampled_planetary() if self.scene.coupled else self._sampled_pair()
+        points = _unit_points(r.sampler, r.samples, error_count, r.seed)
         values = np.empty((len(study.responses), 0))
         for stop in stages(study) if incumbents is not None else (r.samples,):
-            values = np.hstack([values, answer(unit[values.shape[1] : stop])])
+            values = np.hstack([values, respond(points[values.shape[1] : stop])])
             if incumbents is None or stop == r.samples:
                 continue
             if (incumbent := incumbents.beating(values, numbers)) is not None:
-                of_statistics, stored = incumbents.estimate(values, incumbent, numbers), None
+                results, stored = incumbents.estimate(values, incumbent, numbers), None
                 break
         else:
-            of_statistics, stored = statistics(values, numbers), values if r.racing else None
-        estimates, count = tuple(map(float, of_statistics)), values.shape[1]
-        return Evaluation(violation=0.0, reason="", constraints=(), statistics=estimates, samples=count, values=stored)
+            results, stored = statistics(values, numbers), values if r.racing else None
+        floats, count = tuple(map(float, results)), values.shape[1]
+        return Evaluation(violation=0.0, reason="", constraints=(), statistics=floats, samples=count, values=stored)
 
     def _sampled_pair(self) -> tuple[int, Callable[[NDArray], NDArray]]:
-        """Number of errors of a pair, and a function from unit-cube points (sample, error) to (response, sample)."""
+        """Number of errors of a pair, and a function from points of the unit cube (sample, error) to responses.
+
+        The responses have the shape (response, sample).
+        """
         errors_model, loads = self.scene.effect("manufacturing_errors"), self.scene.each_load
         assert isinstance(errors_model, ManufacturingErrors)
         problems = self._robust_problems()
 
-        def answer(unit: NDArray) -> NDArray:
-            errors = errors_model.draw(unit, self.scene.pair)
+        def respond(points: NDArray) -> NDArray:
+            errors = errors_model.draw(points, self.scene.pair)
             by_load = [self._responses(*loaded, errors) for loaded in zip(loads, problems, strict=True)]
             return _over_loads(self.study, by_load)
 
-        return len(errors_model.variables(self.scene.pair)), answer
+        return len(errors_model.variables(self.scene.pair)), respond
 
     def _sampled_planetary(self) -> tuple[int, Callable[[NDArray], NDArray]]:
         """Number of errors of a planetary set, and the same function as in ``_sampled_pair``."""
         assert isinstance(self.solved, SolvedTrain)
         train, names = sampled_train(self.scene, self.solved), self.study.responses
 
-        def answer(unit: NDArray) -> NDArray:
-            responses = train.respond(train.draw(unit), names)
+        def respond(points: NDArray) -> NDArray:
+            responses = train.respond(train.draw(points), names)
             return np.array([responses[name] for name in names])
 
-        return len(train.error_names), answer
+        return len(train.error_names), respond
 
     def _robust_problems(self) -> list[RobustProblem]:
         """Contact problems of the error samples, one per load, torques ascending."""
@@ -273,7 +281,7 @@ class _Candidate:
         return np.array([answers[name] for name in self.study.responses])
 
     def _numbers(self) -> tuple[float, ...]:
-        """Numbers of the design that the objectives use, combined over the loads as ``over_loads`` says."""
+        """Values of ``study.numbers`` in their order, combined over the loads as ``over_loads`` says."""
         study, by_load = self.study, []
         for loaded in self.scene.each_load if study.numbers else ():
             solved = cache(partial(solve_scene, loaded)) if self.scene.loads else lambda: self.solved
@@ -293,7 +301,7 @@ def scene_of(study: OptimisationStudy, design: Design) -> Scene:
     given_keys = {path: value for path, value in assigned.items() if value is not None}
     tables = with_values(study.base, {path: value for path, value in given_keys.items() if path not in DERIVED})
     if "effects" in tables:
-        absent = {path for path, value in assigned.items() if value is None}
+        absent = {path for path, value in assigned.items() if value is None}  # effects that the design leaves out
         tables["effects"] = {name: t for name, t in tables["effects"].items() if f"effects.{name}" not in absent}
     for path, derive in DERIVED.items():
         if path in given_keys:
@@ -321,7 +329,7 @@ def assignments(study: OptimisationStudy, design: Design) -> tuple[tuple[str, Va
 
 
 def values_of(study: OptimisationStudy, design: Design) -> tuple[Value, ...]:
-    """Values of the variables in the gear; a number is 0 if its effect is left out."""
+    """Values of the variables, (variable,); a number is 0 if its effect is left out."""
     absent = {path for path, value in assignments(study, design) if value is None}
     values: list[Value] = []
     for variable, code in zip(study.variables, design, strict=True):
@@ -332,7 +340,7 @@ def values_of(study: OptimisationStudy, design: Design) -> tuple[Value, ...]:
 
 
 def macro_geometry(study: OptimisationStudy, design: Design) -> tuple[tuple[str, str], ...]:
-    """Keys and values outside the effects: designs are evaluated sorted by them, as equal ones share their teeth."""
+    """Keys and values that a design sets outside the effects; equal ones mean equal teeth."""
     return tuple((path, repr(value)) for path, value in assignments(study, design) if not path.startswith("effects."))
 
 
@@ -352,6 +360,7 @@ def pair_of(table: Mapping[str, Any]) -> Pair:
 
 @lru_cache(maxsize=1024)
 def _pair(text: str) -> Pair | InputError:
+    """Pair of a table given as JSON, or the error that it raises."""
     try:
         return read(Pair, json.loads(text))
     except InputError as error:
@@ -359,7 +368,7 @@ def _pair(text: str) -> Pair | InputError:
 
 
 def cost_of(study: OptimisationStudy, design: Design) -> float:
-    """Cost of a design: the sum over the values of its variables. Numbers of an absent effect count as 0."""
+    """Cost of a design: the sum over the values of its variables. The value is 0 if the effect is left out."""
     values = dict(zip((v.name for v in study.variables), values_of(study, design), strict=True))
     return sum(costs.get(str(values[name]), 0.0) for name, costs in study.costs.items())
 
@@ -373,8 +382,8 @@ def _over_loads(study: OptimisationStudy, by_load: Sequence) -> NDArray:
 
 
 @lru_cache(maxsize=16)
-def _unit(sampler: Sampler, samples: int, dimension: int, seed: int) -> NDArray:
+def _unit_points(sampler: Sampler, samples: int, dimension: int, seed: int) -> NDArray:
     """Error samples as points of the unit cube, (sample, error), the same for every design."""
-    unit = unit_samples(sampler, samples, dimension, seed)
-    unit.flags.writeable = False
-    return unit
+    points = unit_samples(sampler, samples, dimension, seed)
+    points.flags.writeable = False
+    return points

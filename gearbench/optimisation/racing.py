@@ -2,14 +2,15 @@
 
 All designs see the same samples (common random numbers), so the difference of two designs needs far fewer samples than
 either value alone. A design is computed on the first n₁ < n₂ < … < N samples. After each stage it is compared with
-its incumbents: designs of the front whose N samples are all known. If an objective is a mean, its difference over all
-N samples is estimated by the mean of y_d − y_r over the first n, with the standard error of a draw of n from N,
+its incumbents: designs of the front whose N samples are all known. Let y_d be the responses of the design and y_i those
+of an incumbent. If an objective is a mean, its difference over all N samples is estimated by the mean of y_d − y_i over
+the first n. Its standard error is that of a draw of n from N:
 
-    D̂ = ⟨y_d − y_r⟩_n,   s² = Var_n(y_d − y_r)/n · (1 − n/N).
+    D̂ = ⟨y_d − y_i⟩_n,   s² = Var_n(y_d − y_i)/n · (1 − n/N).
 
-with y_d of the design and y_r of the incumbent. A standard deviation is linearised: each sample contributes its
-influence ((y − ȳ)² − σ²)/2σ, and the differences of these influences are averaged in the same way. The maximum over n
-samples cannot exceed the maximum over N, so its difference to the incumbent's maximum over N is a bound without error.
+A standard deviation is linearised: each sample contributes its influence ((y − ȳ)² − σ²)/2σ, and the differences of
+these influences are averaged in the same way. The maximum over n samples cannot exceed the maximum over N. Its
+difference to the incumbent's maximum over N is therefore a lower bound, without statistical error.
 A design is beaten, and stops, if one incumbent is better in every objective by more than ``STANDARD_ERRORS`` standard
 errors of that objective's difference. A design that belongs on the front is stopped by mistake only if a difference
 that is truly zero or negative is measured that many standard errors above 0 (probability 3 in 100 000 for each
@@ -31,9 +32,10 @@ from numpy.typing import NDArray
 from gearbench.optimisation.study import Objective, OptimisationStudy
 from gearbench.results.responses import STATISTICS, split_statistic
 
-#: Samples of the first stage: the kernels solve this many at once, so fewer would cost as much. After each stage the
-#: number of samples grows by the factor ``GROWTH``.
-FIRST, GROWTH = 128, 2
+#: Samples of the first stage: the kernels solve this many at once, so fewer would take as long.
+FIRST = 128
+#: Number of samples after a stage, over that after the stage before.
+GROWTH = 2
 #: Number of standard errors by which an incumbent must be better in every objective.
 STANDARD_ERRORS = 4.0
 #: Maximum number of incumbents that a design is compared with, spread over the front.
@@ -41,7 +43,7 @@ MOST_INCUMBENTS = 64
 
 
 def stages(study: OptimisationStudy) -> tuple[int, ...]:
-    """Number of samples after each stage; the last stage has all of them."""
+    """Number of samples computed after each stage; after the last one, all of them."""
     r = study.robustness
     sizes = [FIRST] if r.racing else []
     while sizes and sizes[-1] * GROWTH < r.samples:
@@ -54,12 +56,12 @@ def statistics(values: NDArray, numbers: Sequence[float] = ()) -> NDArray:
     return np.array([*(compute(x) for x in values for compute, _ in STATISTICS.values()), *numbers])
 
 
-def spread(first: NDArray) -> NDArray:
+def spread(objective: NDArray) -> NDArray:
     """Choose at most ``MOST_INCUMBENTS`` designs of a front, evenly by rank in the first objective.
 
-    ``first`` is that objective, (design,); returns indices into it.
+    ``objective`` is that objective, (design,); returns indices into it.
     """
-    order = np.argsort(first, kind="stable")
+    order = np.argsort(objective, kind="stable")
     return order[np.unique(np.linspace(0, len(order) - 1, MOST_INCUMBENTS).round().astype(int))]
 
 
@@ -73,27 +75,27 @@ class Incumbents:
         The study.
     early
         Responses to the samples of all stages but the last, (incumbent, response, sample).
-    known
+    final
         Values of ``study.statistics`` over all samples, (incumbent, statistic).
     """
 
     study: OptimisationStudy
     early: NDArray
-    known: NDArray
+    final: NDArray
 
     @classmethod
     def of(
-        cls, study: OptimisationStudy, values: Sequence[NDArray], known: Sequence[Sequence[float]]
+        cls, study: OptimisationStudy, values: Sequence[NDArray], final: Sequence[Sequence[float]]
     ) -> Incumbents | None:
-        """Build incumbents from designs with ``values`` (response, sample); None without designs or stages.
+        """Build incumbents from designs with ``values`` (response, sample); None without designs, or with one stage.
 
-        ``known`` holds the values of ``study.statistics`` for every design.
+        ``final`` holds the values of ``study.statistics`` for every design.
         """
-        steps = stages(study)
-        if len(steps) == 1 or not values:
+        counts = stages(study)
+        if len(counts) == 1 or not values:
             return None
-        early = np.array([samples[:, : steps[-2]] for samples in values])
-        return cls(study=study, early=early, known=np.array(known))
+        early = np.array([samples[:, : counts[-2]] for samples in values])
+        return cls(study=study, early=early, final=np.array(final))
 
     def beating(self, values: NDArray, numbers: Sequence[float] = ()) -> int | None:
         """Index of the incumbent that beats a design by the most standard errors; None if none beats it.
@@ -101,7 +103,7 @@ class Incumbents:
         ``values`` are the design's responses to the first samples, (response, sample), ``numbers`` its values of
         ``study.numbers``. An incumbent must be better in every objective by more than ``STANDARD_ERRORS``.
         """
-        scores = np.full(len(self.known), math.inf)
+        scores = np.full(len(self.final), math.inf)
         for objective in self.study.objectives:
             D, s = self.difference(objective, values, numbers)
             with np.errstate(divide="ignore", invalid="ignore"):
@@ -112,21 +114,21 @@ class Incumbents:
     def difference(
         self, objective: Objective, values: NDArray, numbers: Sequence[float] = ()
     ) -> tuple[NDArray, NDArray]:
-        """Difference D̂ of an objective to each incumbent, and its standard error s, (incumbent,).
+        """Difference D̂ of an objective to each incumbent, and its standard error s, (incumbent,) each.
 
         Arguments are as in ``beating``.
         """
         n = values.shape[1]
-        D, influence = np.zeros(len(self.known)), np.zeros((len(self.known), n))
+        D, influence = np.zeros(len(self.final)), np.zeros((len(self.final), n))
         for name, weight in objective.weights.items():
             if name in self.study.numbers:
-                of_incumbents = self.known[:, self.study.statistics.index(name)]
+                of_incumbents = self.final[:, self.study.statistics.index(name)]
                 D += weight * (numbers[self.study.numbers.index(name)] - of_incumbents)
                 continue
-            i, statistic = self._where(name)
-            x, y = values[i], self.early[:, i, :n]
+            i, statistic = self._index_and_statistic(name)
+            x, y = values[i], self.early[:, i, :n]  # of the design, of the incumbents
             if statistic == "max":
-                D += weight * (x.max() - self.known[:, self.study.statistics.index(name)])
+                D += weight * (x.max() - self.final[:, self.study.statistics.index(name)])
                 continue
             statistic_of = _mean if statistic == "mean" else _std
             (of_design, influence_design), (of_incumbents, influence_incumbents) = statistic_of(x), statistic_of(y)
@@ -134,7 +136,7 @@ class Incumbents:
             influence += weight * (influence_design - influence_incumbents)
         return D, influence.std(axis=1, ddof=1) * math.sqrt(1 / n - 1 / self.study.robustness.samples)
 
-    def _where(self, name: str) -> tuple[int, str]:
+    def _index_and_statistic(self, name: str) -> tuple[int, str]:
         """Index of the response, and statistic ("mean", "std" or "max"), of a statistic's name."""
         parts = split_statistic(name)
         assert parts is not None
@@ -144,8 +146,9 @@ class Incumbents:
         """Estimate the statistics over all samples, (statistic,), of a design that ``incumbent`` beats."""
         of_design = statistics(values, numbers)
         of_incumbent = statistics(self.early[incumbent][:, : values.shape[1]], numbers)
-        exact = np.array([name.endswith("_max") or name in self.study.numbers for name in self.study.statistics])
-        return np.where(exact, of_design, np.maximum(self.known[incumbent] + (of_design - of_incumbent), 0.0))
+        # maxima are bounds, and quantities without samples are exact: both are kept; responses are never negative
+        is_kept = np.array([name.endswith("_max") or name in self.study.numbers for name in self.study.statistics])
+        return np.where(is_kept, of_design, np.maximum(self.final[incumbent] + (of_design - of_incumbent), 0.0))
 
 
 def _mean(x: NDArray) -> tuple[NDArray, NDArray]:

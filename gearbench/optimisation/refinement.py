@@ -1,8 +1,8 @@
 """Refinement of a front: a local search over the continuous variables improves every design in all objectives at once.
 
-A search keeps to a grid of stepped variables, and only approaches the optimum of real ones. From every design of the
-front, the refinement minimises Σ_j f_j/s_j (s_j: the front's extent in objective j) subject to the limits and to no
-objective getting worse. The result therefore dominates the design it started from. All evaluations use the same error
+A search takes stepped variables only at their steps, and comes only near the optimum of real ones. From every design of
+the front, the refinement minimises Σ_j f_j/s_j, with s_j the front's extent in objective j. The limits hold, and no
+objective may get worse. The result therefore dominates the design it started from. All evaluations use the same error
 samples, so the objectives are smooth in the amounts and lengths of micro-geometry. COBYQA (Ragonneau & Zhang
 2022-2024, in SciPy) models them by quadratics in a trust region, without derivatives.
 """
@@ -32,12 +32,14 @@ from gearbench.threads import default_threads
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Most evaluations per design; first and last radius of the trust region, as shares of the variables' ranges.
-EVALUATIONS, RADIUS, LEAST_RADIUS = 60, 0.05, 1e-4
+#: Default of the largest number of evaluations per design.
+EVALUATIONS = 60
+#: First and last radius of the trust region, as shares of the variables' ranges.
+RADIUS, LEAST_RADIUS = 0.05, 1e-4
 #: An objective may get worse by no more than this share of its extent (rounding).
 ROUNDING = 1e-12
-#: Value of every objective, over its extent, of a design that is not feasible.
-NO_ANSWER = 1e3
+#: Value of every objective over its extent that stands for a design that is not feasible.
+INFEASIBLE = 1e3
 
 
 def continuous(study: OptimisationStudy) -> OptimisationStudy:
@@ -96,16 +98,18 @@ def polish(
     start = time.perf_counter()
     study = continuous(designs.study)
     numbers = designs.require_feasible("on_front")
-    first = [_as_continuous(designs, study, int(number)) for number in numbers]
+    starts = [_as_continuous(designs, study, int(number)) for number in numbers]
     F = designs.dataset["objective"].values[numbers]
     extent = np.where(np.ptp(F, axis=0) > 0, np.ptp(F, axis=0), np.abs(F).max(axis=0))
     work = partial(refine_design, study, extent=extent, evaluations=evaluations)
     answers: dict[Design, tuple[Design, Evaluation, Evaluation]] = {}
     with worker_processes(threads or default_threads()) as workers:
-        for design, answer in side_by_side(workers, study, work, [[design] for design in first]):
+        for design, answer in side_by_side(workers, study, work, [[design] for design in starts]):
             answers[design] = answer
-            progress(len(answers), len(first))
-    dataset = _dataset(study, numbers, [answers[design] for design in first], designs.dataset["reference_point"].values)
+            progress(len(answers), len(starts))
+    dataset = _dataset(
+        study, numbers, [answers[design] for design in starts], designs.dataset["reference_point"].values
+    )
     return dataset.assign_attrs(wall_time_s=time.perf_counter() - start)
 
 
@@ -133,7 +137,7 @@ def refine_design(
         return design, before, before
     f_0 = np.array(before.objectives(study)) / extent
 
-    def excess(x: NDArray) -> NDArray:
+    def excess(x: NDArray) -> NDArray:  # (objective + 1,), to be kept at most 0
         return np.append(run.objectives(x) - f_0, run.evaluated(x).violation)
 
     zero = np.zeros(len(extent) + 1)
@@ -151,7 +155,10 @@ def refine_design(
 
 @dataclass(frozen=True, kw_only=True)
 class _Refinement:
-    """Refinement of one design; x are its continuous codes as shares of their ranges, (variable,)."""
+    """Refinement of one design; x are its real variables as shares of their ranges, (real variable,).
+
+    ``extent`` is the front's extent, (objective,); ``seen`` keeps the evaluations by the bytes of x.
+    """
 
     study: OptimisationStudy
     design: Design
@@ -160,7 +167,7 @@ class _Refinement:
 
     @property
     def _real(self) -> list[tuple[int, float, float]]:
-        """Index, lower end and range of every continuous variable."""
+        """Index, lower end and range of every real variable."""
         ends = [(i, *v.bounds) for i, v in enumerate(self.study.variables) if v.kind == "real"]
         return [(i, float(low), float(high - low)) for i, low, high in ends]
 
@@ -189,7 +196,7 @@ class _Refinement:
         """Objectives divided by their extents, (objective,)."""
         result = self.evaluated(x)
         if not result.feasible:
-            return np.full(len(self.extent), NO_ANSWER)
+            return np.full(len(self.extent), INFEASIBLE)
         return np.array(result.objectives(self.study)) / self.extent
 
     def better_than(self, f_0: NDArray) -> Sequence[bytes]:
@@ -201,7 +208,7 @@ class _Refinement:
         ]
 
     def total(self, key: bytes) -> float:
-        """Sum to minimise, at an evaluated x given as bytes."""
+        """Sum Σ_j f_j/s_j to minimise, at an evaluated x given as bytes."""
         return float(np.sum(np.array(self.seen[key].objectives(self.study)) / self.extent))
 
 

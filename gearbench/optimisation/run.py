@@ -119,6 +119,8 @@ def optimise(
 
 
 class _Run:
+    """Running search: it asks, evaluates, stores and tells, and reports its progress."""
+
     def __init__(
         self,
         study: OptimisationStudy,
@@ -146,6 +148,7 @@ class _Run:
             self._report(0.0)
 
     def _generation(self, generation: int, designs: Sequence[Design]) -> list[Evaluation]:
+        """Results of a generation, counted from 1: read from the store, or computed and stored."""
         stored = self._store.read(generation, designs) if self._store is not None else None
         if stored is not None:
             self._restored += 1

@@ -1,4 +1,4 @@
-"""Workers of dask.distributed as the executor of a search."""
+"""Workers of dask.distributed as the executor of a search (option ``--scheduler`` of ``optimise``)."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from typing import Any
 
 from gearbench.errors import GearbenchError, InputError, install_extra, shortened
 
-#: Time limits for a scheduler: to answer, and to get its first worker [s].
-ANSWERS, WAIT = 6.0, 600.0
+#: Longest wait [s] for the answer of a scheduler, and for its first worker.
+ANSWER_LIMIT, WORKER_LIMIT = 6.0, 600.0
 
 
 @contextmanager
@@ -48,13 +48,13 @@ def dask_workers(scheduler: str) -> Iterator[Executor]:
     with ExitStack() as stack:
         try:
             if local is None:
-                asyncio.run(asyncio.wait_for(_answer(scheduler), ANSWERS))
+                asyncio.run(asyncio.wait_for(_answer(scheduler), ANSWER_LIMIT))
             else:
-                quiet: Any = {"dashboard_address": None, "silence_logs": logging.CRITICAL + 1}
+                quiet: Any = {"dashboard_address": None, "silence_logs": logging.CRITICAL + 1}  # no web page, no logs
                 with _ctrl_c_blocked():
                     address = stack.enter_context(LocalCluster(n_workers=int(local[1]), threads_per_worker=1, **quiet))
-            client = stack.enter_context(Client(address, set_as_default=False, timeout=ANSWERS))
-            client.wait_for_workers(1, timeout=WAIT)
+            client = stack.enter_context(Client(address, set_as_default=False, timeout=ANSWER_LIMIT))
+            client.wait_for_workers(1, timeout=WORKER_LIMIT)
         except (OSError, RuntimeError, TypeError, ValueError) as error:
             reason = shortened(error, 120) or "no answer in time"
             raise InputError("scheduler", scheduler, f"cannot be used ({reason})") from None

@@ -21,11 +21,11 @@ from gearbench.optimisation.variables import Variable
 if TYPE_CHECKING:
     from pymoo.core.duplicate import DuplicateElimination
 
-#: Attempts to breed designs that are not yet in the population, before a smaller generation is accepted.
+#: Largest number of attempts to fill a generation with designs that are not yet in the population.
 ATTEMPTS = 20
-#: Distribution index η of the polynomial mutation (Deb). Grid positions need a wider spread (a smaller index) than real
-#: variables, because rounding would undo small mutations.
-REAL_SPREAD, GRID_SPREAD = 20, 3
+#: Distribution index η of the polynomial mutation (Deb) of real variables and of indices into a grid. A smaller index
+#: means larger mutations: rounding to the next index would undo small ones.
+REAL_ETA, GRID_ETA = 20, 3
 
 
 class Search:
@@ -46,11 +46,12 @@ class Search:
         self._asked: Any = None
 
     def _design(self, individual: Any) -> Design:
+        """Design of an individual, as pymoo calls a member of the population."""
         X = individual.X
         return tuple(float(X[v.name]) if v.kind == "real" else int(X[v.name]) for v in self._study.variables)
 
     def _gear(self, individual: Any) -> Hashable:
-        """Gear of an individual, cached because offspring are compared with all others."""
+        """Keys and values that describe the gear of an individual, cached because it is compared with all others."""
         if "gear" not in individual.data:
             individual.data["gear"] = assignments(self._study, self._design(individual))
         return individual.data["gear"]
@@ -63,6 +64,7 @@ class Search:
     def tell(self, results: Sequence[Evaluation]) -> None:
         """Tell the results of the designs last asked for, in their order."""
         for individual, result in zip(self._asked, results, strict=True):
+            # pymoo's names: objectives F, constraint G (met if ≤ 0), equality constraints H (none);
             # the algorithm never compares the objectives of infeasible designs
             worst = (math.inf,) * len(self._study.objectives)
             individual.set("F", np.array(result.objectives(self._study) if result.feasible else worst))
@@ -78,6 +80,7 @@ class Search:
 
 
 def _algorithm(study: OptimisationStudy, gear: Callable[[Any], Hashable]) -> Any:
+    """Algorithm of pymoo, ready for its first generation; ``gear`` maps an individual to its gear."""
     from pymoo.algorithms.moo.nsga2 import NSGA2, binary_tournament
     from pymoo.algorithms.moo.nsga3 import NSGA3, comp_by_cv_then_random
     from pymoo.core.mixed import MixedVariableMating, MixedVariableSampling
@@ -99,14 +102,14 @@ def _algorithm(study: OptimisationStudy, gear: Callable[[Any], Hashable]) -> Any
     duplicates = _same_gear(gear)
     # pyright infers their types from defaults, which are too narrow
     make_mating: Any = MixedVariableMating
-    third = study.algorithm.method == "nsga3"
-    make_algorithm: Any = partial(NSGA3, ref_dirs=_directions(study)) if third else NSGA2
+    is_nsga3 = study.algorithm.method == "nsga3"
+    make_algorithm: Any = partial(NSGA3, ref_dirs=_directions(study)) if is_nsga3 else NSGA2
     mating = make_mating(
-        selection=TournamentSelection(func_comp=comp_by_cv_then_random if third else binary_tournament),
+        selection=TournamentSelection(func_comp=comp_by_cv_then_random if is_nsga3 else binary_tournament),
         crossover={Real: SBX(), Integer: SBX(vtype=float, repair=RoundingRepair()), Choice: UX()},
         mutation={
-            Real: PM(eta=REAL_SPREAD),
-            Integer: PM(eta=GRID_SPREAD, vtype=float, repair=RoundingRepair()),
+            Real: PM(eta=REAL_ETA),
+            Integer: PM(eta=GRID_ETA, vtype=float, repair=RoundingRepair()),
             Choice: ChoiceRandomMutation(),
         },
         eliminate_duplicates=duplicates,
@@ -133,21 +136,22 @@ def _directions(study: OptimisationStudy) -> np.ndarray:
     """Reference directions of Das & Dennis 1998, (direction, objective); at most as many as the population."""
     from pymoo.util.ref_dirs import get_reference_directions
 
-    count, parts = len(study.objectives), 1
-    while math.comb(count + parts, parts + 1) <= study.algorithm.population:
-        parts += 1
-    return np.asarray(get_reference_directions("das-dennis", count, n_partitions=parts))
+    count, partitions = len(study.objectives), 1
+    # with one more partition there are C(count + partitions, partitions + 1) directions
+    while math.comb(count + partitions, partitions + 1) <= study.algorithm.population:
+        partitions += 1
+    return np.asarray(get_reference_directions("das-dennis", count, n_partitions=partitions))
 
 
-def _same_gear(key: Callable[[Any], Hashable]) -> DuplicateElimination:
+def _same_gear(gear_of: Callable[[Any], Hashable]) -> DuplicateElimination:
     """Duplicate elimination by gear: two designs with different variables may be the same gear."""
     from pymoo.core.duplicate import DuplicateElimination
 
     class SameGear(DuplicateElimination):
         def _do(self, pop: Any, other: Any, is_duplicate: np.ndarray) -> np.ndarray:
-            seen = set() if other is None else {key(individual) for individual in other}
+            seen = set() if other is None else {gear_of(individual) for individual in other}
             for i, individual in enumerate(pop):
-                gear = key(individual)
+                gear = gear_of(individual)
                 is_duplicate[i] |= gear in seen
                 if other is None:
                     seen.add(gear)

@@ -1,4 +1,4 @@
-"""Selection of designs of a stored optimisation by conditions and ranking; lists in CSV and Markdown."""
+"""Selection of designs of a stored optimisation by conditions and a ranking; lists of them in CSV and Markdown."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class Selection:
     numbers
         Numbers of the selected designs in the dimension ``design``.
     score
-        Scores, (number,): 0 equals the best value on the front in every term, 1 the worst.
+        Scores, (number,): 0 for a design with the best value on the front in every term, 1 with the worst.
     ranking
         Weights of the terms of the score, by full name of the quantity.
     kept
@@ -173,7 +173,7 @@ def select(
 
 
 def _objectives(designs: Designs) -> dict[str, float]:
-    """Weights that give all objectives the same influence; terms within an objective keep their proportions."""
+    """Weights by name that give all objectives the same influence; terms of an objective keep their proportions."""
     weights: dict[str, float] = {}
     for objective in designs.study.objectives:
         for name, weight in objective.weights.items():
@@ -278,8 +278,10 @@ def _no_formula(value: Any) -> Any:
 
 
 def _plain(value: Any) -> Any:
+    """Convert a NumPy scalar to a Python number; return other values unchanged."""
     return value.item() if hasattr(value, "item") else value
 
 
 def _cell(text: str) -> str:
+    """Escape a text for a cell of a Markdown table."""
     return text.replace("|", "\\|").replace("\n", " ")

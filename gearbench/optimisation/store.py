@@ -56,7 +56,7 @@ class Store:
         except BaseException:
             self._lock.release()
             raise
-        for part in filter(is_part, names):
+        for part in filter(is_part, names):  # files that a run has not written to their end
             (self.folder / part).unlink(missing_ok=True)
 
     def __enter__(self) -> Store:
@@ -66,10 +66,11 @@ class Store:
         self._lock.release()
 
     def _check(self, names: Sequence[str], resume: bool) -> None:
+        """Refuse a folder with files ``names`` that the search must not write into."""
         content = [name for name in names if name != LOCK and not is_part(name)]
         same_study = STUDY in content and (self.folder / STUDY).read_text(encoding="utf-8") == self._study.to_toml()
-        ended_early = content == [STUDY]  # before its first generation
-        if not content or (same_study and (resume or ended_early)):
+        without_generation = content == [STUDY]
+        if not content or (same_study and (resume or without_generation)):
             return
         if not resume:
             instead = "continue its search with --resume" if STUDY in content else "name another one"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, field
 from functools import cached_property
@@ -34,18 +35,21 @@ Design = tuple[float, ...]
 RESPONSES = ("mesh_stiffness_rms", "transmission_error_rms")
 RESPONSES_OF_SET = ("mesh_load_factor", "train_transmission_error_rms")
 
+#: Largest violation of one limit. It bounds the sum of violations below that of an invalid gear (``problem.NO_GEAR``).
+MOST_VIOLATION = 1000.0
+
 Whole = Annotated[int, Field(ge=1, le=1_000_000)]
 Seed = Annotated[int, Field(ge=0)]
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Objective:
-    """A weighted sum of statistics and numbers of the design, to be minimised.
+    """A weighted sum of statistics over the error samples and of other scalar quantities, to be minimised.
 
     Parameters
     ----------
     weights
-        Positive weights by name. A name is a response with ``_mean``, ``_std`` or ``_max`` appended, or a number of
+        Positive weights by name. A name is a response with ``_mean``, ``_std`` or ``_max`` appended, or a quantity of
         ``gearbench.optimisation.numbers``.
     """
 
@@ -71,7 +75,7 @@ class Objective:
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Limit:
-    """Least and greatest allowed value of a quantity; None means no limit."""
+    """Least and greatest allowed value of a quantity; None: no limit on this side."""
 
     min: float | None = None
     max: float | None = None
@@ -81,13 +85,13 @@ class Limit:
             raise InputError("", "no limit", "give min or max")
 
     def violation(self, value: float) -> float:
-        """Excess of ``value`` over the limits, relative to them: 0 if they hold, at most 1000; 1000 for NaN."""
+        """Excess of ``value`` over its limit, relative to it: 0 within the limits, at most 1000, 1000 for NaN."""
         excess = 0.0
         if self.min is not None:
             excess = max(excess, (self.min - value) / (abs(self.min) or 1.0))
         if self.max is not None:
             excess = max(excess, (value - self.max) / (abs(self.max) or 1.0))
-        return min(excess, 1000.0) if value == value else 1000.0
+        return MOST_VIOLATION if math.isnan(value) else min(excess, MOST_VIOLATION)
 
     def worst(self, values: Sequence[float]) -> float:
         """Value that violates the limits most; if none does, the greatest, or the least if only ``min`` is set."""
@@ -95,7 +99,7 @@ class Limit:
 
     def describe(self, name: str, value: float) -> str:
         """Text of a violation: name, value and limit."""
-        if self.max is not None and not value <= self.max:
+        if self.max is not None and not value <= self.max:  # also NaN
             return f"{name} {value:.4g} above {self.max:g}"
         return f"{name} {value:.4g} below {self.min:g}"
 
@@ -134,7 +138,8 @@ class Robustness:
     sampler, seed
         Sampling method, and its seed.
     racing
-        Whether the evaluation of a design stops early if the front clearly beats it, see ``racing``.
+        Whether the evaluation of a design stops early if the front clearly beats it, see
+        ``gearbench.optimisation.racing``.
     """
 
     samples: Annotated[int, Field(ge=0, le=1_000_000)] = 1000
@@ -191,7 +196,7 @@ class OptimisationStudy:
     algorithm, robustness
         Settings of the search, and of the error samples.
     costs
-        Variable → value as text → cost of the value. The number ``cost`` of a design is the sum over its variables.
+        Variable → value as text → cost of the value. The quantity ``cost`` of a design is the sum over its variables.
     over_loads
         How responses under several loads are combined, per error sample: weighted mean ("mean") or greatest value
         ("max"). Limits hold under every load.
@@ -238,17 +243,17 @@ class OptimisationStudy:
         self._check_speeds()
 
     def _check_kind(self) -> None:
-        """Refuse numbers of a pair if the base is a planetary set, and the other way round."""
+        """Refuse quantities that only pairs have if the base is a planetary set, and the other way round."""
         used = [(f"constraints.{name}", name) for name in self.constraints]
         used += [("objectives", name) for objective in self.objectives for name in objective.weights]
         for key, name in used:
             quantity, statistic = split_statistic(name) or (name, "")
             of_set = quantity in OF_SET if quantity in NUMBERS else is_of_train(quantity)
             if of_set != self.of_set and (of_set or quantity in OF_PAIR or quantity not in NUMBERS):
-                known = RESPONSES_OF_SET if self.of_set else RESPONSES
-                other = f"{known[1]}_{statistic}" if statistic else known[1]
+                instead = (RESPONSES_OF_SET if self.of_set else RESPONSES)[1]
+                example = f"{instead}_{statistic}" if statistic else instead
                 kinds = ("a planetary set", "a pair") if of_set else ("a pair", "a planetary set")
-                raise InputError(key, name, f"belongs to {kinds[0]}, but the base is {kinds[1]}, with e.g. {other}")
+                raise InputError(key, name, f"belongs to {kinds[0]}, but the base is {kinds[1]}, with e.g. {example}")
         if self.of_set and "loads" in self.base:
             raise InputError("base.loads", "given", "are for pairs: give a planetary set one [base.load]")
 
@@ -258,6 +263,7 @@ class OptimisationStudy:
         return "planetary" in self.base
 
     def _check_speeds(self) -> None:
+        """Check that a study of the mesh force over speed gives speeds, a system and enough positions, others none."""
         used = [name for name in (*self.responses, *self.constraints) if is_over_speed(name)]
         if not used and self.speeds is not None:
             raise InputError("speeds", "given", "need an objective or a limit of mesh_force")
@@ -281,17 +287,17 @@ class OptimisationStudy:
 
     @cached_property
     def numbers(self) -> tuple[str, ...]:
-        """Names of the numbers of the design that the objectives use."""
-        asked = (name for objective in self.objectives for name in objective.weights if name in NUMBERS)
-        return tuple(dict.fromkeys(asked))
+        """Names of the quantities of ``gearbench.optimisation.numbers`` that the objectives use."""
+        used = (name for objective in self.objectives for name in objective.weights if name in NUMBERS)
+        return tuple(dict.fromkeys(used))
 
     @cached_property
     def statistics(self) -> tuple[str, ...]:
-        """Names of the values known of a feasible design: statistics of ``responses`` over the samples, ``numbers``."""
+        """Names of the values of a feasible design: statistics of ``responses`` over the samples, then ``numbers``."""
         return (*statistics_of(self.responses), *self.numbers)
 
     def values(self, design: Design) -> dict[str, Value]:
-        """Values of a design's variables, by name."""
+        """Values of a design's variables, by name of the variable."""
         return {v.name: v.value(code) for v, code in zip(self.variables, design, strict=True)}
 
     def to_mapping(self) -> dict[str, Any]:

@@ -18,9 +18,11 @@ from gearbench.results.responses import quantity
 from gearbench.scene_file import read_loads, scene_key, table_class
 from gearbench.schema import as_table, check, keys, make, read, read_toml
 
-#: KINDS: table of the base that says whether designs are pairs or planetary sets. SCATTER: prefix of the keys for
-#: random errors of a planetary set.
-KINDS, SCATTER = ("pair", "planetary"), "planetary.scatter."
+#: Table of the base that says whether designs are pairs or planetary sets.
+KINDS = ("pair", "planetary")
+#: Prefix of the keys for random errors of a planetary set.
+SCATTER = "planetary.scatter."
+#: Tables of a study whose keys are the fields of a class.
 _TABLES: dict[str, type] = {"algorithm": Algorithm, "robustness": Robustness, "speeds": Speeds}
 
 
@@ -71,30 +73,30 @@ def check_study(study: OptimisationStudy) -> None:
         If a key of the base or of a variable is not a key of a scene, a value has the wrong type, a required key is
         missing, two variables change the same key, or there are samples but no errors to draw.
     """
-    driven: dict[str, str] = {}
+    set_by: dict[str, str] = {}  # key of the scene → variable that sets it
     for variable in study.variables:
         if variable.name in DIMENSIONS or quantity(variable.name) is not None:
             raise InputError(f"variables.{variable.name}", "reserved name", "results have this name: use another one")
         for path in changed_keys(variable):
-            if path in driven:
-                raise InputError(f"variables.{variable.name}", path, f"is also changed by variables.{driven[path]}")
-            driven[path] = variable.name
+            if path in set_by:
+                raise InputError(f"variables.{variable.name}", path, f"is also changed by variables.{set_by[path]}")
+            set_by[path] = variable.name
     if "loads" in study.base:
-        _check_loads(study.base, driven)
-    _check_base(study.base, driven)
-    _check_numbers(study, driven)
-    scattered = "scatter" in study.base.get("planetary", {}) or any(p.startswith(SCATTER) for p in driven)
+        _check_loads(study.base, set_by)
+    _check_base(study.base, set_by)
+    _check_numbers(study, set_by)
+    scattered = "scatter" in study.base.get("planetary", {}) or any(p.startswith(SCATTER) for p in set_by)
     if study.robustness.samples > 0 and "manufacturing_errors" not in study.base.get("effects", {}) and not scattered:
         allowed = "samples need base.effects.manufacturing_errors; give samples = 0 to optimise without errors"
         raise InputError("robustness.samples", study.robustness.samples, allowed)
 
 
-def _check_numbers(study: OptimisationStudy, driven: Collection[str]) -> None:
-    """Check that the numbers asked for can be computed, and that ``costs`` covers every value of its variables."""
-    asked = {*study.constraints, *study.numbers}
-    speed = "speed" in study.base.get("operation", {}) or "operation.speed" in driven
+def _check_numbers(study: OptimisationStudy, set_by: Collection[str]) -> None:
+    """Check that limits and objectives can be computed, and that ``costs`` lists all values of its variables."""
+    used = {*study.constraints, *study.numbers}
+    has_speed = "speed" in study.base.get("operation", {}) or "operation.speed" in set_by
     for name in OF_OPERATION:
-        if name in asked and not speed:
+        if name in used and not has_speed:
             raise InputError("base.operation.speed", "missing", f"is required for {name}")
     variables = {variable.name: variable for variable in study.variables}
     for name, costs in study.costs.items():
@@ -106,7 +108,7 @@ def _check_numbers(study: OptimisationStudy, driven: Collection[str]) -> None:
         for value in costs.keys() ^ set(map(str, grid)):
             missing = value not in costs
             raise InputError(f"costs.{name}", value, "has no cost" if missing else "is not a value of the variable")
-    if COST in asked and not study.costs:
+    if COST in used and not study.costs:
         raise InputError("costs", "missing", "is required where cost is an objective or a limit")
 
 
@@ -140,33 +142,34 @@ def changed_keys(variable: Variable) -> tuple[str, ...]:
     return tuple(changed)
 
 
-def _check_loads(base: Mapping[str, Any], driven: Mapping[str, str]) -> None:
-    """Check the loads of the base; neither the base nor a variable may then set a single load."""
+def _check_loads(base: Mapping[str, Any], set_by: Mapping[str, str]) -> None:
+    """Check the loads of the base; with them, neither the base nor a variable may set a single load."""
     read_loads(base["loads"], "base.loads")
     if "load" in base:
         raise InputError("base.loads", "given", "conflicts with base.load: give one of the two")
-    if "load.torque" in driven:
-        raise InputError(f"variables.{driven['load.torque']}", "load.torque", "conflicts with base.loads")
+    if "load.torque" in set_by:
+        raise InputError(f"variables.{set_by['load.torque']}", "load.torque", "conflicts with base.loads")
 
 
-def _check_base(base: Mapping[str, Any], driven: Mapping[str, str]) -> None:
-    """Check the tables of the base; ``driven`` maps the keys that variables set to the names of the variables."""
+def _check_base(base: Mapping[str, Any], set_by: Mapping[str, str]) -> None:
+    """Check the tables of the base; ``set_by`` maps the keys that variables set to the names of the variables."""
     effects = as_table("base.effects", base.get("effects", {}))
-    later = {path.split(".")[1]: {} for path in driven if path.startswith("effects.")}
+    effects_of_variables = {path.split(".")[1]: {} for path in set_by if path.startswith("effects.")}
     geometry = KINDS["planetary" in base]
-    for path in driven:
-        if (head := path.partition(".")[0]) in KINDS and head != geometry:
-            raise InputError(f"variables.{driven[path]}", path, f"is not a key of base.{geometry}")
+    for path in set_by:
+        if (table := path.partition(".")[0]) in KINDS and table != geometry:
+            raise InputError(f"variables.{set_by[path]}", path, f"is not a key of base.{geometry}")
     tables: dict[str, Any] = {geometry: {}} | ({} if "loads" in base else {"load": {}})
     tables |= {name: table for name, table in base.items() if name not in ("name", "effects", "loads")}
-    tables |= {f"effects.{name}": table for name, table in {**later, **effects}.items()}
-    remaining: Collection[str] = driven
+    tables |= {f"effects.{name}": table for name, table in {**effects_of_variables, **effects}.items()}
+    remaining: Collection[str] = set_by
     if geometry == "planetary":
         planetary = as_table("base.planetary", tables[geometry])
         tables[geometry] = {name: value for name, value in planetary.items() if name not in MEMBERS}
-        remaining = [path for path in driven if path.split(".")[:2] not in [[geometry, name] for name in MEMBERS]]
-        given = {*planetary, *(path.split(".")[1] for path in driven if path.startswith(f"{geometry}.{AT_RING}."))}
-        _check_gears({name: planetary.get(name, {}) for name in MEMBERS if name != AT_RING or name in given}, driven)
+        remaining = [path for path in set_by if path.split(".")[:2] not in [[geometry, name] for name in MEMBERS]]
+        # the planet's flanks at the ring have a table of their own only if the base or a variable gives it
+        has_at_ring = AT_RING in planetary or any(path.startswith(f"{geometry}.{AT_RING}.") for path in set_by)
+        _check_gears({name: planetary.get(name, {}) for name in MEMBERS if name != AT_RING or has_at_ring}, set_by)
     with naming(below="base"):
         classes = [Planetary if name == "planetary" else table_class(name) for name in tables]
     for (name, table), kind in zip(tables.items(), classes, strict=True):
@@ -178,8 +181,8 @@ def _check_base(base: Mapping[str, Any], driven: Mapping[str, str]) -> None:
             raise InputError(error.key, error.value, error.allowed + ", here or as a variable" * missing) from None
 
 
-def _check_gears(gears: Mapping[str, Any], driven: Collection[str]) -> None:
-    """Check the tables of the gears of a planetary set."""
+def _check_gears(gears: Mapping[str, Any], set_by: Collection[str]) -> None:
+    """Check the tables of the gears of a planetary set, by name; ``set_by`` holds the keys that variables set."""
     for name, table in gears.items():
         for path, value in _flat(f"planetary.{name}.", as_table(f"base.planetary.{name}", table)):
             try:
@@ -188,7 +191,7 @@ def _check_gears(gears: Mapping[str, Any], driven: Collection[str]) -> None:
                 raise InputError(f"base.{path}", "unknown key", error.allowed) from None
             if key and (fault := key.fault(tuple(value) if isinstance(value, list) else value)):
                 raise InputError(f"base.{path}", value, fault)
-        if "teeth" not in table and f"planetary.{name}.teeth" not in driven and name != RING:
+        if "teeth" not in table and f"planetary.{name}.teeth" not in set_by and name != RING:
             raise InputError(f"base.planetary.{name}.teeth", "missing", "is required, here or as a variable")
 
 
@@ -220,6 +223,7 @@ def _flat(prefix: str, table: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
 
 
 def _objectives(given: Any) -> Iterator[Objective]:
+    """Yield the objectives of a list: a name stands for weight 1."""
     if not isinstance(given, (list, tuple)):
         raise InputError("objectives", given, "must be a list of names, or of tables of weights")
     for item in given:
@@ -233,6 +237,7 @@ def _objectives(given: Any) -> Iterator[Objective]:
 
 
 def _constraints(tables: Mapping[str, Any]) -> Iterator[tuple[str, Limit]]:
+    """Yield limited quantities by name, with their limits."""
     for name, table in tables.items():
         check_limited(name)
         yield name, read(Limit, table, f"constraints.{name}")

@@ -1,4 +1,4 @@
-"""Design variables of an optimisation and their values."""
+"""Design variables of an optimisation, their values, and the codes that stand for the values in the search."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Value = bool | int | float | str
 
 #: Largest number of values in a grid; a variable with more should be real, without a step.
 MOST_VALUES = 1_000_000
-#: Largest magnitude of min, max and step; beyond it a double no longer resolves neighbouring whole numbers.
+#: Largest magnitude of min, max and step; a double resolves neighbouring whole numbers up to 9e15.
 LARGEST = 1e15
 
 
@@ -69,6 +69,7 @@ class Variable:
             self._check_range()
 
     def _check_listed(self, given: str, others: tuple[str, ...]) -> None:
+        """Check ``given``, "values" or "sets"; the keys ``others`` must not be given with it."""
         if not getattr(self, given):
             raise InputError(given, "none", "must hold at least one value")
         for key in others:
@@ -92,7 +93,7 @@ class Variable:
         if self.step is not None and not self.step > 0:
             raise InputError("step", self.step, "must be positive; without it the variable is real")
         if self._step is not None and (high - low) / self._step >= MOST_VALUES:
-            real = "for a real variable write min or max with a decimal point, and no step"
+            real = "for a real variable write min or max with a decimal point, and omit step"
             reason = f"makes more than {MOST_VALUES} values; {real}"
             raise InputError("step", self._step, reason)
 
@@ -117,7 +118,7 @@ class Variable:
         (low, high), step = self._range, self._step
         if step is None:
             return None
-        positions = range(math.floor((high - low) / step + 1e-9) + 1)
+        positions = range(math.floor((high - low) / step + 1e-9) + 1)  # 1e-9: rounding must not lose max
         if isinstance(low, int) and isinstance(step, int):
             return tuple(low + i * step for i in positions)
         # decimals as a person writes them: 0.3, not 0.30000000000000004

@@ -117,6 +117,7 @@ def rank_correlation(a: NDArray, b: NDArray) -> float:
 
 
 def _numbers(designs: Designs, numbers: Sequence[int] | None) -> NDArray:
+    """Numbers of the designs to verify: those given, or the front in order of the first objective."""
     dataset = designs.dataset
     if numbers is None:
         chosen = designs.require_feasible("on_front")
@@ -138,23 +139,25 @@ def _prepare(
 
     Without this, several workers that meet the same new pair would all mesh it.
     """
-    first = {macro_geometry(study, design): int(number) for design, number in zip(chosen_designs, chosen, strict=True)}
+    # one design of each macro-geometry
+    number_of = {macro_geometry(study, d): int(number) for d, number in zip(chosen_designs, chosen, strict=True)}
     effects = study.base["effects"]
-    by_name = {GearBody.name: GearBody()} if GearBody.name in effects else {}
+    bodies = {GearBody.name: GearBody()} if GearBody.name in effects else {}
     reference = ToothBending(**effects[ToothBending.name])
-    pairs = [designs.scene(number).pair for number in first.values()]
+    pairs = [designs.scene(number).pair for number in number_of.values()]
     for pair in pairs:  # raise a memory error before any of them is solved
         with suppress(GearbenchError):  # the design is then reported with this reason
-            reference.missing_levels(pair, by_name)
+            reference.missing_levels(pair, bodies)
     for i, pair in enumerate(pairs, start=1):
-        progress(f"finite elements of macro-geometry {i} of {len(first)}")
+        progress(f"finite elements of macro-geometry {i} of {len(number_of)}")
         with suppress(GearbenchError):  # the design is then reported with this reason
             for index in (0, 1):
-                reference.flank(pair, index, by_name)
-    return len(first)
+                reference.flank(pair, index, bodies)
+    return len(number_of)
 
 
 def _dataset(designs: Designs, chosen: NDArray, results: Sequence[Evaluation]) -> xr.Dataset:
+    """Dataset of the verified designs: stored values, values with finite elements, and their differences."""
     study, dataset = designs.study, designs.dataset
     names = [str(name) for name in dataset["variable"].values]
     stored = dataset[[*names, *study.statistics, "objective"]].isel(design=chosen)
@@ -181,6 +184,7 @@ def _dataset(designs: Designs, chosen: NDArray, results: Sequence[Evaluation]) -
 
 
 def _attrs(study: OptimisationStudy, reference: OptimisationStudy, models: int, wall_time: float) -> dict[str, Any]:
+    """Attributes of the Dataset; ``models`` is the number of macro-geometries."""
     from gearbench.results.provenance import run_provenance
 
     attrs = {"study": study.to_toml(), "study_sha256": study.digest, "macro_geometries": models}

@@ -28,8 +28,8 @@ from gearbench.threads import single_threaded_blas
 
 Result = TypeVar("Result")
 
-#: Largest number of designs with the same macro-geometry that one worker evaluates one after the other.
-TOGETHER = 8
+#: Largest number of designs with the same macro-geometry in one task of a worker.
+LARGEST_SHARE = 8
 
 
 @contextmanager
@@ -51,8 +51,8 @@ def evaluations(
     """Yield designs with their evaluations as they are finished; see ``problem.evaluate`` and ``side_by_side``."""
     # designs of the same teeth go to one worker, which computes the compliance of these teeth once
     ordered = sorted(designs, key=lambda design: macro_geometry(study, design))
-    alike = [list(group) for _, group in groupby(ordered, key=lambda design: macro_geometry(study, design))]
-    shares = [group[i : i + TOGETHER] for group in alike for i in range(0, len(group), TOGETHER)]
+    groups = [list(group) for _, group in groupby(ordered, key=lambda design: macro_geometry(study, design))]
+    shares = [group[i : i + LARGEST_SHARE] for group in groups for i in range(0, len(group), LARGEST_SHARE)]
     return side_by_side(executor, study, partial(evaluate, study, incumbents=incumbents), shares)
 
 
@@ -64,12 +64,13 @@ def side_by_side(
 ) -> Iterator[tuple[Design, Result]]:
     """Yield designs of ``study`` with ``function(design)`` as they are finished.
 
-    One worker takes a share, one design after the other. Without ``executor``, this process does the work.
+    A share is a list of designs that one worker takes one after the other. Without ``executor``, this process does the
+    work. The designs of a worker process that ends are given to another one.
 
     Raises
     ------
     GearbenchError
-        If a worker process ends, and another one ends when it is given one of the lost designs alone.
+        If a second worker process ends when it is given one of these designs alone.
     InputError
         If a worker runs other software than this process.
     """
@@ -120,7 +121,7 @@ def identity() -> dict[str, str]:
     return {"versions": versions(), "sources": hashlib.sha256(b"".join(files)).hexdigest()}
 
 
-#: The hash is computed when this process loads its code, because the files may change while it runs.
+# computed now, when this process loads its code, because the files may change while it runs
 identity()
 
 

@@ -47,7 +47,7 @@ def test_dask_that_is_not_installed_is_one_line(refused, tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("listens", [False, True])
 def test_an_address_where_no_scheduler_answers_is_one_line(refused, tmp_path, monkeypatch, listens):
-    monkeypatch.setattr(schedulers, "ANSWERS", 0.5)
+    monkeypatch.setattr(schedulers, "ANSWER_LIMIT", 0.5)
     with socket.socket() as other:
         other.bind(("127.0.0.1", 0))
         if listens:
@@ -58,7 +58,7 @@ def test_an_address_where_no_scheduler_answers_is_one_line(refused, tmp_path, mo
 
 
 def test_a_scheduler_without_workers_is_one_line(monkeypatch):
-    monkeypatch.setattr(schedulers, "WAIT", 0.3)
+    monkeypatch.setattr(schedulers, "WORKER_LIMIT", 0.3)
     with (
         scheduler() as (address, _),
         pytest.raises(InputError, match=rf"^scheduler = {address}: cannot be used \(Only 0/1 workers"),
