@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose
 from gearbench import hunting_cycle, read_scene, response, robust, simulate, sweep
 from gearbench.accuracy.measure import COVERED, relative_errors
 from gearbench.errors import InputError
-from gearbench.explore.model import outline
+from gearbench.explore.model import without_scatter
 from gearbench.optimisation.constraints import constrained
 from gearbench.optimisation.problem import evaluate, scene_of
 from gearbench.optimisation.study import Limit
@@ -143,7 +143,7 @@ def test_an_accuracy_is_met_under_every_load():
 
 
 def test_a_picture_is_of_the_greatest_load():
-    assert outline(several())[0].scene.load.torque == 230.0
+    assert without_scatter(several())[0].scene.load.torque == 230.0
 
 
 def test_results_of_one_load_refuse_several():

@@ -78,7 +78,7 @@ def _opened(
 
     designs = catalogue(open_results(results))
     summary = [
-        {"label": result.label, "designs": int((designs.study == i).sum())} for i, result in enumerate(designs.results)
+        {"label": result.label, "designs": int((designs.result == i).sum())} for i, result in enumerate(designs.results)
     ]
     return ({"designs": len(designs), "results": summary}, lambda: partial(Session, designs), partial(html, designs))
 

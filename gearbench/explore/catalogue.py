@@ -1,4 +1,4 @@
-"""Catalogue of the page: the designs of all results in common columns."""
+"""Catalogue: the designs of all results that the page shows, with their quantities in common columns."""
 
 from __future__ import annotations
 
@@ -12,8 +12,9 @@ from gearbench.explore.columns import Column
 from gearbench.explore.stored import Stored
 from gearbench.scene import Scene
 
-#: Quantities of the horizontal and vertical axis of the front, and their standard deviations; axes as in the paper.
+#: The two objectives: quantity of the horizontal and of the vertical axis of the front, as in the paper of the README.
 ACROSS, UP = "mesh_stiffness_rms_mean", "transmission_error_rms_mean"
+#: Their standard deviations.
 SCATTER_ACROSS, SCATTER_UP = "mesh_stiffness_rms_std", "transmission_error_rms_std"
 
 
@@ -25,7 +26,7 @@ class Catalogue:
     ----------
     results
         The results, in the order of the command line.
-    study
+    result
         Index into ``results`` of every design's result, (design,).
     number
         Number of every design in its file, (design,).
@@ -36,13 +37,13 @@ class Catalogue:
     """
 
     results: tuple[Stored, ...]
-    study: NDArray
+    result: NDArray
     number: NDArray
     columns: tuple[Column, ...]
     left_out: int = 0
 
     def __len__(self) -> int:
-        return len(self.study)
+        return len(self.result)
 
     def column(self, name: str) -> Column:
         """Column with this name."""
@@ -54,18 +55,18 @@ class Catalogue:
 
     def scene(self, design: int) -> Scene:
         """Scene of a design by its number in the catalogue."""
-        return self.results[self.study[design]].scene(int(self.number[design]))
+        return self.results[self.result[design]].scene(int(self.number[design]))
 
     def name(self, design: int) -> str:
         """Display name of a design."""
-        return f"{self.results[self.study[design]].label}, design {self.number[design]}"
+        return f"{self.results[self.result[design]].label}, design {self.number[design]}"
 
 
 def catalogue(results: Sequence[Stored]) -> Catalogue:
     """Join the designs of ``results``; leave out designs without the two objectives of the front."""
     titles = list(dict.fromkeys(column.title for result in results for column in result.columns))
     joined = [_join(results, title) for title in titles]
-    study = np.concatenate([np.full(len(result.numbers), i) for i, result in enumerate(results)])
+    index = np.concatenate([np.full(len(result.numbers), i) for i, result in enumerate(results)])
     number = np.concatenate([result.numbers for result in results])
     complete = np.all([np.isfinite(c.values) for c in joined if c.name in (ACROSS, UP)], axis=0)
     columns = tuple(
@@ -74,7 +75,7 @@ def catalogue(results: Sequence[Stored]) -> Catalogue:
     )
     return Catalogue(
         results=tuple(results),
-        study=study[complete],
+        result=index[complete],
         number=number[complete],
         columns=columns,
         left_out=int((~complete).sum()),
@@ -99,12 +100,15 @@ def _join(results: Sequence[Stored], title: str) -> Column:
 
 
 def fronts(catalogue: Catalogue, selected: NDArray | None = None) -> NDArray:
-    """Indices of the Pareto-optimal designs of every result among the ``selected``, (design,); by result, then by x."""
+    """Indices of the Pareto-optimal designs of every result, by result, then by ``ACROSS``, (design,).
+
+    ``selected`` (design,) leaves out the designs for which it is False.
+    """
     x, y = catalogue.column(ACROSS).values, catalogue.column(UP).values
     selected = np.ones(len(catalogue), dtype=bool) if selected is None else selected
     by_result = []
-    for study in range(len(catalogue.results)):
-        numbers = np.flatnonzero(selected & (catalogue.study == study))
+    for result in range(len(catalogue.results)):
+        numbers = np.flatnonzero(selected & (catalogue.result == result))
         order = numbers[np.lexsort((y[numbers], x[numbers]))]
         lowest = np.minimum.accumulate(np.concatenate([[np.inf], y[order]]))
         by_result.append(order[y[order] < lowest[:-1]])

@@ -1,4 +1,4 @@
-"""Plot of all designs and the fronts: RMS of the transmission error over RMS of the stiffness."""
+"""Plot of all designs and the fronts: at first RMS of the transmission error over RMS of the mesh stiffness."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from gearbench.explore.catalogue import ACROSS, SCATTER_ACROSS, SCATTER_UP, UP, 
 from gearbench.explore.columns import Column
 from gearbench.explore.look import INK, PICK, chart, colour, fixed
 
-#: Bokeh sources by name; the columns of the catalogue have the keys c0, c1, …
+#: Bokeh sources by name. In "designs", the columns of the catalogue have the keys c0, c1, …
 Sources = dict[str, ColumnDataSource]
 #: Maximum number of boxes drawn: more of them would hide their neighbours on the front.
 BOXES = 24
@@ -22,24 +22,29 @@ PIXELS = (404, 560)
 
 
 def sources(catalogue: Catalogue) -> Sources:
-    """Sources of the designs and the fronts, as 4-byte numbers, which are precise enough to draw."""
+    """Sources of the designs, their image and the fronts; 4-byte numbers are precise enough to draw."""
     x, y = catalogue.column(ACROSS).values, catalogue.column(UP).values
-    data = {"x": x, "y": y, "study": catalogue.study, "number": catalogue.number}
+    data = {"x": x, "y": y, "result": catalogue.result, "number": catalogue.number}
     for i, column in enumerate(catalogue.columns):
         data[f"c{i}"] = column.values
-    short: dict[str, Any] = {k: v.astype("int32" if v.dtype.kind == "i" else "float32") for k, v in data.items()}
+    single_precision: dict[str, Any] = {
+        k: v.astype("int32" if v.dtype.kind == "i" else "float32") for k, v in data.items()
+    }
     blank = np.zeros(PIXELS, dtype="uint32")
     return {
-        "designs": ColumnDataSource(short, name="designs"),
+        "designs": ColumnDataSource(single_precision, name="designs"),
         "raster": ColumnDataSource({"image": [blank], "x": [0], "y": [0], "dw": [1], "dh": [1]}, name="raster"),
         "front": ColumnDataSource(front_data(catalogue, fronts(catalogue)), name="front"),
     }
 
 
 def front_data(catalogue: Catalogue, numbers: NDArray) -> dict[str, Any]:
-    """Columns of the front: values, σ, width and height of the ±σ boxes (0 if not drawn), results, numbers, colours."""
-    every = max(1, math.ceil(len(numbers) / BOXES))
-    drawn, labelled = (np.arange(len(numbers)) % step == 0 for step in (every, 3 * every))
+    """Columns of the front: values, σ, width and height of the ±σ boxes (0 if not drawn), results, numbers, colours.
+
+    ``numbers`` are the indices of its designs in the catalogue, (design,).
+    """
+    box_step = max(1, math.ceil(len(numbers) / BOXES))
+    drawn, labelled = (np.arange(len(numbers)) % step == 0 for step in (box_step, 3 * box_step))
     x, y, sx, sy = (catalogue.column(n).values[numbers] for n in (ACROSS, UP, SCATTER_ACROSS, SCATTER_UP))
     return {
         "x": x,
@@ -48,21 +53,21 @@ def front_data(catalogue: Catalogue, numbers: NDArray) -> dict[str, Any]:
         "sy": sy,
         "w": np.where(drawn, 2 * np.nan_to_num(sx), 0.0),
         "h": np.where(drawn, 2 * np.nan_to_num(sy), 0.0),
-        "study": catalogue.study[numbers],
+        "result": catalogue.result[numbers],
         "number": catalogue.number[numbers],
         "design": numbers,
         "label": np.where(labelled, catalogue.number[numbers].astype(str), ""),
-        "colour": np.array([colour(i) for i in catalogue.study[numbers]], dtype=object),
+        "colour": np.array([colour(i) for i in catalogue.result[numbers]], dtype=object),
     }
 
 
 def cloud(catalogue: Catalogue, data: Sources) -> Any:
     """Make the figure: all designs as one image, which ``js/filter.js`` paints; fronts and boxes as glyphs."""
     across, up = catalogue.column(ACROSS), catalogue.column(UP)
-    without = f", {catalogue.left_out:,} without the two objectives left out" if catalogue.left_out else ""
-    title = f"Fronts with ±σ boxes, {len(catalogue):,} designs".replace(",", " ") + without
+    left_out = f", {catalogue.left_out:,} without the two objectives left out" if catalogue.left_out else ""
+    title = f"Fronts with ±σ boxes, {len(catalogue):,} designs".replace(",", " ") + left_out
     tools: dict[str, Any] = {"tools": "pan,wheel_zoom,box_zoom,box_select,lasso_select,reset,save"}
-    ranges: dict[str, Any] = {"x_range": fixed(*_room(across, data, "x")), "y_range": fixed(*_room(up, data, "y"))}
+    ranges: dict[str, Any] = {"x_range": fixed(*_extent(across, data, "x")), "y_range": fixed(*_extent(up, data, "y"))}
     plot = chart(title, across.title, up.title, height=490, active_scroll="wheel_zoom", **tools, **ranges)
     plot.name = "cloud"
     plot.image_rgba("image", "x", "y", "dw", "dh", source=data["raster"], level="underlay")
@@ -96,8 +101,8 @@ def colour_bar(plot: Any) -> ColorBar:
     return bar
 
 
-def _room(column: Column, data: Sources, axis: str) -> tuple[float, float]:
-    """Range of an axis that shows all designs and the boxes of the fronts."""
+def _extent(column: Column, data: Sources, axis: str) -> tuple[float, float]:
+    """Range of an axis, "x" or "y", that shows all designs and the boxes of the fronts with a margin."""
     front = {key: np.asarray(values) for key, values in data["front"].data.items()}
     half = front["w" if axis == "x" else "h"] / 2
     low, high = min(column.range[0], *(front[axis] - half)), max(column.range[1], *(front[axis] + half))

@@ -1,4 +1,4 @@
-"""Column of the catalogue: one quantity of many designs."""
+"""Columns of the catalogue: one quantity of many designs each, with the words that the page shows for it."""
 
 from __future__ import annotations
 
@@ -73,6 +73,6 @@ def known_column(name: str, kind: Kind, values: NDArray) -> Column:
 
 
 def _tails(path: str) -> tuple[str, ...]:
-    """Last two parts of a dotted key, then its last part alone."""
+    """Last two parts of a dotted key, and its last part alone: names by which ``KEYS`` may know it."""
     parts = path.split(".")
     return ".".join(parts[-2:]), parts[-1]

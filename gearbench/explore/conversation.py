@@ -1,4 +1,7 @@
-"""Conversation with an open page: the server answers the newest question and drops older ones."""
+"""Conversation with an open page: the server answers the newest question and drops older ones.
+
+``live`` and ``bench.session`` use it. A question is the data of a Bokeh source; what it asks for is up to them.
+"""
 
 from __future__ import annotations
 
@@ -34,8 +37,8 @@ class Conversation:
     answers
         Function that yields the answers to a question.
     rest
-        Time without a newer question before the second answer is begun [s]. Begun too early, it would delay the first
-        answer to the next question while a slider moves.
+        Time without a newer question after which the second answer to a question is begun [s]. Begun earlier, it would
+        delay the first answer to the next question while a slider moves.
     """
 
     def __init__(
@@ -48,6 +51,7 @@ class Conversation:
         question.on_change("data", self._asked)
 
     def _asked(self, _attr: str, _old: Any, _new: Any) -> None:
+        """Note a new question, and start to answer unless that goes on already."""
         self._wanted = True
         self._newer.set()
         if not self._running:
@@ -72,11 +76,13 @@ class Conversation:
         self._running = False
 
     def _show(self, answer: dict[str, Any], shown: asyncio.Event) -> None:
+        """Send an answer to the page, and set the event ``shown``."""
         self._answer.data = answer
         shown.set()
 
 
 def _next(answers: Iterator[dict[str, Any]]) -> dict[str, Any] | None:
+    """Next answer, packed; None after the last."""
     answer = next(answers, None)
     return None if answer is None else packed(answer)
 
@@ -90,5 +96,6 @@ def packed(answer: dict[str, Any]) -> dict[str, list[str]]:
 
 
 def _array(values: np.ndarray) -> dict[str, Any]:
-    little = np.ascontiguousarray(values, dtype="<f4")
-    return {"float32": base64.b64encode(little.tobytes()).decode("ascii"), "shape": values.shape}
+    """Array for JSON: its little-endian 4-byte floats in base 64, and its shape."""
+    floats = np.ascontiguousarray(values, dtype="<f4")
+    return {"float32": base64.b64encode(floats.tobytes()).decode("ascii"), "shape": values.shape}

@@ -9,6 +9,7 @@ from gearbench.explore.catalogue import Catalogue
 from gearbench.explore.columns import Column
 from gearbench.explore.look import PALETTE, SIDE
 
+#: Kind of a column → heading above its sliders, in the order of the page.
 _HEADS = {"statistic": "Scatter and objectives", "limit": "Limits", "variable": "Design variables"}
 
 
@@ -18,7 +19,8 @@ def sliders(catalogue: Catalogue) -> dict[int, RangeSlider]:
     return {i: _slider(i, c) for i, c in enumerate(catalogue.columns) if id(c) in of_shown_kind}
 
 
-def _slider(number: int, column: Column) -> RangeSlider:
+def _slider(index: int, column: Column) -> RangeSlider:
+    """Make the range slider of the column ``index``; its title lists the texts of a column of texts."""
     low, high = column.range
     # slightly wider than the values, so that rounding never hides a design at an end
     margin = 1e-6 * (high - low)
@@ -33,7 +35,7 @@ def _slider(number: int, column: Column) -> RangeSlider:
         width=SIDE - 50,
         bar_color=PALETTE[5],
         name=f"filter {column.name}",
-        tags=[number],
+        tags=[index],
     )
 
 

@@ -1,4 +1,7 @@
-"""Figures of the picked pair or train: curves, spectra, densities; pressure and teeth, or gears and load shares."""
+"""Figures of the gear shown: curves, orders, densities; pressure and teeth of a pair, gears and load shares of a train.
+
+Both pages use them: the fronts (``page``) and the design bench (``bench.page``). The browser fills their sources.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,7 @@ from bokeh.models import ColorBar, ColumnDataSource, LinearColorMapper, Slider, 
 from gearbench.explore.gear_data import Tables
 from gearbench.explore.look import BEFORE, HEIGHT, INK, NOW, PALETTE, chart, fitted, fixed, script
 
-#: Tables of the baseline that are shown together with those of a changed gear.
+#: Tables whose baseline is shown together with those of a changed gear.
 COMPARED = (
     "ste", "stiffness", "ste_orders", "stiffness_orders", "ste_density", "stiffness_density", "sharing_density",
     "sharing", "revolution", "numbers",
@@ -26,9 +29,7 @@ OVERLAID = {
 }
 #: Figures whose curves can be shown without their mean.
 CYCLES = ("ste", "stiffness")
-
-
-#: Figure → its title and the labels of its axes; of a pair, and of a train.
+#: Figure of a pair → its title and the labels of its axes.
 WORDS = {
     "ste": ("Static transmission error", "mesh phase τ [mesh periods]", "δ [µm]"),
     "stiffness": ("Mesh stiffness", "mesh phase τ [mesh periods]", "k [N/µm]"),
@@ -39,6 +40,7 @@ WORDS = {
     "harris": ("Harris map: STE minus its mean", "mesh phase τ [mesh periods]", "δ − mean [µm]"),
     "torque": ("STE over torque", "torque on the pinion [N·m]", "STE [µm]"),
 }
+#: The same for a train.
 WORDS_OF_TRAIN = {
     "ste": ("Transmission error of the train", "mesh phase τ [mesh periods]", "Δ [µm]"),
     "stiffness": ("Stiffness of the train", "mesh phase τ [mesh periods]", "k [N/µm]"),
@@ -61,9 +63,9 @@ class GearPanel:
     Parameters
     ----------
     now
-        Initial tables.
+        Tables of the first gear.
     baseline
-        Whether this first gear stays on show beside the later ones.
+        Whether the first gear is the baseline, drawn together with the gears that follow.
     """
 
     def __init__(self, now: Tables, *, baseline: bool) -> None:
@@ -88,10 +90,10 @@ class GearPanel:
         self.figures |= {name: self._density(name) for name in now if name.endswith("_density")}
 
     def compare(self, heads: Sequence[str], most: int, beside: Sequence[dict[str, Any]] = ()) -> dict[str, Any]:
-        """Arguments of ``js/compare.js``, which fills the table of numbers and draws the curves of gears kept.
+        """Arguments of ``js/compare.js``, which fills the table of numbers and draws the curves of the gears kept.
 
-        ``heads`` names the columns of the table: baseline and now, or now alone. At most ``most`` gears are kept;
-        ``beside`` holds those kept from the beginning.
+        A user keeps gears for comparison, at most ``most``; ``beside`` holds those kept from the beginning. ``heads``
+        are the headings of the columns of the other gears: the baseline and the gear shown, or the latter alone.
         """
         return {
             "now": self.now, "before": self.before, "sources": self.kept, "heads": list(heads), "most": most,
@@ -109,6 +111,7 @@ class GearPanel:
         return chart(*self.words[name], height=HEIGHT, **options)
 
     def _curve(self, name: str) -> Any:
+        """Draw a quantity over the mesh phase."""
         plot = self.chart(name, x_range=fixed(0, 2))
         plot.line("phase", "value", source=self.before[name], color=BEFORE, line_dash="dashed", line_width=1.5)
         plot.line("phase", "value", source=self.now[name], color=_colour(name), line_width=2.2)
@@ -118,11 +121,13 @@ class GearPanel:
         return plot
 
     def _mark_phase(self, plot: Any) -> None:
+        """Draw a line at the mesh phase of the slider."""
         mark = Span(location=0, dimension="height", line_color=INK, line_dash="dotted", line_alpha=0.6)
         self.phase.js_on_change("value", script("mark", mark=mark))
         plot.add_layout(mark)
 
     def _bars(self, name: str) -> Any:
+        """Draw the amplitudes of the mesh orders 1 to 10."""
         plot = self.chart(name, x_range=fixed(0.3, 10.7))
         plot.vbar("order", top="amplitude", width=0.85, source=self.before[name], color="#CFCFCF")
         plot.vbar("order", top="amplitude", width=0.5, source=self.now[name], color=_colour(name))
@@ -133,6 +138,7 @@ class GearPanel:
         return plot
 
     def _density(self, name: str) -> Any:
+        """Draw the density of a response over the error samples."""
         plot = self.chart(name)
         plot.line("value", "density", source=self.before[name], color=BEFORE, line_dash="dashed", line_width=1.5)
         plot.varea("value", 0, "density", source=self.now[name], color=_colour(name), alpha=0.2)
@@ -141,9 +147,10 @@ class GearPanel:
         return plot
 
     def _shares(self, name: str) -> Any:
+        """Draw the load shares over the mesh cycle ("sharing") or over a turn of the carrier ("revolution")."""
         over_cycle = name == "sharing"
         plot = self.chart(name, x_range=fixed(0, 2 if over_cycle else 1))
-        # equal shares stay in view, and differences of rounding do not fill the figure
+        # invisible points: the figure shows at least 0.98 to 1.02, so that rounding errors of equal shares stay small
         plot.scatter("x", "y", source=ColumnDataSource({"x": [0.0, 1.0], "y": [0.98, 1.02]}), alpha=0)
         plot.multi_line("xs", "ys", source=self.before[name], color="#CFCFCF", line_width=1.5)
         plot.multi_line("xs", "ys", source=self.now[name], color="colour", line_width=2)
@@ -155,13 +162,13 @@ class GearPanel:
     def _gears(self) -> Any:
         """Draw the gears as they turn, with the load shares, in the colours of their curves.
 
-        The area of the circle at a mesh is the square of its load share.
+        The diameter of the circle at a mesh is proportional to its load share.
         """
         plot = chart(
             "Gears and load shares", "x [mm]", "y [mm]", height=2 * HEIGHT, x_range=fixed(-1, 1), y_range=fixed(1, -1)
         )
         drawn = ColumnDataSource({"xs": [], "ys": [], "alpha": []})
-        marks, labels = (ColumnDataSource({key: [] for key in ("x", "y", "size", "share", "colour")}) for _ in "12")
+        marks, labels = (ColumnDataSource({key: [] for key in ("x", "y", "size", "share", "colour")}) for _ in range(2))
         plot.patches(
             "xs", "ys", source=drawn, fill_color=PALETTE[5], fill_alpha="alpha", line_color=INK, line_width=0.8
         )
@@ -184,6 +191,7 @@ class GearPanel:
         return plot
 
     def _pressure(self, now: Tables) -> Any:
+        """Draw the map of the contact pressure."""
         image = {key: column[0] for key, column in now["pressure"].items()}
         plot = chart(
             "Contact pressure on the flank", "face width y [mm]", "path of contact u [mm]", height=HEIGHT,
@@ -199,12 +207,13 @@ class GearPanel:
         return plot
 
     def _teeth(self, now: Tables) -> Any:
+        """Draw the teeth in mesh as they turn, with the path of contact and the points in contact."""
         motion = now["motion"]
         middle, half = motion["middle"][0], motion["half"][0]
-        wide = 1.5 * half
+        half_width = 1.5 * half
         plot = chart(
             "Teeth in mesh, middle of the face", "x [mm]", "y [mm]", height=HEIGHT,
-            x_range=fixed(-wide, wide), y_range=fixed(middle - half, middle + half),
+            x_range=fixed(-half_width, half_width), y_range=fixed(middle - half, middle + half),
         )  # fmt: skip
         drawn = {name: ColumnDataSource({"x": [], "y": []}) for name in ("pinion", "wheel", "contacts")}
         for name, colour in (("pinion", PALETTE[5]), ("wheel", PALETTE[4])):

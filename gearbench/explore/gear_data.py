@@ -1,4 +1,4 @@
-"""Tables that a page draws, from the results of a pair or a train (``Picture``)."""
+"""Tables that a page draws, made from the results of a pair or a train (``model.Picture``)."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from gearbench.explore.look import PALETTE
-from gearbench.explore.model import RMS_VALUES, CycleCurve, FlankPressure, Picture, Sharing, density
+from gearbench.explore.model import POINTS, RMS_VALUES, CycleCurve, FlankPressure, Picture, Sharing, density
 from gearbench.geometry.tooth_shapes import mesh
 from gearbench.optimisation.numbers import gear_ratio
 from gearbench.results.cycle import curves
@@ -24,14 +24,14 @@ from gearbench.trains.scatter import STUDIED
 Tables = dict[str, dict[str, Any]]
 #: Mesh orders listed in the table of numbers and drawn over torque.
 ORDERS = (1, 2, 3)
-#: Metric → figure of its density over the error samples.
+#: Response → figure of its density over the error samples.
 DENSITIES = {
     "transmission_error_rms": "ste_density",
     "mesh_stiffness_rms": "stiffness_density",
     "train_transmission_error_rms": "ste_density",
     "mesh_load_factor": "sharing_density",
 }
-#: The same metrics in the table of numbers.
+#: Response → label of its mean and standard deviation in the table of numbers.
 OVER_ERRORS = {
     "transmission_error_rms": "RMS STE, mean ± σ of the error samples [µm]",
     "mesh_stiffness_rms": "RMS of k, mean ± σ of the error samples [%]",
@@ -61,7 +61,7 @@ def tables(picture: Picture, *, teeth: bool = True) -> Tables:
     else:
         load_tables, shapes = _pressure(picture.load, picture.scene), _teeth(picture) if teeth else {}
     return {
-        **_short(curve_tables),
+        **_single_precision(curve_tables),
         **scatter,
         **load_tables,
         **shapes,
@@ -72,18 +72,19 @@ def tables(picture: Picture, *, teeth: bool = True) -> Tables:
 def densities(picture: Picture) -> Tables:
     """Tables of the densities of the scatter (empty without scatter) and of the numbers."""
     drawn: Tables = {}
-    for name in _scattered(picture):
+    for name in _responses(picture):
         curve = ([], []) if picture.scatter is None else density(picture.scatter[name])
         drawn[DENSITIES[name]] = dict(zip(("value", "density"), curve, strict=True))
-    return {**_short(drawn), **numbers(picture)}
+    return {**_single_precision(drawn), **numbers(picture)}
 
 
-def _scattered(picture: Picture) -> tuple[str, ...]:
-    """Metrics whose scatter over the error samples is shown."""
+def _responses(picture: Picture) -> tuple[str, ...]:
+    """Responses whose scatter over the error samples is shown."""
     return STUDIED if isinstance(picture.load, Sharing) else RMS_VALUES
 
 
-def _short(tables: Tables) -> Tables:
+def _single_precision(tables: Tables) -> Tables:
+    """Convert all columns to 4-byte floats."""
     return {name: {key: np.asarray(v, dtype="float32") for key, v in table.items()} for name, table in tables.items()}
 
 
@@ -99,11 +100,13 @@ def _periods(phase: np.ndarray, values: np.ndarray, length: int) -> tuple[np.nda
 
 
 def _orders(cycle: CycleCurve) -> dict[str, Any]:
+    """Mesh orders and amplitudes, without those that few phases cannot resolve (NaN)."""
     finite = np.isfinite(cycle.amplitude)
     return {"order": cycle.orders[finite], "amplitude": cycle.amplitude[finite]}
 
 
 def _pressure(pressure: FlankPressure, scene: Scene) -> Tables:
+    """Image of the pressure, its place and size [mm], and ``top``, the end of the colour scale [MPa]."""
     image = {
         "image": [pressure.values.astype("float32")],
         "x": [0.0],
@@ -119,7 +122,7 @@ def _sharing(load: Sharing) -> Tables:
     """Load shares of the paths over the mesh cycle, and the largest over a revolution of the carrier."""
     phases, paths = load.cycle.phases, _paths(load)
     mesh_of_path = [paths.index(path) for path in dict.fromkeys(paths)]
-    share_curves = [curves(phases, values, 12) for values in load.cycle.sharing.T[mesh_of_path]]
+    share_curves = [curves(phases, values, POINTS) for values in load.cycle.sharing.T[mesh_of_path]]
     xs, ys = ([np.concatenate([piece[i] for piece in share]) for share in share_curves] for i in (0, 1))
     over_turns = load.over_turns[mesh_of_path] if load.over_turns.size else load.over_turns
     points_by_table = {
@@ -133,7 +136,10 @@ def _sharing(load: Sharing) -> Tables:
 
 
 def _paths(load: Sharing) -> list[str]:
-    """Path of the load through each mesh: its planet, both of whose meshes carry the same force; or the mesh itself."""
+    """Path of the load through each mesh, (mesh,): the name of its planet, or of the mesh if it has none.
+
+    Both meshes of a planet carry the same force, so they are one path.
+    """
     train, carried = load.cycle.linkage.train, load.cycle.linkage.carried
     shafts = ([train.shaft(gear) for gear in mesh.gears] for mesh in train.meshes)
     return [
@@ -143,6 +149,7 @@ def _paths(load: Sharing) -> list[str]:
 
 
 def _colours(count: int) -> list[str]:
+    """Colours of ``count`` load paths."""
     return [SHARES[i % len(SHARES)] for i in range(count)]
 
 
@@ -182,7 +189,10 @@ def _gears(load: Sharing) -> Tables:
 
 
 def _teeth(picture: Picture) -> Tables:
-    """Tooth outlines at mesh phase 0 about the gear centres, path of contact, and data of the rotation."""
+    """Tooth outlines at mesh phase 0 about the gear centres, path of contact, and ``motion`` for ``js/teeth.js``.
+
+    ``motion`` holds the values of ``TeethInMesh``, and the middle and half of the vertical range of the figure [mm].
+    """
     mesh_shape = mesh(picture.scene.pair)
     pitch_point = mesh_shape.on_path(np.array([picture.scene.pair.meshing.pitch_point]))[0]
     half = 1.15 * max(g.tooth_height for g in picture.scene.pair.gears) + 0.15 * mesh_shape.pitch
@@ -222,12 +232,13 @@ def numbers(picture: Picture) -> Tables:
         ("tooth support", support(picture.scene).replace("_", " ")),
     ]
     if picture.scatter is not None or picture.unfinished:
-        rows += [(OVER_ERRORS[name], _scatter(picture, name)) for name in _scattered(picture)]
+        rows += [(OVER_ERRORS[name], _scatter(picture, name)) for name in _responses(picture)]
     labels, values = zip(*rows, strict=True)
     return {"numbers": {"label": list(labels), "value": list(values)}}
 
 
 def _of_pair(pressure: FlankPressure, scene: Scene) -> Iterator[tuple[str, str]]:
+    """Yield the rows of the table of numbers that only a pair has."""
     pair, meshing = scene.pair, scene.pair.meshing
     yield "greatest contact pressure [MPa]", f"{np.nanmax(pressure.values):.0f}"
     yield "teeth z", f"{pair.pinion.teeth}/{pair.wheel.teeth}"
@@ -239,6 +250,7 @@ def _of_pair(pressure: FlankPressure, scene: Scene) -> Iterator[tuple[str, str]]
 
 
 def _of_train(load: Sharing, scene: Scene) -> Iterator[tuple[str, str]]:
+    """Yield the rows of the table of numbers that only a train has."""
     linkage = load.cycle.linkage
     train, phases = linkage.train, linkage.train.phases(coast=linkage.coast)
     yield "mesh load factor K_γ", f"{load.mesh_load_factor:.3f}"
@@ -247,8 +259,8 @@ def _of_train(load: Sharing, scene: Scene) -> Iterator[tuple[str, str]]:
         yield "RMS torque ripple of the carrier [N·m]", f"{response('carrier_torque_rms').reduce(load.cycle):.2f}"
         yield "gear ratio", f"{gear_ratio(scene):.4g}"
     gears = {gear: body for mesh in train.meshes for gear, body in zip(mesh.gears, mesh.pair.gears, strict=True)}
-    second = {gear: "at ring" for gear in gears if gear in train.timed}
-    kinds = {gear: second.get(gear, "planets" if gear in linkage.carried else gear) for gear in gears}
+    at_ring = {gear: "at ring" for gear in gears if gear in train.timed}  # second gears of stepped planets
+    kinds = {gear: at_ring.get(gear, "planets" if gear in linkage.carried else gear) for gear in gears}
     teeth = {kind: str(gears[gear].teeth) for gear, kind in kinds.items()}
     yield f"teeth z of {', '.join(teeth)}", "/".join(teeth.values())
     pair = scene.pair
@@ -262,9 +274,9 @@ def _of_train(load: Sharing, scene: Scene) -> Iterator[tuple[str, str]]:
     yield f"torque on {train.meshes[0].driver} [N·m]", f"{scene.load.torque:g}"
 
 
-def _scatter(picture: Picture, which: str) -> str:
+def _scatter(picture: Picture, name: str) -> str:
     """Text "mean ± standard deviation" over the error samples; "…" if they are not computed yet."""
     if picture.scatter is None:
         return "…"
-    values = picture.scatter[which]
+    values = picture.scatter[name]
     return f"{values.mean():.3f} ± {values.std(ddof=1):.3f}"

@@ -13,22 +13,22 @@ from gearbench.explore.catalogue import Catalogue
 from gearbench.explore.conversation import Conversation
 from gearbench.explore.gear_data import densities, tables
 from gearbench.explore.look import script
-from gearbench.explore.model import Picture, outline, picture, scattered
+from gearbench.explore.model import Picture, picture, with_scatter, without_scatter
 from gearbench.explore.page import Page, answer_data, knee
 
 
 class Session:
-    """One open page. A question is a design; it gets its curves, then the scatter over the error samples."""
+    """One open page. A question is the number of a design; its answers are the curves, then the scatter."""
 
     def __init__(self, catalogue: Catalogue, document: Document) -> None:
         self._catalogue = catalogue
         first = knee(catalogue)
-        self._known: dict[int, Picture] = {first: picture(catalogue.scene(first))}
+        self._finished: dict[int, Picture] = {first: picture(catalogue.scene(first))}
         question = ColumnDataSource({"design": [first]}, name="question")
-        self.page = Page(catalogue, first, tables(self._known[first]))
+        self.page = Page(catalogue, first, tables(self._finished[first]))
         self.page.listen()
         self.page.pick.js_on_change("data", script("ask", question=question, pick=self.page.pick))
-        self._talk = Conversation(
+        self._conversation = Conversation(
             document, question, self.page.answer, lambda asked, _overtaken: self.answers(asked["design"][0])
         )
         self.page.put(document)
@@ -43,13 +43,14 @@ class Session:
             yield answer_data(message="this is no question of the page")
 
     def _picked(self, design: int) -> Iterator[dict[str, Any]]:
+        """Yield the answers for a design; its finished results are kept."""
         scene, name = self._catalogue.scene(design), self._catalogue.name(design)
-        if design in self._known:
-            yield answer_data(tables(self._known[design]), name)
+        if design in self._finished:
+            yield answer_data(tables(self._finished[design]), name)
             return
-        now, solved = outline(scene)
-        yield answer_data(tables(now), name)
-        if now.unfinished:
-            now = scattered(now, solved)
-            yield answer_data(densities(now), name)
-        self._known[design] = now
+        results, solved = without_scatter(scene)
+        yield answer_data(tables(results), name)
+        if results.unfinished:
+            results = with_scatter(results, solved)
+            yield answer_data(densities(results), name)
+        self._finished[design] = results

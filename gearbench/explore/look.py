@@ -24,13 +24,15 @@ def text_of(name: str) -> str:
 
 #: Okabe–Ito colours, safe for colour-blind readers: one per result, repeated after the last.
 PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+#: Colours of the gear shown, of the baseline, of lines and texts, and of the picked design.
 NOW, BEFORE, INK, PICK = "#0072B2", "#8A8A8A", "#222222", "#000000"
+#: Width of the column of controls, and height of a figure [pixels].
 SIDE, HEIGHT = 290, 250
 
 
-def colour(study: int) -> str:
-    """Colour of a result."""
-    return PALETTE[study % len(PALETTE)]
+def colour(result: int) -> str:
+    """Colour of a result, by its index."""
+    return PALETTE[result % len(PALETTE)]
 
 
 def chart(title: str, x: str, y: str, *, height: int, tools: str = "", **options: Any) -> Any:

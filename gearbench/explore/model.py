@@ -1,6 +1,6 @@
-"""Results for a picked pair or set: curves over the mesh cycle, orders, pressure or load sharing, scatter.
+"""Results that the pages show for one gear: curves over the mesh cycle, orders, pressure or load sharing, scatter.
 
-This module does not depend on the page.
+The gear is a pair, or a train whose meshes are one contact problem. This module does not depend on the pages.
 """
 
 from __future__ import annotations
@@ -30,8 +30,16 @@ from gearbench.trains.revolution import revolution_columns
 from gearbench.trains.scatter import STUDIED, sampled_train
 from gearbench.trains.solve import SolvedTrain, solve_train
 
-#: Pixels of the flank map, across and up.
+#: Pixels of the flank map, over the face width and along the path of contact.
 SIZE = (48, 72)
+#: Points drawn on each smooth piece of a curve over the mesh cycle.
+POINTS = 12
+#: Number of error samples.
+SAMPLES = 256
+#: Number of samples of a train that are computed together; a newer request may abort the computation after each block.
+BLOCK = 16
+#: Responses of a pair whose scatter is shown; those of a train are ``STUDIED``.
+RMS_VALUES = ("transmission_error_rms", "mesh_stiffness_rms")
 
 
 def flank_range(solved: Solved) -> tuple[float, float]:
@@ -42,26 +50,18 @@ def flank_range(solved: Solved) -> tuple[float, float]:
 
 
 def flank_map(solved: Solved, values: NDArray, size: tuple[int, int] = SIZE) -> NDArray:
-    """Interpolate ``values`` (position, pair, segment) onto y = 0 … b and u in ``flank_range``, (up, across).
+    """Interpolate ``values`` (position, pair, segment) onto y = 0 … b and u in ``flank_range``.
 
-    Pixels without a contact line nearby are NaN.
+    Returns the pixels (along u, along y); those without a contact line nearby are NaN.
     """
     lines, meshing = solved.lines, solved.scene.pair.meshing
     active = lines.active
     order = np.argsort((lines.mesh_phase[:, None] + lines.index)[active])
     u, y, length, flank_values = (each[active][order] for each in (lines.u, lines.y, lines.length, values))
-    (first, last), (across, up) = flank_range(solved), size
-    path = first + (np.arange(up) + 0.5) / up * (last - first)
-    face = (np.arange(across) + 0.5) / across * meshing.face_width
+    (start, end), (columns, rows) = flank_range(solved), size
+    path = start + (np.arange(rows) + 0.5) / rows * (end - start)
+    face = (np.arange(columns) + 0.5) / columns * meshing.face_width
     return over_flank(u, y, length * math.cos(meshing.beta_b), flank_values, path, face)
-
-
-#: Number of samples of a train that are computed together. Between them a newer question may abort the computation.
-TOGETHER = 16
-#: Metrics of a pair whose scatter is shown; those of a train are ``STUDIED``.
-RMS_VALUES = ("transmission_error_rms", "mesh_stiffness_rms")
-#: Number of error samples.
-SAMPLES = 256
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,7 +71,7 @@ class CycleCurve:
     Parameters
     ----------
     phase, values
-        Curve over the mesh cycle, (point,).
+        Mesh phase [mesh periods] and value at points of the curve, (point,).
     length
         Number of mesh periods in the cycle.
     orders, amplitude
@@ -97,7 +97,7 @@ class FlankPressure:
     Parameters
     ----------
     values
-        See ``flank_map`` [MPa].
+        Pressure [MPa], with the shape of ``flank_map``.
     range
         Range of u [mm] that the map covers.
     """
@@ -115,8 +115,8 @@ class Sharing:
     cycle
         Forces and motions over the mesh cycle.
     turns, over_turns
-        Turns of the carrier against the ring (turn,), and largest load share of each mesh there (mesh, turn); both
-        empty without eccentric members.
+        Positions of the carrier relative to the ring [revolutions], (turn,), and the largest load share of each mesh
+        there, (mesh, turn); both empty without eccentric members.
     """
 
     cycle: TrainCycle
@@ -125,7 +125,7 @@ class Sharing:
 
     @property
     def mesh_load_factor(self) -> float:
-        """K_γ [–]."""
+        """K_γ [–]: largest load share over the mesh cycle and over a revolution of the carrier."""
         return float(max(self.cycle.sharing.max(), self.over_turns.max(initial=0.0)))
 
 
@@ -142,10 +142,10 @@ class Picture:
     load
         Pressure on the flank of a pair, or load sharing of a train.
     scatter
-        Metric → its values for the error samples, (sample,): RMS values, K_γ of a train. None if the scene has no
+        Response → its values for the error samples, (sample,): RMS values, K_γ of a train. None if the scene has no
         random errors, or if they are not computed yet.
     seconds
-        Wall time.
+        Wall time of the computation [s].
     """
 
     scene: Scene
@@ -162,11 +162,11 @@ class Picture:
 
 
 def picture(scene: Scene, samples: int = SAMPLES) -> Picture:
-    """Compute all results shown for ``scene``; raises as ``outline``."""
-    return scattered(*outline(scene), samples)
+    """Compute all results shown for ``scene``; raises as ``without_scatter``."""
+    return with_scatter(*without_scatter(scene), samples)
 
 
-def outline(scene: Scene) -> tuple[Picture, Solved | SolvedTrain]:
+def without_scatter(scene: Scene) -> tuple[Picture, Solved | SolvedTrain]:
     """Compute all results but the scatter; also return the solution, from which the scatter is computed.
 
     The default resolution replaces a requested accuracy, and the greatest load replaces several loads.
@@ -183,7 +183,7 @@ def outline(scene: Scene) -> tuple[Picture, Solved | SolvedTrain]:
         scene = replace(scene, resolution=Resolution())
     scene = scene.under(scene.load) if scene.loads else scene
     solved, cycle, load = _train(scene) if scene.coupled else _pair(scene)
-    without_scatter = Picture(
+    results = Picture(
         scene=scene,
         transmission_error=_curve(cycle, "transmission_error"),
         mesh_stiffness=_curve(cycle, "mesh_stiffness"),
@@ -191,16 +191,18 @@ def outline(scene: Scene) -> tuple[Picture, Solved | SolvedTrain]:
         scatter=None,
         seconds=time.perf_counter() - start,
     )
-    return without_scatter, solved
+    return results, solved
 
 
 def _pair(scene: Scene) -> tuple[Solved, MeshCycle, FlankPressure]:
+    """Solve a pair: solution, mesh cycle and pressure."""
     solved = solve_scene(scene)
     pressure = FlankPressure(values=flank_map(solved, flank.pressure(solved)), range=flank_range(solved))
     return solved, solved.cycle, pressure
 
 
 def _train(scene: Scene) -> tuple[SolvedTrain, MeshCycle, Sharing]:
+    """Solve a train: solution, mesh cycle of the whole train, and load sharing."""
     solved = solve_train(scene)
     error = solved.cycle.transmission_error
     cycle = MeshCycle(phases=solved.phases, transmission_error=error, mesh_stiffness=solved.stiffness)
@@ -211,7 +213,7 @@ def _train(scene: Scene) -> tuple[SolvedTrain, MeshCycle, Sharing]:
     return solved, cycle, Sharing(cycle=solved.cycle, turns=turns, over_turns=over_turns)
 
 
-def scattered(
+def with_scatter(
     picture: Picture,
     solved: Solved | SolvedTrain,
     samples: int = SAMPLES,
@@ -227,29 +229,31 @@ def scattered(
 
 
 def _curve(cycle: MeshCycle, name: str) -> CycleCurve:
+    """Curve, orders and metrics of the quantity ``name`` of a mesh cycle."""
     phases, values = cycle.phases, getattr(cycle, name)
-    parts = curves(phases, values, 12)
+    pieces = curves(phases, values, POINTS)
     return CycleCurve(
-        phase=np.concatenate([x for x, _ in parts]),
-        values=np.concatenate([y for _, y in parts]),
+        phase=np.concatenate([x for x, _ in pieces]),
+        values=np.concatenate([y for _, y in pieces]),
         length=phases.length,
         orders=np.array(phases.orders),
         amplitude=2 * np.abs(coefficients(phases, values)),
-        **{part: float(response(f"{name}_{part}").reduce(cycle)) for part in ("mean", "rms", "peak_to_peak")},
+        **{kind: float(response(f"{name}_{kind}").reduce(cycle)) for kind in ("mean", "rms", "peak_to_peak")},
     )
 
 
 @single_threaded_blas()
 def _scatter(solved: Solved | SolvedTrain, samples: int, progress: Callable[[int, int], None]) -> Mapping[str, NDArray]:
+    """Responses to the error samples, response → (sample,)."""
     if isinstance(solved, SolvedTrain):
         train = sampled_train(solved.scene, solved)
         errors = train.draw(unit_samples("sobol", samples, len(train.error_names), 0))
-        error_chunks = (errors[i : i + TOGETHER] for i in range(0, samples, TOGETHER))
-        chunks: list[Mapping[str, NDArray]] = []
-        for chunk in on_threads(partial(train.respond, names=STUDIED), error_chunks, default_threads()):
-            chunks.append(chunk)
-            progress(TOGETHER * len(chunks), samples)
-        return {name: np.concatenate([chunk[name] for chunk in chunks]) for name in STUDIED}
+        error_blocks = (errors[i : i + BLOCK] for i in range(0, samples, BLOCK))
+        blocks: list[Mapping[str, NDArray]] = []
+        for block in on_threads(partial(train.respond, names=STUDIED), error_blocks, default_threads()):
+            blocks.append(block)
+            progress(BLOCK * len(blocks), samples)
+        return {name: np.concatenate([block[name] for block in blocks]) for name in STUDIED}
     # prepared from the solved scene, so lines, gaps and compliance are the same
     problem = prepare_scene(solved.scene)
     answer, complete = respond(
@@ -261,9 +265,9 @@ def _scatter(solved: Solved | SolvedTrain, samples: int, progress: Callable[[int
 
 
 def density(values: NDArray, points: int = 120) -> tuple[NDArray, NDArray]:
-    """Gaussian kernel density on a grid: points and density, (point,); width by Scott's rule.
+    """Gaussian kernel density on a grid: points and density, (point,) each; width by Scott's rule.
 
-    If all values are equal, the result is a single peak.
+    If all values agree to nine digits, the result is a vertical line of height 1.
     """
     spread = float(values.std(ddof=1)) if len(values) > 1 else 0.0
     centre = float(values.mean())

@@ -1,4 +1,7 @@
-"""Layout of the page: fronts, parallel coordinates and filters above, the picked gear below."""
+"""Layout of the page of stored designs: fronts, parallel coordinates and filters above, the picked gear below.
+
+``live`` puts it on a server, ``static`` into a file. The scripts of ``js`` connect its parts in the browser.
+"""
 
 from __future__ import annotations
 
@@ -46,7 +49,7 @@ class Page:
         self._first = first
         self.export = Button(label="Save scene file", name="export", width=SIDE - 60)
         self.export.js_on_event("button_click", script("download", "export", scene=self.gear.now["scene"]))
-        self._above, self.refresh, self.follow = self._designs()
+        self._roots, self.refresh, self.follow = self._designs()
 
     def listen(self) -> None:
         """Let the browser show every new ``answer``."""
@@ -57,24 +60,24 @@ class Page:
     def put(self, document: Document) -> None:
         """Add the page to a document."""
         document.template = get_env().from_string("{% extends base %}" + text_of("page.html"))
-        chosen = [column["title"] for column in choices(self.catalogue)]
+        offered = [column["title"] for column in choices(self.catalogue)]
         titles = [self.catalogue.column(name).title for name in (ACROSS, UP)]
         document.template_variables.update(
             name=self.catalogue.name(self._first), results=self._results(), figures=list(self.gear.figures),
-            columns=chosen, across=titles[0], up=titles[1],
+            columns=offered, across=titles[0], up=titles[1],
         )  # fmt: skip
         beside = Stack(children=[self.gear.phase, self.export], width=SIDE, name="controls")
-        for name, root in {**self._above, "controls": beside, **self.gear.figures}.items():
+        for name, root in {**self._roots, "controls": beside, **self.gear.figures}.items():
             root.name = name
             document.add_root(root)
         document.title = "gearbench explore"
         compare = script("light", "compare", "picks", **self.gear.compare(("picked",), MOST))
-        shown = (self.refresh, self.follow, *self.gear.ready, script("labels"), self._choose, compare)
-        document.js_on_event(DocumentReady, *shown)
+        at_start = (self.refresh, self.follow, *self.gear.ready, script("labels"), self._choose, compare)
+        document.js_on_event(DocumentReady, *at_start)
 
     def _results(self) -> list[str]:
         """One line per result: its name, the number of its designs, and their tooth model."""
-        counts = np.bincount(self.catalogue.study, minlength=len(self.catalogue.results))
+        counts = np.bincount(self.catalogue.result, minlength=len(self.catalogue.results))
         return [
             f"{result.label}: {f'{count:,}'.replace(',', ' ')} designs, {result.teeth}"
             for result, count in zip(self.catalogue.results, counts, strict=True)
@@ -88,13 +91,13 @@ class Page:
         catalogue, lines = self.catalogue, parallel.sources(self.catalogue)
         by_column = filters.sliders(catalogue)
         clear = Button(label="Clear filters", width=SIDE - 60)
-        many = cloud.cloud(catalogue, self.sources)
+        figure = cloud.cloud(catalogue, self.sources)
         coordinates = parallel.parallel(catalogue, lines)
         axes = axes_of(catalogue, by_column)
-        bar = cloud.colour_bar(many)
+        bar = cloud.colour_bar(figure)
         refresh = script(
             "filter", designs=self.sources["designs"], front=self.sources["front"],
-            raster=self.sources["raster"], plot=many, size=list(cloud.PIXELS), axes=axes,
+            raster=self.sources["raster"], plot=figure, size=list(cloud.PIXELS), axes=axes,
             everything=lines["everything"], kept=lines["kept"], ranges=lines["ranges"],
             sliders=list(by_column.values()), order=order(catalogue), gap=parallel.GAP, height=parallel.HEIGHT,
             colours=[colour(i) for i in range(min(len(catalogue.results), len(PALETTE)))],
@@ -102,7 +105,7 @@ class Page:
         )  # fmt: skip
         follow = script(
             "pick",
-            plot=many,
+            plot=figure,
             size=list(cloud.PIXELS),
             designs=self.sources["designs"],
             pick=self.pick,
@@ -111,19 +114,19 @@ class Page:
         )
         brush = script("brush", plot=coordinates, axes=axes)
         self._choose = script(
-            "axes", designs=self.sources["designs"], pick=self.pick, plot=many, refresh=refresh, bar=bar,
-            hover=many.select_one(HoverTool), columns=choices(catalogue), palette=list(bar.color_mapper.palette),
-            front_title=many.title.text,
+            "axes", designs=self.sources["designs"], pick=self.pick, plot=figure, refresh=refresh, bar=bar,
+            hover=figure.select_one(HoverTool), columns=choices(catalogue), palette=list(bar.color_mapper.palette),
+            front_title=figure.title.text,
         )  # fmt: skip
         for slider in by_column.values():
             slider.js_on_change("value", refresh)
-        for span in (many.x_range, many.y_range):
+        for span in (figure.x_range, figure.y_range):
             span.js_on_change("start", refresh)
             span.js_on_change("end", refresh)
         area = script("area", designs=self.sources["designs"], refresh=refresh)
         for event in (SelectionGeometry, DoubleTap, Reset):
-            many.js_on_event(event, area)
-        many.js_on_event(Tap, follow)
+            figure.js_on_event(event, area)
+        figure.js_on_event(Tap, follow)
         self.pick.js_on_change("data", follow)
         coordinates.js_on_event(PanStart, brush)
         coordinates.js_on_event(Pan, brush)
@@ -133,17 +136,20 @@ class Page:
             "button_click",
             script("clear", sliders=list(by_column.values()), designs=self.sources["designs"], refresh=refresh),
         )
-        shown = {"filters": filters.panel(catalogue, by_column), "clear": clear}
-        return {**shown, "cloud": many, "parallel": coordinates}, refresh, follow
+        side = {"filters": filters.panel(catalogue, by_column), "clear": clear}
+        return {**side, "cloud": figure, "parallel": coordinates}, refresh, follow
 
 
 def answer_data(now: Tables | None = None, text: str = "", *, message: str = "") -> dict[str, Any]:
-    """Columns of an answer: tables to show, None to leave what is shown unchanged; heading; error message."""
+    """Columns of an answer for ``js/answer.js``: tables of the gear, heading ``text``, and error message.
+
+    Without tables or text, the page keeps those that it shows.
+    """
     return {"now": [now], "summary": [text], "message": [message]}
 
 
 def axes_of(catalogue: Catalogue, by_column: dict[int, Any]) -> list[dict[str, Any]]:
-    """Axes of the parallel coordinates, for the scripts: key of the column, range, slider."""
+    """Axes of the parallel coordinates, for the scripts: key of the column, its range, and its slider or None."""
     shown = {id(column) for column in parallel.axes(catalogue)}
     return [
         {"key": f"c{i}", "low": column.range[0], "high": column.range[1], "slider": by_column.get(i)}
@@ -153,7 +159,7 @@ def axes_of(catalogue: Catalogue, by_column: dict[int, Any]) -> list[dict[str, A
 
 
 def choices(catalogue: Catalogue) -> list[dict[str, Any]]:
-    """Quantities for axes and colour of the cloud: key, title, key of the deviation σ, whether less is better."""
+    """Quantities for axes and colour of the cloud: key, title, key of its σ or None, whether less is better."""
     quantities = []
     for i, column in enumerate(catalogue.columns):
         if not column.categories and column.range[0] < column.range[1]:
@@ -170,9 +176,9 @@ def key(catalogue: Catalogue, name: str) -> str:
 
 
 def order(catalogue: Catalogue) -> np.ndarray:
-    """Designs sorted by result, then x, then y, so that one sweep finds the fronts of any kept subset, (design,)."""
+    """Designs sorted by result, then ``ACROSS``, then ``UP``, (design,): in one pass, a script finds all fronts."""
     x, y = catalogue.column(ACROSS).values, catalogue.column(UP).values
-    return np.lexsort((y, x, catalogue.study)).astype("int32")
+    return np.lexsort((y, x, catalogue.result)).astype("int32")
 
 
 def pick_data(catalogue: Catalogue, design: int) -> dict[str, Any]:

@@ -13,6 +13,7 @@ from gearbench.explore.look import PALETTE, PICK, chart, fixed
 
 #: Pixels of the image between two axes, and in height.
 GAP, HEIGHT = 44, 140
+#: Title of the figure.
 HINT = "Drag along an axis to keep a range, double-click it to clear"
 
 
@@ -35,7 +36,7 @@ def sources(catalogue: Catalogue) -> dict[str, ColumnDataSource]:
 
 
 def parallel(catalogue: Catalogue, data: dict[str, ColumnDataSource]) -> Any:
-    """Make the figure."""
+    """Make the figure; ``data`` holds the ``sources``, whose images ``js/filter.js`` paints."""
     shown = axes(catalogue)
     count = max(len(shown), 2)
     plot = chart(HINT, "", "", height=490, x_range=fixed(-0.45, count - 0.55), y_range=fixed(-0.11, 1.11))

@@ -1,4 +1,4 @@
-"""Local server of the live page."""
+"""Local server of a live page, of stored designs or of the design bench."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Explorer:
     """
 
     def __init__(self, open_page: Callable[[Document], object], port: int = 0) -> None:
-        def opened(document: Document) -> None:
+        def opened(document: Document) -> None:  # Bokeh's type of such a function returns None
             open_page(document)
 
         page = Application(FunctionHandler(opened))

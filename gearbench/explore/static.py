@@ -1,4 +1,4 @@
-"""Page as a single HTML file that needs no server and loads nothing from the network."""
+"""Page of stored designs as a single HTML file that needs no server and loads nothing from the network."""
 
 from __future__ import annotations
 
@@ -15,24 +15,29 @@ from gearbench.explore.look import script
 from gearbench.explore.model import picture
 from gearbench.explore.page import Page, knee
 
-#: Maximum number of designs whose pictures are stored in the file.
+#: Default of the largest number of designs whose figures are stored in the file.
 PICTURES = 60
 
 
 def html(catalogue: Catalogue, pictures: int = PICTURES) -> str:
     """Make the page as HTML text.
 
-    It contains all designs, and pictures of up to ``pictures`` designs spread over the fronts. The other designs are
+    It contains all designs, and the figures of up to ``pictures`` designs spread over the fronts. The other designs are
     shown with their stored values only.
+
+    Raises
+    ------
+    GearbenchError
+        If the design shown first cannot be computed.
     """
     first = knee(catalogue)
     shown: dict[str, Tables] = {}
     for design in _spread(catalogue, first, pictures):
         try:
-            answer = picture(catalogue.scene(design))
+            results = picture(catalogue.scene(design))
         except (GearbenchError, InputError, ArithmeticError):
-            continue  # a design that cannot be computed has no picture
-        shown[str(design)] = tables(answer)
+            continue  # a design that cannot be computed has no figures
+        shown[str(design)] = tables(results)
     if str(first) not in shown:
         raise GearbenchError(f"{catalogue.name(first)} cannot be computed")
     page = Page(catalogue, first, shown[str(first)])

@@ -1,4 +1,4 @@
-"""Result files named on the command line: their designs with quantities and scenes."""
+"""Results named on the command line of ``explore``: their designs with quantities and scenes."""
 
 from __future__ import annotations
 
@@ -72,6 +72,7 @@ def open_results(paths: Sequence[str | Path]) -> tuple[Stored, ...]:
 
 
 def _open(path: Path) -> Stored:
+    """Open one result; raises as ``open_results``."""
     if path.is_dir():
         return of_designs(open_designs(path), str(path))
     dataset = open_result(path)
@@ -118,7 +119,7 @@ def of_designs(designs: Designs, file: str) -> Stored:
 
 
 def _teeth(designs: Designs, numbers: NDArray) -> str:
-    """``teeth_of`` the first design whose scene can be read; files that other scenes name may be missing."""
+    """Text ``teeth_of`` one of the first ten designs; a scene that names a missing file cannot be read."""
     for number in numbers[:10]:
         try:
             return teeth_of(chosen_scene(designs, int(number)))
@@ -128,7 +129,7 @@ def _teeth(designs: Designs, numbers: NDArray) -> str:
 
 
 def _scene(dataset: xr.Dataset, file: str) -> Scene:
-    """Scene that a run has stored with its result."""
+    """Scene stored with the result of one gear; an error names the file."""
     try:
         return scene_of(dataset)
     except InputError as error:

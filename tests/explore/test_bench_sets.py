@@ -14,7 +14,7 @@ from gearbench.explore.bench.answers import COARSE, QUICK_ORDER, Answers, change
 from gearbench.explore.bench.form import flat, form
 from gearbench.explore.bench.session import bench, bench_html, example
 from gearbench.explore.gear_data import tables
-from gearbench.explore.model import outline
+from gearbench.explore.model import without_scatter
 from gearbench.keys import with_values
 from gearbench.robustness.run import robust
 from gearbench.scene_file import parse_scene, read_scene
@@ -242,7 +242,7 @@ def test_the_file_of_a_set_has_its_drawing_and_no_form():
 def test_gears_turn_by_a_tooth_in_a_mesh_period_and_never_overlap(torque):
     from matplotlib.path import Path
 
-    now, _ = outline(parse_scene(moved(SET, load__torque=torque)))
+    now, _ = without_scatter(parse_scene(moved(SET, load__torque=torque)))
     shown = tables(now)
     gears = {key: list(column) for key, column in shown["gears"].items()}
     at = {name: i for i, name in enumerate(gears["name"])}

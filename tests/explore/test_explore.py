@@ -68,13 +68,13 @@ def test_fronts_are_the_designs_that_none_of_their_result_dominates():
     designs = catalogue([stored(300, 1), stored(200, 2)])
     found = fronts(designs)
     F = np.column_stack([designs.column(ACROSS).values, designs.column(UP).values])
-    expected = [np.flatnonzero(designs.study == i)[non_dominated(F[designs.study == i])] for i in (0, 1)]
+    expected = [np.flatnonzero(designs.result == i)[non_dominated(F[designs.result == i])] for i in (0, 1)]
     assert_array_equal(np.sort(found), np.concatenate(expected))
     kept = designs.column("effects.crowning.amount").values <= 3
     rest = fronts(designs, kept)
     assert kept[rest].all()
-    first = kept & (designs.study == 0)
-    assert_array_equal(np.sort(rest[designs.study[rest] == 0]), np.flatnonzero(first)[non_dominated(F[first])])
+    first = kept & (designs.result == 0)
+    assert_array_equal(np.sort(rest[designs.result[rest] == 0]), np.flatnonzero(first)[non_dominated(F[first])])
 
 
 def test_scenes_are_those_of_the_designs():

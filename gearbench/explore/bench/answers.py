@@ -17,7 +17,7 @@ from gearbench.effects.tooth_bending import ToothBending
 from gearbench.errors import GearbenchError, InputError
 from gearbench.explore.bench.form import takes_files
 from gearbench.explore.gear_data import ORDERS, Tables, densities, tables
-from gearbench.explore.model import outline, scattered
+from gearbench.explore.model import with_scatter, without_scatter
 from gearbench.explore.page import answer_data
 from gearbench.keys import value_at
 from gearbench.results import flank
@@ -31,14 +31,15 @@ from gearbench.trains.solve import SolvedTrain
 
 #: Resolution of the first, quick answer while a slider moves.
 COARSE = Resolution(positions=16, segments=8)
-#: Order of solid teeth in the quick answer if their compliance is not known yet. The mean STE differs by at most 3 %
-#: from that with the default order, in a fifth of the time.
+#: ``order`` of solid teeth in the quick answer if their compliance is not known yet: in a fifth of the time of the
+#: default order, the mean STE differs by at most 3 %.
 QUICK_ORDER = (4, 5, 6)
+#: Message for an effect whose table names files.
 NAMES_FILES = "refers to files, so it can be given in the scene file only"
 #: Torques of the Harris map relative to the torque of the scene.
 TORQUES = tuple(np.round(np.linspace(0.2, 1.6, 8), 3))
-#: Resolution of the Harris map.
-_MAP = Resolution(positions=32, segments=10)
+#: Resolution of the curves over torque.
+_OVER_TORQUE = Resolution(positions=32, segments=10)
 
 
 def changed(base: Scene, given: Mapping[str, Any]) -> Scene:
@@ -87,7 +88,7 @@ class Overtaken(Exception):
 
 
 class Answers:
-    """Answers to the questions of an open page; it remembers the teeth whose compliance was last computed in full.
+    """Answers to the questions of an open page; it remembers the last teeth computed with the order of their scene.
 
     Parameters
     ----------
@@ -101,16 +102,16 @@ class Answers:
     def __call__(self, asked: Any, overtaken: Callable[[], bool] = lambda: False) -> Iterator[dict[str, Any]]:
         """Yield answers to the tables of a scene: coarse, at its resolution, scatter, over torque; or an error message.
 
-        The last answer takes longest; it is abandoned once ``overtaken`` says that a newer question waits.
+        The last two take longest; they are abandoned once ``overtaken`` says that a newer question waits.
         """
 
-        def go_on(_done: int, _of: int) -> None:
+        def progress(_done: int, _of: int) -> None:
             if overtaken():
                 raise Overtaken
 
         try:
             scene = changed(self._base, json.loads(asked["scene"][0]))
-            yield from self._solved(scene, go_on)
+            yield from self._solved(scene, progress)
         except Overtaken:
             return
         except (InputError, GearbenchError, ArithmeticError) as error:
@@ -118,17 +119,17 @@ class Answers:
         except (AttributeError, IndexError, KeyError, TypeError, ValueError):
             yield answer_data(message="this is no question of the page")
 
-    def _solved(self, scene: Scene, go_on: Callable[[int, int], None]) -> Iterator[dict[str, Any]]:
-        quick, _ = outline(self.sketch(scene))
+    def _solved(self, scene: Scene, progress: Callable[[int, int], None]) -> Iterator[dict[str, Any]]:
+        """Yield the answers for a valid scene; ``progress`` raises to abandon one."""
+        quick, _ = without_scatter(self.sketch(scene))
         yield answer_data(tables(replace(quick, scene=scene), teeth=False))
-        now, solved = outline(scene)
+        results, solved = without_scatter(scene)
         self._known = _compliance_inputs(scene)
-        yield answer_data(tables(now))
+        yield answer_data(tables(results))
         yield answer_data({"warnings": {"text": warnings(solved)}})
-        if now.unfinished:
-            now = scattered(now, solved, progress=go_on)
-            yield answer_data(densities(now))
-        yield answer_data(over_torque(scene, go_on))
+        if results.unfinished:
+            yield answer_data(densities(with_scatter(results, solved, progress=progress)))
+        yield answer_data(over_torque(scene, progress))
 
     def sketch(self, scene: Scene) -> Scene:
         """Reduce ``scene`` for the quick answer: few phases and segments, and a low order in new solid teeth."""
@@ -156,8 +157,8 @@ def warnings(solved: Solved | SolvedTrain) -> list[str]:
 
     meshes, lines = solved.meshes if isinstance(solved, SolvedTrain) else {"": solved}, []
     for name, mesh in meshes.items():
-        if parted := int((~(mesh.solution.force > 0).any(axis=(-2, -1))).sum()):
-            lines.append(f"Contact is lost at {parted} mesh phases{f' of {name}' if name else ''}.")
+        if separated := int((~(mesh.solution.force > 0).any(axis=(-2, -1))).sum()):
+            lines.append(f"Contact is lost at {separated} mesh phases{f' of {name}' if name else ''}.")
     # meshes of the same gears have the same warnings: those of the most loaded one
     by_load = sorted(meshes.values(), key=lambda mesh: mesh.solution.force.max())
     for mesh in {mesh.scene.pair: mesh for mesh in by_load}.values():
@@ -166,7 +167,7 @@ def warnings(solved: Solved | SolvedTrain) -> list[str]:
     return list(dict.fromkeys(lines))
 
 
-#: Outputs of a pair over torque; those of a train are in every Dataset.
+#: Outputs of a pair that the curves over torque need; those of a train are in every Dataset.
 _SWEPT = ("transmission_error", "transmission_error_amplitude", "transmission_error_peak_to_peak")
 #: Empty tables over torque, for a scene that is not swept yet.
 NOT_SWEPT: Tables = {
@@ -175,15 +176,15 @@ NOT_SWEPT: Tables = {
 }
 
 
-def over_torque(scene: Scene, go_on: Callable[[int, int], None] = lambda _done, _of: None) -> Tables:
+def over_torque(scene: Scene, progress: Callable[[int, int], None] = lambda _done, _of: None) -> Tables:
     """Tables of the Harris map, and of orders and peak-to-peak STE, over ``TORQUES`` times the torque of the scene.
 
-    After every torque, ``go_on`` is called with the number of torques done and of all torques.
+    After every torque, ``progress`` is called with the numbers of torques done and in total. It may raise to abort.
     """
     curve, outputs = ("train_transmission_error", ()) if scene.coupled else ("transmission_error", _SWEPT)
     torques = [float(f"{ratio * scene.load.torque:.4g}") for ratio in TORQUES]
-    swept = sweep(replace(scene, resolution=_MAP), {"torque": torques}, outputs=outputs, progress=go_on)
-    torque = swept["torque"].values.tolist()  # ascending, also below 0
+    swept = sweep(replace(scene, resolution=_OVER_TORQUE), {"torque": torques}, outputs=outputs, progress=progress)
+    torque = swept["torque"].values.tolist()  # ascending, also if they are negative
     phase, values = swept["mesh_phase"].values, swept[curve].transpose("torque", ...).values
     phase = phase if phase.ndim == 2 else np.broadcast_to(phase, values.shape)
     lines = [_two_periods(x, y - y.mean()) for x, y in zip(phase, values, strict=True)]
@@ -204,6 +205,7 @@ def over_torque(scene: Scene, go_on: Callable[[int, int], None] = lambda _done, 
 
 
 def _two_periods(phase: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Sort a cycle by phase, and show it twice if it is one mesh period long: phases and values, (point,) each."""
     order = np.argsort(phase)
     x, y = phase[order], values[order]
     if x[-1] >= 1:  # a cycle of several mesh periods, shown once

@@ -1,4 +1,4 @@
-"""Controls of a scene, made from its input classes: every key with unit, limits and meaning."""
+"""Controls of the design bench, made from the input classes of a scene: every key with unit, limits and meaning."""
 
 from __future__ import annotations
 
@@ -32,18 +32,19 @@ from gearbench.schema import Key, keys, parts, unannotated
 
 Kind = Literal["number", "integer", "choice", "switch", "list", "words"]
 
-#: Tables of a set that may be left out, and what they hold once they are added.
+#: Tables of a planetary set that may be left out → their class, and the keys with which the page adds them [µm].
 _ADDED = {
     "planetary.run_out": (PlanetaryRunOut, {"sun": 20.0}),
     "planetary.scatter": (PlanetaryScatter, {"pin_tangential": 10.0}),
 }
+#: Text of the group of the coast flanks.
 _COAST = "Effects of the coast flanks, on which a planet or idler makes contact in its second mesh."
-#: Keys of gears whose sliders stay near the value.
+#: Keys of gears whose sliders stay within 20 % of the value.
 _NARROW = {*keys(Pair), *keys(TrainGear)} - {"profile_shift", "helix_angle"}
 
 #: Half range of a slider whose value is zero, by unit.
 _SPANS = {"µm": 20.0, "mm": 2.0, "°": 10.0, "N·m": 100.0}
-#: Step of a slider is its range over this number, rounded up to 1, 2 or 5 times a power of ten.
+#: Greatest number of steps of a slider; a step is 1, 2 or 5 times a power of ten.
 _STEPS = 200
 
 
@@ -58,7 +59,8 @@ class Control:
     label, unit, meaning
         Texts to show; the unit is "" if there is none.
     kind
-        Number, whole number, one of ``choices``, switch, list of numbers, or list of some of ``choices``.
+        "number"; "integer"; "choice" of one of ``choices``; "switch"; "list" of numbers; "words", a list of some of
+        ``choices``.
     value
         Value in the scene, or the default; None if the key is absent and its value is derived.
     optional
@@ -66,11 +68,11 @@ class Control:
     low, high, step
         Ends and step of the slider; None if there is no slider.
     least, most
-        Limits of the value; None if there are none.
+        Least and greatest allowed value; None if there is no limit.
     choices
         Allowed values of a choice, or words of a list.
     items
-        Number of sliders of a list, one for each of its numbers.
+        Number of sliders of a list, one for each of its numbers; 0 if it has none.
     """
 
     path: str
@@ -106,7 +108,7 @@ class Group:
     example
         Table to begin with once it is added.
     below
-        Groups within this one: tables inside the table, effects of the flanks of a gear.
+        Groups within this one: tables inside the table, and effects of the flanks of a gear.
     """
 
     path: str
@@ -154,6 +156,7 @@ def _tables(tables: Mapping[str, Any]) -> Iterator[tuple[str, type]]:
 
 
 def _effects() -> Iterator[tuple[str, type[Effect]]]:
+    """Yield the names and classes of all effects."""
     for name in effect_names():
         with suppress(GearbenchError):  # skip a broken effect of another package; the scene works without it
             yield name, effect_class(name)
@@ -169,26 +172,25 @@ def _group(kind: type, path: str, table: Mapping[str, Any]) -> Group:
     }
     below = [_group(lower, f"{path}.{name}", table.get(name, {})) for name, lower in inner.items()]
     left_out = ("shaft",) if kind is TrainGear and path.startswith("planetary.") else ()
-    # the members of a set share keys, except at_ring
+    # module, pressure angle and helix angle are keys of the set; only the planet's gear at the ring may have its own
     left_out += SHARED if left_out and not path.endswith(AT_RING) else ()
     with_control = {name: key for name, key in keys(kind).items() if name not in left_out and not takes_files(kind)}
     shown = [_control(key, f"{path}.{name}", table.get(name)) for name, key in with_control.items()]
     if kind is Planetary:
         number = len(table.get("positions", ())) or table.get("planets", Planetary.planets)
         per_planet = [f"{path}.{name}" for name in DEVIATIONS]
-        shown = [
-            _of_planets(control, number) if control and control.path in per_planet else control for control in shown
-        ]
+        shown = [_of_planets(c, number) if c and c.path in per_planet else c for c in shown]
     if kind is TrainGear:
         controls, groups = _flanks(path, table)
-        other = _flanks(f"{path}.coast", table.get("coast", {}))
+        of_coast_flanks = _flanks(f"{path}.coast", table.get("coast", {}))
         shown += controls
-        below = [*below, *groups, _group_of(f"{path}.coast", _COAST, *other)]
+        below = [*below, *groups, _group_of(f"{path}.coast", _COAST, *of_coast_flanks)]
     text = " ".join(parts(kind)[0].split("\n\n")[0].replace("``", "").split())
     return _group_of(path, text, shown, [group for group in below if group.path not in _ADDED])
 
 
 def _group_of(path: str, text: str, controls: Iterable[Control | None], below: Iterable[Group]) -> Group:
+    """Make a group; its title comes from the path: "Pinion" (pair.pinion), "Meshes: 0", "Sun: tip relief"."""
     head, *rest = path.split(".")
     shown = rest[-1:] if head == "pair" else path.split(".") if head == "meshes" else rest
     return Group(
@@ -201,19 +203,22 @@ def _group_of(path: str, text: str, controls: Iterable[Control | None], below: I
 
 
 def _optional(kind: type, path: str, given: Mapping[str, Any] | None, example: Mapping[str, Any]) -> Group:
-    """Make the group of a table that may be left out."""
+    """Make the group of a table that may be left out; ``given`` is None if the scene does not have it."""
     group = _group(kind, path, example if given is None else given)
     return replace(group, present=given is not None, optional=True, example=example)
 
 
 def _flanks(path: str, table: Mapping[str, Any]) -> tuple[list[Control | None], list[Group]]:
-    """Controls and groups of the effects that the flanks of one gear of a train may have."""
+    """Controls and groups of the effects that the flanks of one gear of a train may have.
+
+    These are the effects that have a value or a table for each gear of a pair.
+    """
     controls, groups = [], []
     for name, kind in _effects():
         key, dotted = keys(kind).get(GEARS[0]), f"{path}.{name}"
         if key is None or takes_files(kind):
             continue
-        if key.table is None:
+        if key.table is None:  # a value
             controls.append(_control(replace(key, name=name), dotted, table.get(name)))
         elif not key.items:
             example = {name: value for name, value in kind.example.items() if name in keys(key.table)}
@@ -222,14 +227,14 @@ def _flanks(path: str, table: Mapping[str, Any]) -> tuple[list[Control | None], 
 
 
 def _of_planets(control: Control, number: int) -> Control:
-    """Add a slider for each planet to the control of a list."""
-    # a negative value makes the slider run to both sides
+    """Add a slider for each planet to the control of a list of deviations [µm]."""
+    # the sign makes the range symmetric about zero
     low, high, step = _span(-max(map(abs, control.value), default=0.0), None, None, "µm", whole=False)
     return replace(control, items=number, low=low, high=high, step=step)
 
 
 def takes_files(kind: type) -> bool:
-    """Whether an input class refers to files; the page shows the heading of its table but cannot change it."""
+    """Whether an input class refers to files, as a key with their SHA-256 tells; the page cannot change its table."""
     return any(name.endswith("_sha256") for name in keys(kind))
 
 
@@ -279,16 +284,18 @@ def _span(
     least_excluded: bool = False,
     narrow: bool = False,
 ) -> tuple[float | None, float | None, float | None]:
-    """Ends and step of a slider for ``value``: round numbers within the limits; None if the value is absent.
+    """Lower end, upper end and step of a slider for ``value``: round numbers within the limits ``least`` and ``most``.
 
-    The slider runs from zero to about twice the value, or, if ``narrow``, from 20 % below to 20 % above the value. Of a
-    negative value or zero, it runs as far to both sides.
+    The slider runs from zero to about twice the value. For a negative value or zero, it is symmetric about zero. If
+    ``narrow``, it runs from 20 % below to 20 % above the value. All three are None if the value is absent.
     """
     if value is None:
         return None, None, None
-    low, high = (0.0, round_up(2 * value)) if value > 0 else (-1.0, 1.0)
-    if value <= 0:
-        low, high = (x * (round_up(-2 * value) if value else _SPANS.get(unit, 1.0)) for x in (low, high))
+    if value > 0:
+        low, high = 0.0, round_up(2 * value)
+    else:
+        high = round_up(-2 * value) if value else _SPANS.get(unit, 1.0)
+        low = -high
     if narrow and value:
         low, high = sorted((0.8 * value, 1.2 * value))
     step = 1.0 if whole else round_up((high - low) / _STEPS)
@@ -309,6 +316,7 @@ def _same_sign(
 
 
 def _round(value: float) -> float:
+    """Round to ten digits, so that a decimal looks as a person writes it."""
     return float(f"{value:.10g}")
 
 

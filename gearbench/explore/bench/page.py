@@ -1,4 +1,7 @@
-"""Layout of the design bench: controls on one side; curves, orders, pressure, teeth and numbers on the other."""
+"""Layout of the design bench: controls on one side; numbers, curves, orders, pressure and teeth on the other.
+
+``session`` puts it on a server or into a file; ``js/bench.js`` runs the controls in the browser.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +22,7 @@ from gearbench.explore.look import INK, PALETTE, fitted, fixed, script, text_of
 from gearbench.explore.page import answer_data
 from gearbench.scene import Scene
 
-#: Maximum number of variants kept: one per colour.
+#: Largest number of variants kept for comparison: one per colour.
 MOST = 6
 
 
@@ -80,6 +83,7 @@ class BenchPage:
         return [*(name for name in order if name in self.figures), *last]
 
     def _harris(self) -> Any:
+        """Draw the Harris map: transmission error over the mesh phase, one curve per torque."""
         plot = self.gear.chart("harris", x_range=fixed(0, 2))
         source = self.gear.now["harris"]
         mapper = LinearColorMapper(palette="Viridis256", low=0, high=1)
@@ -93,6 +97,7 @@ class BenchPage:
         return plot
 
     def _torque(self) -> Any:
+        """Draw peak-to-peak value and orders of the transmission error over torque."""
         plot = self.gear.chart("torque")
         source = self.gear.now["torque"]
         plot.line("torque", "peak_to_peak", source=source, color=INK, line_width=2.2, legend_label="peak-to-peak")

@@ -1,4 +1,4 @@
-"""Design bench as a live page or as a file."""
+"""Design bench as a live page (``bench``) or as an HTML file without controls (``bench_html``)."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from gearbench.explore.conversation import Conversation
 from gearbench.explore.gear import OVERLAID
 from gearbench.explore.gear_data import tables
 from gearbench.explore.look import text_of
-from gearbench.explore.model import Picture, outline, picture, scattered
+from gearbench.explore.model import Picture, picture, with_scatter, without_scatter
 from gearbench.explore.static import as_file
 from gearbench.scene import Scene
 from gearbench.scene_file import parse_scene
 
-#: Time without a slider move after which the fine answer is begun [s].
+#: Time without a slider move after which the answer at the full resolution is begun [s].
 REST = 0.12
 
 
@@ -42,7 +42,7 @@ class BenchSession:
 
     def __init__(self, scene: Scene, begin: Picture, document: Document, beside: Sequence[Picture] = ()) -> None:
         self.page = BenchPage(scene, tables(begin), variants(beside))
-        self._talk = Conversation(document, self.page.question, self.page.answer, Answers(scene), rest=REST)
+        self._conversation = Conversation(document, self.page.question, self.page.answer, Answers(scene), rest=REST)
         self.page.put(document)
 
 
@@ -62,10 +62,13 @@ def bench(scene: Scene, *others: Scene) -> Callable[[Document], object]:
 
 
 def bench_html(scene: Scene, *others: Scene) -> str:
-    """HTML text of a bench without server and controls: results of ``scene`` and its variants."""
+    """HTML text of a bench without server and controls: results of ``scene``, with ``others`` as variants.
+
+    Raises as ``bench``.
+    """
     _check(scene, others)
-    now, solved = outline(scene)
-    shown = {**tables(scattered(now, solved)), **over_torque(scene)}
+    results, solved = without_scatter(scene)
+    shown = {**tables(with_scatter(results, solved)), **over_torque(scene)}
     beside = [picture(other) for other in others]
     page = BenchPage(scene, {**shown, "warnings": {"text": warnings(solved)}}, variants(beside))
     document = Document()
@@ -82,7 +85,7 @@ def _check(scene: Scene, others: Sequence[Scene]) -> None:
 
 
 def variants(beside: Sequence[Picture]) -> list[dict[str, Any]]:
-    """Convert pictures to variants for the page: name, number, scene, numbers and curves."""
+    """Convert results to variants for ``js/compare.js``: name, number, scene, numbers and curves."""
     entries = []
     for i, result in enumerate(beside, start=1):
         shown = {**tables(result, teeth=False), **over_torque(result.scene)}

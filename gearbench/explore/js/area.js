@@ -1,4 +1,5 @@
-// Designs inside a box or a lasso are marked; a double-click or the reset tool ends that.
+// Mark the designs inside a box or a lasso; a double-click or the reset tool clears the marks.
+// state.marks counts the changes, so that filter.js knows when to paint the lines again.
 const state = (designs.explore ??= { marks: 0 });
 const selecting = cb_obj.event_name === "selectiongeometry";
 if (selecting && (!cb_obj.final || !["rect", "poly"].includes(cb_obj.geometry.type))) return;

@@ -1,4 +1,4 @@
-// Other quantities across, up and as colour: chosen in the page's selects, drawn by filter.js.
+// Change the quantities of the cloud's axes and colours, chosen in the page's selects; filter.js draws them.
 const state = (designs.explore ??= { marks: 0 });
 const chosen = ["across", "up", "colour"].map((id) => document.getElementById(id));
 
@@ -8,28 +8,29 @@ function range(values) {
     if (value < low) low = value;
     if (value > high) high = value;
   }
-  const room = 0.03 * (high - low) || 0.1 * Math.abs(high) || 1;
-  return { start: low - room, end: high + room };
+  const margin = 0.03 * (high - low) || 0.1 * Math.abs(high) || 1;
+  return { start: low - margin, end: high + margin };
 }
 
+// colour of every design by a quantity, as an integer 0xBBGGRR; grey where the quantity is not known
 function shades(values) {
-  const { start, end } = range(values), found = new Uint32Array(values.length);
+  const { start, end } = range(values), result = new Uint32Array(values.length);
   for (let i = 0; i < values.length; i++) {
-    const at = values[i] === values[i] ? Math.round((values[i] - start) / (end - start) * (palette.length - 1)) : -1;
-    const ink = at < 0 ? "#AFAFAF" : palette[at];
-    found[i] = (parseInt(ink.slice(5, 7), 16) << 16) | (parseInt(ink.slice(3, 5), 16) << 8) | parseInt(ink.slice(1, 3), 16);
+    const known = values[i] === values[i];  // not NaN
+    const ink = known ? palette[Math.round((values[i] - start) / (end - start) * (palette.length - 1))] : "#AFAFAF";
+    result[i] = (parseInt(ink.slice(5, 7), 16) << 16) | (parseInt(ink.slice(3, 5), 16) << 8) | parseInt(ink.slice(1, 3), 16);
   }
   bar.color_mapper.setv({ low: start, high: end }, { sync: false });
-  return found;
+  return result;
 }
 
 function change() {
   const [across, up, colour] = chosen.map((select) => columns[select.value]);
-  const { study } = designs.data;
+  const { result } = designs.data;
   const x = (designs.data.x = designs.data[across.key]), y = (designs.data.y = designs.data[up.key]);
-  state.order = Int32Array.from(x.keys()).sort((a, b) => study[a] - study[b] || x[a] - x[b] || y[a] - y[b]);
+  state.order = Int32Array.from(x.keys()).sort((a, b) => result[a] - result[b] || x[a] - x[b] || y[a] - y[b]);
   state.scatter = [across.scatter, up.scatter];
-  state.front = across.less && up.less;
+  state.front = across.less && up.less;  // a front exists if less is better on both axes
   state.shade = colour ? shades(designs.data[colour.key]) : undefined;
   state.axes = chosen.map((select) => select.value).join();
   bar.visible = !!colour;

@@ -1,14 +1,16 @@
-// The design bench in the browser: controls to tables of a scene and back, undo, baseline, variants, numbers.
+// Run the design bench in the browser: controls, undo, baseline, variants, numbers, files. The controls change the tables
+// of a scene; every change is a question to the server.
 // Everything shown is set as text; nothing that comes from a file is read as markup.
-// After compare.js and download.js, whose functions it uses.
-const form = byId("controls");
-const start = question.data.scene[0];
+// Uses functions of compare.js and download.js, which run before.
+const form = byId("controls");  // a page without a server has none
+const start = question.data.scene[0];  // JSON text of the first scene
 let tables = JSON.parse(start);
-let committed = start;
-const undone = [];  // earlier scenes, the last one on top
-const added = JSON.parse(examples);
+let committed = start;  // scene after the last finished change: a drag of a slider is one change
+const earlier = [];  // scenes to go back to, the last one on top
+const exampleTables = JSON.parse(examples);
 
 // -- tables and controls ----------------------------------------------------------------------------------------------
+// the table that holds the key `path`, and the last part of the key; missing tables are made if `make` is true
 function parent(path, make, top = tables) {
   const parts = path.split(".");
   let table = top;
@@ -34,6 +36,7 @@ function set(path, value) {
   } else table[last] = value;
 }
 
+// value of an input; undefined if it is empty
 function valueOf(input) {
   const kind = input.dataset.kind;
   if (kind === "switch") return input.checked;
@@ -44,6 +47,7 @@ function valueOf(input) {
   return Number(input.value);
 }
 
+// show the value of a key in its input and on its sliders
 function put(input) {
   const value = get(input.dataset.path);
   if (input.dataset.kind === "switch") input.checked = value ?? false;
@@ -53,31 +57,33 @@ function put(input) {
   } else if (input !== document.activeElement) input.value = value === undefined ? "" : [value].flat().join(", ");
   const path = CSS.escape(input.dataset.path);
   for (const slider of form.querySelectorAll(`[data-slides="${path}"], [data-slides^="${path}."]`)) {
-    const at = get(slider.dataset.slides) ?? slider.dataset.default;
-    if (at > Number(slider.max)) slider.max = at;
-    if (at < Number(slider.min)) slider.min = at;
-    slider.value = at;
+    const position = get(slider.dataset.slides) ?? slider.dataset.default;
+    if (position > Number(slider.max)) slider.max = position;
+    if (position < Number(slider.min)) slider.min = position;
+    slider.value = position;
   }
 }
 
 function show() {
   for (const input of form.querySelectorAll("[data-path]")) put(input);
   for (const box of form.querySelectorAll("[data-table]")) box.checked = get(box.dataset.table) !== undefined;
-  byId("undo").disabled = undone.length === 0;
+  byId("undo").disabled = earlier.length === 0;
 }
 
 function ask() {
   question.data = { scene: [JSON.stringify(tables)], number: [question.data.number[0] + 1] };
 }
 
+// finish a change, so that it can be undone
 function commit() {
   const text = JSON.stringify(tables);
   if (text === committed) return;
-  undone.push(committed);
+  earlier.push(committed);
   committed = text;
   byId("undo").disabled = false;
 }
 
+// show and solve another scene
 function replace(text) {
   tables = JSON.parse(text);
   committed = text;
@@ -87,17 +93,17 @@ function replace(text) {
 
 // a table that is added begins as in the first scene, or with its example
 function include(table) {
-  if (get(table) === undefined) set(table, structuredClone(get(table, JSON.parse(start)) ?? added[table] ?? {}));
+  if (get(table) === undefined) set(table, structuredClone(get(table, JSON.parse(start)) ?? exampleTables[table] ?? {}));
 }
 
-// the tables that may be left out and hold a key are added with it
+// add the optional tables that hold a key
 function includeFor(key) {
   const boxes = [...form.querySelectorAll("[data-table]")].filter((box) => key.startsWith(`${box.dataset.table}.`));
   boxes.forEach((box) => include(box.dataset.table));
   if (boxes.some((box) => !box.checked)) show();
 }
 
-// a list that is not given yet begins with zeros
+// set a number of a list; a list that is not given yet begins with zeros
 function setItem(key, value) {
   const list = key.slice(0, key.lastIndexOf("."));
   const sliders = form.querySelectorAll(`[data-slides^="${CSS.escape(list)}."]`);
@@ -135,11 +141,11 @@ if (form) {
   });
   form.addEventListener("change", commit);
   form.addEventListener("submit", (event) => event.preventDefault());
-  byId("undo").addEventListener("click", () => undone.length && replace(undone.pop()));
+  byId("undo").addEventListener("click", () => earlier.length && replace(earlier.pop()));
   document.addEventListener("keydown", (event) => {
     if ((event.ctrlKey || event.metaKey) && event.key === "z" && !event.target.matches?.("input[type=text]")) {
       event.preventDefault();
-      if (undone.length) replace(undone.pop());
+      if (earlier.length) replace(earlier.pop());
     }
   });
   byId("baseline").addEventListener("click", () => {
@@ -147,12 +153,12 @@ if (form) {
     numbers();
   });
   byId("variant").addEventListener("click", () => {
-    const number = kept.reduce((last, each) => Math.max(last, each.number), 0) + 1;
+    const number = kept.reduce((last, gear) => Math.max(last, gear.number), 0) + 1;
     keep({ name: `variant ${number}`, number, scene: now.scene.data.tables[0] });
   });
   byId("save").addEventListener("click", () => downloadScene(now.scene.data.text[0]));
   byId("pictures").addEventListener("click", pictures);
-  actions = (each) => [["restore", () => { commit(); undone.push(committed); replace(each.scene); }]];
+  actions = (gear) => [["restore", () => { commit(); earlier.push(committed); replace(gear.scene); }]];
   overlay();
   show();
 }
@@ -162,7 +168,7 @@ function warn() {
   byId("warnings").replaceChildren(...Array.from(now.warnings.data.text, (text) => cell("li", text)));
 }
 
-// figures of the scatter over errors, and over a revolution, are shown where there is something
+// show the figures of the scatter over errors, and over a revolution, only if they have data
 function showFigures() {
   for (const figure of document.querySelectorAll('[data-figure$="_density"], [data-figure="revolution"]')) {
     const { value, xs } = now[figure.dataset.figure].data;
@@ -171,7 +177,8 @@ function showFigures() {
 }
 
 // -- files ------------------------------------------------------------------------------------------------------------
-// Figures are drawn as SVG for the file alone: on the screen that would be slow. Two beside each other in one file.
+// Save the visible figures in one SVG file, two beside each other. They are drawn as SVG only for the file, because SVG is
+// slow on the screen.
 async function pictures() {
   const parts = [];
   let y = 0, x = 0, width = 0, height = 0;
@@ -199,7 +206,7 @@ async function pictures() {
 function turnTo(value) { phase.setv({ value }, { sync: false }); }
 
 byId("phase").addEventListener("input", ({ target }) => turnTo(Number(target.value)));
-const PERIOD = 6000;  // of a mesh [ms]
+const PERIOD = 6000;  // time in which the gears turn by one mesh period [ms]
 byId("turn").addEventListener("change", ({ target }) => {
   let last = performance.now();
   function step(time) {
@@ -213,7 +220,7 @@ byId("turn").addEventListener("change", ({ target }) => {
 });
 now.warnings.connect(now.warnings.properties.data.change, warn);
 now.ste_density.connect(now.ste_density.properties.data.change, showFigures);
-// the cycle of a train may be of several mesh periods
+// the cycle of a train may have several mesh periods
 const setCycle = () => { byId("phase").max = now.extent?.data.cycle[0] ?? 1; };
 now.extent?.connect(now.extent.properties.data.change, setCycle);
 setCycle();

@@ -1,4 +1,4 @@
-// A file for the browser's folder of downloads; the server writes none.
+// Offer a file as a download of the browser; the server writes no file.
 function download(blob, name) {
   const link = document.createElement("a");
   link.href = URL.createObjectURL(blob);
@@ -7,10 +7,10 @@ function download(blob, name) {
   setTimeout(() => URL.revokeObjectURL(link.href), 10000);
 }
 
-// A scene file under the scene's name, which may hold anything: letters, digits and _ are kept, and no name of a device
-// that Windows has ("con", "com1").
+// Download a scene file under the name of the scene. Characters other than letters, digits and _ are replaced, and "_"
+// is added to names of Windows devices ("con", "com1").
 function downloadScene(text) {
-  const named = (/^name = "(.*)"$/m.exec(text)?.[1] ?? "scene").replace(/[^\w]+/g, "_").slice(0, 80) || "scene";
-  const device = /^(con|prn|aux|nul|com\d|lpt\d)$/i.test(named);
-  download(new Blob([text], { type: "application/toml" }), `${named}${device ? "_" : ""}.toml`);
+  const name = (/^name = "(.*)"$/m.exec(text)?.[1] ?? "scene").replace(/[^\w]+/g, "_").slice(0, 80) || "scene";
+  const isDevice = /^(con|prn|aux|nul|com\d|lpt\d)$/i.test(name);
+  download(new Blob([text], { type: "application/toml" }), `${name}${isDevice ? "_" : ""}.toml`);
 }

@@ -1,2 +1,2 @@
-// The scene of the pick as a download of the browser.
+// Download the scene of the picked design.
 downloadScene(scene.data.text[0]);

@@ -1,4 +1,5 @@
-// Fit the ranges of a figure to all that its glyphs draw, which may be nothing. Columns of lists count as their items.
+// Fit the ranges of a figure to what its glyphs draw, if they draw anything.
+// ends of all values of the named glyph properties, with a margin; a column may hold numbers or lists of numbers
 function span(names, floor) {
   let low = floor ?? Infinity, high = -Infinity;
   for (const { glyph, data_source } of plot.renderers) for (const name of names) {
@@ -10,9 +11,9 @@ function span(names, floor) {
     }
   }
   if (!(high > low)) return high > -Infinity && high === low ? [low - 1, high + 1] : null;
-  const room = 0.06 * (high - low);
-  return [floor === null ? low - room : floor, high + room];
+  const margin = 0.06 * (high - low);
+  return [floor === null ? low - margin : floor, high + margin];
 }
-const wide = across ? span(["x", "xs"], null) : null, up = span(["y", "ys", "y2", "top"], floor);
-if (wide) plot.x_range.setv({ start: wide[0], end: wide[1] }, { sync: false });
-if (up) plot.y_range.setv({ start: up[0], end: up[1] }, { sync: false });
+const width = across ? span(["x", "xs"], null) : null, height = span(["y", "ys", "y2", "top"], floor);
+if (width) plot.x_range.setv({ start: width[0], end: width[1] }, { sync: false });
+if (height) plot.y_range.setv({ start: height[0], end: height[1] }, { sync: false });

@@ -1,26 +1,27 @@
 // Turn the gears of a train to the mesh phase, each about its axis, and show the load shares there.
 const tau = phase.value, { xs, ys, x, y, rate, alpha } = now.gears.data;
 const shapes = { xs: [], ys: [], alpha };
-xs.forEach((across, i) => {
-  const sin = Math.sin(tau * rate[i]), cos = Math.cos(tau * rate[i]), down = ys[i];
-  shapes.xs.push(Float32Array.from(across, (each, k) => x[i] + (each - x[i]) * cos - (down[k] - y[i]) * sin));
-  shapes.ys.push(Float32Array.from(across, (each, k) => y[i] + (each - x[i]) * sin + (down[k] - y[i]) * cos));
+xs.forEach((outlineX, i) => {
+  const sin = Math.sin(tau * rate[i]), cos = Math.cos(tau * rate[i]), outlineY = ys[i];
+  shapes.xs.push(Float32Array.from(outlineX, (px, k) => x[i] + (px - x[i]) * cos - (outlineY[k] - y[i]) * sin));
+  shapes.ys.push(Float32Array.from(outlineX, (px, k) => y[i] + (px - x[i]) * sin + (outlineY[k] - y[i]) * cos));
 });
 drawn.setv({ data: shapes }, { sync: false });
 
-// a curve at the mesh phase
+// value of a load share curve at the mesh phase
 function shareAt(phases, shares) {
-  const k = phases.findIndex((each) => each > tau);
+  const k = phases.findIndex((value) => value > tau);
   if (k < 1) return shares.at(k);  // before the first point, or after the last
   const part = (tau - phases[k - 1]) / (phases[k] - phases[k - 1]);
   return shares[k - 1] + part * (shares[k] - shares[k - 1]);
 }
 
 const { xs: phases, ys: curves } = now.sharing.data, { path } = now.marks.data, { colour } = now.paths.data;
-// the first answer after a change of the number of planets has their shares alone
+// After a change of the number of planets, the first answer brings only their shares: the circles wait for the gears.
 if (curves.length === colour.length) {
-  const shares = phases.map((each, i) => shareAt(each, curves[i])), of = (column) => path.map((i) => column[i]);
-  const [size, share] = [shares.map((each) => 14 * each), shares.map((each) => each.toFixed(2))];
+  const shares = phases.map((values, i) => shareAt(values, curves[i]));
+  const of = (column) => path.map((i) => column[i]);  // from one value per load path to one per mesh
+  const size = shares.map((value) => 14 * value), share = shares.map((value) => value.toFixed(2));  // 14 pixels: share 1
   labels.setv({ data: { ...now.paths.data, size, share } }, { sync: false });
   marks.setv({ data: { ...now.marks.data, size: of(size), share: of(share), colour: of(colour) } }, { sync: false });
 }

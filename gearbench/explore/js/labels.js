@@ -1,4 +1,4 @@
-// Names for screen readers on what Bokeh leaves without: the handles of its sliders.
+// Give the handles of Bokeh's sliders names for screen readers; Bokeh gives them none.
 function name(root) {
   for (const element of root.querySelectorAll("*")) {
     if (!element.shadowRoot) continue;

@@ -1,2 +1,2 @@
-// The line at the mesh phase, which the server need not know.
+// Move the line at the mesh phase; the server need not know.
 mark.setv({ location: cb_obj.value }, { sync: false });

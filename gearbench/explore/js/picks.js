@@ -1,6 +1,7 @@
-// Picked designs beside each other, after compare.js. A gear has the name of the numbers shown, not of a pick still being computed.
-actions = () => [];
+// Keep picked designs for comparison; runs after compare.js. A kept gear has the name of the design whose numbers are
+// shown, even while another pick is being computed.
+actions = () => [];  // no actions except "drop"
 byId("keep").addEventListener("click", () => {
-  const number = kept.reduce((last, each) => Math.max(last, each.number), 0) + 1;
+  const number = kept.reduce((last, gear) => Math.max(last, gear.number), 0) + 1;
   keep({ name: byId("summary").textContent, number });
 });

@@ -2,6 +2,7 @@
 const m = Object.fromEntries(Object.entries(motion.data).map(([key, column]) => [key, column[0]]));
 const tau = phase.value;
 
+// an outline turned clockwise by an angle [rad] about its centre, and moved up
 function turned({ x, y }, angle, rise) {
   const sin = Math.sin(angle), cos = Math.cos(angle), result = { x: [], y: [] };
   for (let i = 0; i < x.length; i++) {
@@ -15,6 +16,7 @@ const angles = [tau * m.pitch / m.pinion_base, -tau * m.pitch / m.wheel_base];
 drawn.forEach((source, k) => {
   source.setv({ data: turned(shapes[k].data, angles[k], k * m.distance) }, { sync: false });
 });
+// points in contact on the line of action, see geometry/tooth_shapes.py; k numbers the tooth pairs
 const points = { x: [], y: [] }, sin = Math.sin(m.angle), cos = Math.cos(m.angle);
 for (let k = -20; k <= 20; k++) {
   const u = m.first + (tau + k) * m.pitch;

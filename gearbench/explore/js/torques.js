@@ -1,3 +1,3 @@
-// The colours of the Harris map reach from the least torque to the greatest.
+// Let the colours of the Harris map run from the least torque to the greatest.
 const { torque } = source.data;
 if (torque.length) mapper.setv({ low: Math.min(...torque), high: Math.max(...torque) }, { sync: false });
