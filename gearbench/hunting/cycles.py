@@ -30,14 +30,20 @@ from gearbench.schema import changed
 MOST_CYCLES = 100_000
 #: Default highest mesh order of a spectrum.
 ORDERS = 3.0
-#: Peak memory over that of one contact problem: the problem on cells and its correction on patches exist together.
-OF_CONTACT = 2.5
+#: Peak memory of solving the contact over the memory of one contact problem: the problem on cells and its correction on
+#: patches exist together.
+CONTACT_SHARE = 2.5
 
 
 def known_orders(phases: Phases, cycles: int, orders: float) -> int:
     """Number of orders that are known: multiples of 1/``cycles`` up to ``orders``.
 
     With uniform phases only orders below half the number of phases are known.
+
+    Raises
+    ------
+    InputError
+        If no order is known.
     """
     if not orders * cycles + 1e-9 >= 1:
         raise InputError(
@@ -55,7 +61,7 @@ def hunting_memory(scene: Scene, positions: int, cycles: int, orders: float, mod
     """Peak memory [bytes] of mesh cycles with ``modes`` gap modes and of their spectrum up to mesh order ``orders``."""
     # uniform phases resolve only orders below half their number
     highest = orders if scene.resolution.positions is None else min(orders, positions / 2)
-    return cycles_memory(positions, cycles, highest, modes) + OF_CONTACT * contact_memory(scene, positions)
+    return cycles_memory(positions, cycles, highest, modes) + CONTACT_SHARE * contact_memory(scene, positions)
 
 
 def require_cycles_memory(
@@ -79,9 +85,14 @@ def require_cycles_memory(
 
 
 def check_cycles(gears: Sequence[Gear], key: str = "pair.wheel.teeth", passed: Sequence[int] = (1, 1)) -> int:
-    """Number of mesh cycles until the same teeth of ``gears`` meet again; ``InputError`` if there are too many.
+    """Number of mesh cycles until the same teeth of ``gears`` meet again.
 
-    ``passed``: number of teeth of each gear that pass in a cycle.
+    ``passed`` is the number of teeth of each gear that pass in a cycle, ``key`` the key named in the error.
+
+    Raises
+    ------
+    InputError
+        If there are more than ``MOST_CYCLES``.
     """
     count = math.lcm(*(g.teeth // math.gcd(g.teeth, n) for g, n in zip(gears, passed, strict=True)))
     if count > MOST_CYCLES:

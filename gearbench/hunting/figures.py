@@ -49,14 +49,15 @@ def side_bands(dataset: xr.Dataset, axes: Axes, name: str | None = None) -> Axes
     floor = max(10.0**-DECADES * np.nanmax(amplitude), ROUNDING * float(np.abs(dataset[name]).mean()))
     gears = orders_of_gears(dataset)
     colours = dict(zip(gears, (ORANGE, GREEN, PURPLE, *(f"C{n}" for n in range(4, 10))), strict=False))
-    left = np.ones(len(order), dtype=bool)
+    unassigned = np.ones(len(order), dtype=bool)
     for label, gear_order, colour in (
         ("mesh orders", order, BLUE),
         *((f"orders of {gear}", gear_order, colours.get(gear, GREY)) for gear, gear_order in gears.items()),
         ("of no single gear" if len(gears) > 2 else "both gears", None, GREY),
     ):
-        mine = left if gear_order is None else left & np.isclose(gear_order, np.round(gear_order), rtol=0, atol=1e-6)
-        left, is_shown = left & ~mine, mine & (amplitude > floor)
+        is_whole = True if gear_order is None else np.isclose(gear_order, np.round(gear_order), rtol=0, atol=1e-6)
+        belongs = unassigned & is_whole
+        unassigned, is_shown = unassigned & ~belongs, belongs & (amplitude > floor)
         if is_shown.any():
             axes.vlines(
                 order[is_shown], floor, amplitude[is_shown], color=colour, lw=2.0 if gear_order is order else 1.0

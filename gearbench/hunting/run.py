@@ -76,6 +76,7 @@ def hunting_cycle(scene: Scene, *, orders: float = ORDERS, threads: int = 1) -> 
 
 
 def _of_pair(scene: Scene, orders: float, threads: int) -> tuple[Phases, Columns, Columns]:
+    """Phases of a mesh cycle, coordinates and variables of the Dataset of a pair."""
     cycle = _all_cycles(scene, orders, threads)
     curves = {"transmission_error": cycle.transmission_error, "mesh_stiffness": cycle.mesh_stiffness}
     variables: Columns = {name: (("cycle", "position"), values) for name, values in curves.items()}
@@ -87,6 +88,7 @@ def _of_pair(scene: Scene, orders: float, threads: int) -> tuple[Phases, Columns
 
 
 def _of_train(scene: Scene, orders: float, threads: int) -> tuple[Phases, Columns, Columns]:
+    """Phases of a mesh cycle, coordinates and variables of the Dataset of a train."""
     train = train_cycles(scene, orders, threads)
     solved, linkage = train.solved, train.solved.linkage
     sharing = np.moveaxis(train.cycle.sharing, -1, 0)
@@ -111,9 +113,9 @@ def _spectra(phases: Phases, curves: Columns, orders: float) -> tuple[Columns, C
     order = np.arange(1, known_orders(phases, count, orders) + 1) / (count * phases.length)
     for name, (dims, values) in curves.items():
         stacked = values.reshape(-1, *values.shape[-2:])
-        each = [2 * np.abs(order_coefficients(phases, own, len(order))) for own in stacked]
-        own = np.reshape(each, (*values.shape[:-2], len(order)))
-        amplitudes[f"{name}_order_amplitude"] = (*dims[:-2], "mesh_order"), own
+        spectra = [2 * np.abs(order_coefficients(phases, curve, len(order))) for curve in stacked]
+        amplitude = np.reshape(spectra, (*values.shape[:-2], len(order)))
+        amplitudes[f"{name}_order_amplitude"] = (*dims[:-2], "mesh_order"), amplitude
     return {"cycle": (("cycle",), np.arange(count)), "mesh_order": (("mesh_order",), order)}, amplitudes
 
 
@@ -123,13 +125,13 @@ def _all_cycles(scene: Scene, orders: float, threads: int) -> MeshCycle:
         raise InputError("system.shafts", "given", "is not supported by hunting: remove the shafts")
     count = check_cycles(scene.pair.gears)
     phase, weight = mesh_phases(scene)
-    turning = tooth_to_tooth_effects(scene)
-    if not turning:
+    tooth_effects = tooth_to_tooth_effects(scene)
+    if not tooth_effects:
         raise InputError("effects", "all teeth are alike", "must have pitch_errors, random_pitch or waviness")
-    require_cycles_memory(scene, turning, len(phase), count, orders)
+    require_cycles_memory(scene, tooth_effects, len(phase), count, orders)
     lines = scene_lines(scene, phase)
-    amounts = cycle_gap_amounts(turning, lines, count)
-    others = tuple(effect for effect in scene.flank_effects if effect not in turning)
-    batch = prepare(assemble(scene, lines, others), cycle_gap_modes(turning, lines))
+    amounts = cycle_gap_amounts(tooth_effects, lines, count)
+    others = tuple(effect for effect in scene.flank_effects if effect not in tooth_effects)
+    batch = prepare(assemble(scene, lines, others), cycle_gap_modes(tooth_effects, lines))
     phases = Phases(phase=phase, weight=weight, size=scene.resolution.panel_size)
     return solve_cycles(scene, phases, batch, amounts, threads)

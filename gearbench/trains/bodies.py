@@ -1,4 +1,7 @@
-"""Gear bodies loaded by several meshes of a train: a planet between sun and ring, a ring under all planets (M4)."""
+"""Gear bodies loaded by several meshes of a train: a planet between sun and ring, a ring under all planets.
+
+The load of one mesh deflects the teeth in the other meshes of the same gear, by (M4) of docs/theory.md.
+"""
 
 from __future__ import annotations
 
@@ -21,9 +24,12 @@ _MEAN = np.array([1.0, 4.0, 1.0]) / 6
 
 
 def yielding_bodies(
-    train: Train, scenes: Mapping[str, Scene], at: Mapping[str, tuple[ContactLines, MeshAt]], *, coast: bool
+    train: Train, scenes: Mapping[str, Scene], contact_at: Mapping[str, tuple[ContactLines, MeshAt]], *, coast: bool
 ) -> Bodies | None:
-    """Gear bodies loaded by several meshes; None if there is none, or no ``gear_body`` with coupled teeth."""
+    """Gear bodies loaded by several meshes; None if there is none, or no ``gear_body`` with coupled teeth.
+
+    ``scenes`` and ``contact_at`` hold the scene, and contact lines and problem, of each mesh by name.
+    """
     sides: list[Side] = []
     seats: dict[str, list[int]] = {}
     names: list[tuple[str, int]] = []
@@ -31,17 +37,18 @@ def yielding_bodies(
     for number, mesh in enumerate(train.meshes):
         body = _body(scenes[mesh.name])
         for index, gear in enumerate(mesh.gears if body is not None else ()):
-            lines, contact = at[mesh.name]
+            lines, contact = contact_at[mesh.name]
             if (id(contact), index) not in known:
                 known[id(contact), index] = _side(scenes[mesh.name], lines, contact, index)
             seats.setdefault(gear, []).append(len(sides))
-            alike = known[id(contact), index]
-            sides.append(Side(mesh=number, cells=alike.cells, nodes=alike.nodes))
+            side = known[id(contact), index]
+            sides.append(Side(mesh=number, cells=side.cells, nodes=side.nodes))
             names.append((mesh.name, index))
 
     def link(one: int, other: int) -> Link:
+        """Compliance between two sides of a gear, for the teeth that are in contact at both."""
         (first, i), (second, j) = names[one], names[other]
-        scene, lines, others = scenes[first], at[first][0], at[second][0]
+        scene, lines, others = scenes[first], contact_at[first][0], contact_at[second][0]
         body = _body(scene)
         assert body is not None
         gear = scene.pair.gears[i]

@@ -30,9 +30,9 @@ from gearbench.trains.scatter import FORCE_TOLERANCE, LEAST, Curves, curves, lev
 from gearbench.trains.solve import SolvedTrain, mesh_scenes, solve_train
 
 #: Change of a mesh force, relative to the largest, at which a mesh cycle counts as converged.
-TOUCHED = 1e-9
-#: Number of further curves in memory, in addition to one per mesh.
-OTHERS = 4
+FORCE_CHANGE = 1e-9
+#: Number of curves over all cycles in memory, in addition to one per mesh.
+FURTHER_CURVES = 4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -61,15 +61,15 @@ class TrainCycles:
         solved, (cycles, positions, _) = self.solved, self.cycle.force.shape
         train = solved.linkage.train
         time = _times(solved, np.arange(cycles))
-        pressed = [mesh.driven == RING for mesh in train.meshes]
-        if not any(pressed):
+        at_ring = [mesh.driven == RING for mesh in train.meshes]
+        if not any(at_ring):
             return None
         sensor, total = turned(solved, RING, time), np.zeros((cycles, positions))
         places = [train.places[train.shaft(mesh.driver)] for mesh in train.meshes]
-        for m in np.flatnonzero(pressed):
+        for m in np.flatnonzero(at_ring):
             x, y = places[m] - train.places[RING]
-            away = np.angle(np.exp(1j * (np.arctan2(y, x) - sensor)))
-            total += self.cycle.force[..., m] * np.cos(np.minimum(sum(pressed) * np.abs(away), 2 * np.pi) / 4) ** 2
+            φ = np.angle(np.exp(1j * (np.arctan2(y, x) - sensor)))
+            total += self.cycle.force[..., m] * np.cos(np.minimum(sum(at_ring) * np.abs(φ), 2 * np.pi) / 4) ** 2
         return total
 
 
@@ -79,18 +79,18 @@ def gears_apart(scene: Scene) -> dict[str, Gear]:
     They have unequal teeth, are eccentric, or are the ring of a planetary set, along which the planets move.
     """
     assert scene.train is not None
-    short, gears = scene.train.planetary, {}
-    names = set() if short is None else {RING, *short.eccentricities}
+    planetary, gears = scene.train.planetary, {}
+    names = set() if planetary is None else {RING, *planetary.eccentricities}
     for mesh, mesh_scene in zip(scene.geometry.meshes, scene.meshes.values(), strict=True):
         lines, tooth_effects = scene_lines(mesh_scene, np.zeros(1)), tooth_to_tooth_effects(mesh_scene)
         for side, (name, gear) in enumerate(zip(mesh.gears, mesh_scene.pair.gears, strict=True)):
             teeth = np.arange(abs(gear.teeth))
             for effect in tooth_effects:
-                both = (
-                    each.turning(lines, teeth) for each in (effect, effect.later(mesh_scene.pair, (1 - side, side)))
-                )
-                one, other = (each.amounts for each in both if each is not None)
-                names |= set() if np.allclose(one, other, rtol=0, atol=1e-12) else {name}
+                # does the gap change if this gear alone turns by one tooth?
+                turned_by_one = effect.later(mesh_scene.pair, (1 - side, side))
+                gaps = (each.turning(lines, teeth) for each in (effect, turned_by_one))
+                before, after = (gap.amounts for gap in gaps if gap is not None)
+                names |= set() if np.allclose(before, after, rtol=0, atol=1e-12) else {name}
             gears |= {name: gear} if name in names else {}
     return gears
 
@@ -110,14 +110,14 @@ def check_train_cycles(scene: Scene) -> int:
     if not gears:
         raise InputError("effects", "all teeth are alike", "must have pitch_errors, random_pitch or waviness")
     train = scene.geometry
-    passed = [next(train.periods[mesh.name] for mesh in train.meshes if gear in mesh.gears) for gear in gears]
+    teeth_per_cycle = [next(train.periods[mesh.name] for mesh in train.meshes if gear in mesh.gears) for gear in gears]
     key = "gears" if scene.train.planetary is None else "planetary.ring.teeth"
-    return check_cycles(list(gears.values()), key, passed)
+    return check_cycles(list(gears.values()), key, teeth_per_cycle)
 
 
 def train_cycles_memory(meshes: int, positions: int, cycles: int, orders: float) -> float:
     """Memory [bytes] for all mesh cycles of a train and their spectra up to the mesh order ``orders``."""
-    return (meshes + OTHERS) * cycles_memory(positions, cycles, orders, 0)
+    return (meshes + FURTHER_CURVES) * cycles_memory(positions, cycles, orders, 0)
 
 
 @single_threaded_blas()
@@ -163,7 +163,7 @@ def _some_cycles(
     statics = solved.statics(offset)
     _, F = statics.balanced(forces, *solved.begun(offset), FORCE_TOLERANCE)
     meshes_under = partial(flanks.under, [of_mesh[cycles] for of_mesh in amounts])
-    search = ForceSearch(meshes_under=meshes_under, nominal=flanks.force, least=LEAST, tolerance=TOUCHED)
+    search = ForceSearch(meshes_under=meshes_under, nominal=flanks.force, least=LEAST, tolerance=FORCE_CHANGE)
     F, q, _, _ = search.solve(statics, F)
     return q, F
 

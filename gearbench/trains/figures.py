@@ -91,8 +91,8 @@ def draw_train(dataset: xr.Dataset, folder: Path) -> list[Path]:
         plot_two_periods(shares, of_mesh, "load_sharing", label=name, color=f"C{number % 10}", lw=1.6, ls=style)
     shares.set(ylabel="load share L [–]", **phase)
     least, most = min(1.0, float(dataset["load_sharing"].min())), max(1.0, float(dataset["load_sharing"].max()))
-    room = max(0.02, 0.15 * (most - least))
-    shares.set_ylim(least - room, most + room)
+    margin = max(0.02, 0.15 * (most - least))
+    shares.set_ylim(least - margin, most + margin)
     plot_two_periods(error, dataset, "train_transmission_error", color=BLUE, lw=1.6)
     error.set(ylabel="Δ [µm]", **phase)
     error.set_title(

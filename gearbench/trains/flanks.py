@@ -64,7 +64,7 @@ class TrainFlanks:
             if id(contact) not in by_contact:
                 batch = prepare(mesh, contact)
                 load = np.tile(share, (len(accurate), 1))
-                cells, _ = _answer(batch, np.zeros((len(share), batch.modes.shape[1])), load)
+                cells, _ = _solve(batch, np.zeros((len(share), batch.modes.shape[1])), load)
                 by_contact[id(contact)] = batch, accurate - cells / contact.cos_b
             prepared.append(by_contact[id(contact)])
         batches, cell_correction = zip(*prepared, strict=True)
@@ -80,7 +80,7 @@ class TrainFlanks:
         answers, level = [], np.log(self.share)
         for m, batch in enumerate(self.batches):
             load = np.maximum(force[..., m].T / self.force[m], self.share[0])
-            approach, k = _answer(batch, amounts[m], load)
+            approach, k = _solve(batch, amounts[m], load)
             correction = [np.interp(np.log(L), level, c) for L, c in zip(load, self.cell_correction[m], strict=True)]
             cos_b = self.cos_b[m]
             answers.append(((approach / cos_b + correction).T, k.T * cos_b**2))
@@ -88,8 +88,12 @@ class TrainFlanks:
         return approach, k
 
 
-def _answer(batch: Batch, amounts: NDArray, load: NDArray) -> tuple[NDArray, NDArray]:
-    """Approach δ_n and stiffness, (position, sample), for a chunk of samples that may be smaller than the full size."""
+def _solve(batch: Batch, amounts: NDArray, load: NDArray) -> tuple[NDArray, NDArray]:
+    """Approach δ_n [mm] and stiffness [N/mm] normal to the flank, (position, sample), for samples of a chunk.
+
+    ``amounts`` (sample, mode) are amplitudes of the gap modes, ``load`` (position, sample) the forces over the force of
+    the batch. There may be fewer samples than a full chunk.
+    """
     count = len(amounts)
     filled = next(chunks(amounts))
     solution = solve_one_chunk(batch, filled, np.pad(load, ((0, 0), (0, len(filled) - count)), mode="edge"))

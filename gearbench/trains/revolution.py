@@ -20,15 +20,15 @@ def revolution_columns(solved: SolvedTrain) -> tuple[Columns, Columns]:
     members stand still during this cycle, which is short compared with the revolution.
     """
     assert solved.scene.train is not None
-    short = solved.scene.train.planetary
-    if short is None or short.keys.run_out is None:
+    planetary = solved.scene.train.planetary
+    if planetary is None or planetary.keys.run_out is None:
         return {}, {}
     turns = np.arange(POINTS) / POINTS
     train = solved.linkage.train
-    *_, last = train.periods
-    period = train.periods[train.meshes[0].name] / train.periods[last]  # of the ring's meshes
+    *_, last = train.periods  # a mesh at the ring
+    period = train.periods[train.meshes[0].name] / train.periods[last]  # mesh period at the ring over that at the sun
     offset = eccentric(solved, abs(train[last].pair.wheel.teeth) * period * turns)[:, None]
-    forces = curves(solved, float(short.keys.number))
+    forces = curves(solved, float(planetary.keys.number))
     _, F = solved.statics(offset).balanced(forces, *solved.begun(offset), FORCE_TOLERANCE)
     sharing: NDArray = (F / solved.even).max(axis=1).T
     coords: Columns = {"revolution": (("revolution",), turns)}
@@ -38,11 +38,11 @@ def revolution_columns(solved: SolvedTrain) -> tuple[Columns, Columns]:
 def eccentric(solved: SolvedTrain, time: NDArray) -> NDArray:
     """Approach (…, mesh) [mm] that run-out adds to each mesh between time 0 and ``time`` (…) [mesh periods]."""
     approach = np.zeros((*time.shape, len(solved.even)))
-    short = None if solved.scene.train is None else solved.scene.train.planetary
-    if short is None:
+    planetary = None if solved.scene.train is None else solved.scene.train.planetary
+    if planetary is None:
         return approach
-    modes = short.modes(solved.linkage)
-    for name, amount in short.eccentricities.items():
+    modes = planetary.modes(solved.linkage)
+    for name, amount in planetary.eccentricities.items():
         angle = turned(solved, name, time)[..., None]
         approach += amount * ((np.cos(angle) - 1) * modes[f"{name} x"] + np.sin(angle) * modes[f"{name} y"])
     return approach

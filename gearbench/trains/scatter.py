@@ -39,13 +39,15 @@ from gearbench.trains.solve import SolvedTrain, solve_train
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Number of force levels of the table; lowest level relative to the force under even sharing; samples solved together.
-LEVELS, LEAST, CHUNK = 32, 1e-3, 50
+#: Number of force levels of the table, and the lowest one relative to the force under even sharing.
+LEVELS, LEAST = 32, 1e-3
+#: Number of samples without flank errors that are solved together.
+CHUNK = 50
 #: Number of positions and levels of a mesh that are solved together, so that memory does not grow with the cycle.
 TOGETHER = 4096
 #: Change of a mesh force, relative to the largest, in the last Newton step of samples with flank errors. Convergence is
 #: quadratic: forces are then known to 1e-5.
-TOUCHED = 5e-4
+FORCE_CHANGE = 5e-4
 #: Residual of the equilibrium, relative to the load, at which a sample counts as converged.
 FORCE_TOLERANCE = 1e-9
 #: Responses for which statistics and sensitivities are computed.
@@ -59,7 +61,7 @@ class Curves:
     Parameters
     ----------
     approach, force, slope
-        (mesh, position, level) [mm, N, N/mm].
+        δ [mm], F [N] and dF/dδ [N/mm] at the levels, (mesh, position, level).
     statics
         Coupling of the meshes. Body compliance that it contains (``shifted``) is excluded when F(δ) is evaluated.
     """
@@ -70,7 +72,7 @@ class Curves:
     statics: Statics
 
     @cached_property
-    def _own(self) -> tuple[NDArray, NDArray]:
+    def _without_bodies(self) -> tuple[NDArray, NDArray]:
         """Approach and slope without the compliance ``shifted`` to the coupling."""
         shifted = np.expand_dims(np.transpose(self.statics.shifted), -1)
         return self.approach - shifted * self.force, self.statics.without_shifted(self.slope.T).T
@@ -78,7 +80,7 @@ class Curves:
     def __call__(self, x: NDArray) -> tuple[NDArray, NDArray]:
         """Force [N] and stiffness [N/mm] at the approach x [mm], all (sample, position, mesh)."""
         x = np.moveaxis(x, -1, 0)
-        approach, slope = self._own
+        approach, slope = self._without_bodies
         level, mesh, position = np.zeros(x.shape, dtype=np.int64), *np.ogrid[: x.shape[0], : x.shape[2]]
 
         def at(values: NDArray, level: NDArray) -> NDArray:
@@ -105,10 +107,10 @@ class Curves:
 
     def stiffness(self, force: NDArray) -> NDArray:
         """∂F/∂δ [N/mm] under forces [N], both (sample, position, mesh); 0 where flanks are separated."""
-        found = np.empty_like(force)
+        slope = np.empty_like(force)
         for m, p in np.ndindex(self.force.shape[:2]):
-            found[:, p, m] = np.interp(force[:, p, m], self.force[m, p], self.slope[m, p])
-        return np.where(force > 0, found, 0.0)
+            slope[:, p, m] = np.interp(force[:, p, m], self.force[m, p], self.slope[m, p])
+        return np.where(force > 0, slope, 0.0)
 
 
 def levels(most: float) -> NDArray:
@@ -134,8 +136,8 @@ def _table(mesh: MeshAt, shares: NDArray) -> tuple[NDArray, NDArray, NDArray]:
     approach, slope = np.empty_like(force), np.empty_like(force)
     for block in np.array_split(np.arange(len(shares)), min(len(shares), -(-force.size // TOGETHER))):
         problem = part_of(mesh.problem, np.tile(np.arange(count), len(block)))
-        found = replace(mesh, problem=problem).under(force[:, block].T.ravel(), Guess.empty(problem))
-        approach[:, block], slope[:, block] = (values.reshape(len(block), count).T for values in found[:2])
+        solved = replace(mesh, problem=problem).under(force[:, block].T.ravel(), Guess.empty(problem))
+        approach[:, block], slope[:, block] = (values.reshape(len(block), count).T for values in solved[:2])
     return approach, force, slope
 
 
@@ -155,10 +157,10 @@ def variables(scatter: PlanetaryScatter, planets: tuple[str, ...]) -> dict[str, 
 def offsets(solved: SolvedTrain, names: dict[str, float], errors: NDArray) -> NDArray:
     """Approach added to each mesh by ``errors`` (sample, variable) of the variables ``names``, (sample, mesh) [mm]."""
     assert solved.scene.train is not None
-    short, approach = solved.scene.train.planetary, np.zeros((len(errors), len(solved.even)))
-    if short is None:
+    planetary, approach = solved.scene.train.planetary, np.zeros((len(errors), len(solved.even)))
+    if planetary is None:
         return approach
-    modes, columns = short.modes(solved.linkage), dict(zip(names, errors.T, strict=False))
+    modes, columns = planetary.modes(solved.linkage), dict(zip(names, errors.T, strict=False))
     for name, amount in columns.items():
         kind, _, body = name.partition(" ")
         if kind == "run_out":
@@ -171,13 +173,13 @@ def offsets(solved: SolvedTrain, names: dict[str, float], errors: NDArray) -> ND
 
 
 def draw(scatter: PlanetaryScatter, names: dict[str, float], unit: NDArray) -> NDArray:
-    """Errors (sample, variable) for points ``unit`` (sample, variable) of the unit cube."""
+    """Errors (sample, variable) [µm; angles in revolutions] for points ``unit`` (sample, variable) of the unit cube."""
     law = DISTRIBUTIONS[scatter.distribution]
-    found = np.empty(unit.shape)
+    errors = np.empty(unit.shape)
     for column, (name, f) in enumerate(names.items()):
         one_sided = name.startswith(("run_out", "angle"))
-        found[:, column] = f * (unit[:, column] if one_sided else law.quantile(unit[:, column]))
-    return found
+        errors[:, column] = f * (unit[:, column] if one_sided else law.quantile(unit[:, column]))
+    return errors
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -266,7 +268,7 @@ class SampledTrain:
         if self.flanks is None:
             return q, F, self.forces.stiffness(F)
         under = partial(self.flanks.under, errors[:, count:])
-        search = ForceSearch(meshes_under=under, nominal=self.flanks.flanks.force, least=LEAST, tolerance=TOUCHED)
+        search = ForceSearch(meshes_under=under, nominal=self.flanks.flanks.force, least=LEAST, tolerance=FORCE_CHANGE)
         F, q, k, _ = search.solve(statics, F)
         return q, F, k
 
@@ -286,15 +288,15 @@ def sampled_train(scene: Scene, solved: SolvedTrain | None = None) -> SampledTra
         raise InputError("planetary.scatter", "missing", allowed)
     if scene.loads:
         raise InputError("loads", f"{len(scene.loads)} loads", "not supported by robust for trains: give one [load]")
-    short = None if scene.train is None else scene.train.planetary
-    scatter, of_flanks = None if short is None else short.keys.scatter, scene.effect("manufacturing_errors") is not None
-    if of_flanks:
+    planetary = None if scene.train is None else scene.train.planetary
+    scatter = None if planetary is None else planetary.keys.scatter
+    if of_flanks := scene.effect("manufacturing_errors") is not None:
         check_flanks(scene)
-    names = variables(scatter, short.keys.names) if short is not None and scatter is not None else {}
+    names = variables(scatter, planetary.keys.names) if planetary is not None and scatter is not None else {}
     if scatter is not None and not names:
         raise InputError("planetary.scatter", "no error", "must have at least one, e.g. pin_tangential = 20.0")
     solved = solved or solve_train(scene)
-    most = float(len(solved.meshes) if short is None else short.keys.number)
+    most = float(len(solved.meshes) if planetary is None else planetary.keys.number)
     forces = curves(solved, most)
     flanks = FlankErrors.of(solved, levels(most), forces.approach) if of_flanks else None
     return SampledTrain(solved=solved, forces=forces, scatter=scatter, names=names, flanks=flanks)
