@@ -379,3 +379,12 @@ def test_planets_that_part_leave_the_rest_in_balance(floating):
     loaded = 1e-6 * F.max() < F
     assert_allclose(pressed[loaded], approach[loaded], rtol=1e-8)
     assert (pressed[F == 0] <= approach[F == 0] + 1e-9).all()
+
+
+def test_a_centre_distance_that_follows_is_named_with_its_origin():
+    given = tables((36, 30, 120))
+    with pytest.raises(InputError, match=r"^planetary.centre_distance = 66: must exceed"):
+        parse_scene(given)
+    del given["planetary"]["centre_distance"]
+    with pytest.raises(InputError, match=r"^planetary.centre_distance = 78, from the tooth numbers: needs a sum"):
+        parse_scene(given)

@@ -8,10 +8,12 @@ import pytest
 from numpy.testing import assert_allclose
 
 from gearbench import simulate
+from gearbench.contact import equilibrium
 from gearbench.contact.equilibrium import balance
 from gearbench.contact.problem import full_factor
 from gearbench.effects.teeth import ring_between, ring_flank
 from gearbench.scene_file import parse_scene
+from gearbench.trains import solve as train_solver
 from gearbench.trains.bodies import yielding_bodies
 from gearbench.trains.scatter import offsets, sampled_train
 from gearbench.trains.solve import solve_train
@@ -136,6 +138,27 @@ def test_the_stiffness_of_a_set_is_its_torque_over_its_turn(tangential):
     turn = turned[0].cycle.input_turn - turned[1].cycle.input_turn
     # the load moves along the flanks a little: 2e-5
     assert_allclose(whole.input_stiffness, 600.0 / np.abs(turn), rtol=1e-4)
+
+
+@pytest.mark.parametrize(("teeth", "planets"), [((20, 16, 52), 3), ((18, 18, 54), 4)], ids=["sequential", "counter"])
+def test_a_set_without_errors_is_solved_for_a_part_of_its_cycle_only(teeth, planets, monkeypatch):
+    """An error of 1e-9 µm breaks the symmetry, and moves the forces by 1e-10."""
+    solved_for, solve = [], equilibrium.balance
+    monkeypatch.setattr(train_solver, "balance", lambda meshes, *of: (solved_for.append(meshes), solve(meshes, *of))[1])
+    sun, planet, ring = teeth
+    keys = {"sun": (sun, 20.0), "planet": (planet, 14.0), "ring": (ring, 120.0), "planets": planets, "phases": 6}
+    keys |= {"pin_stiffness": 150.0, "torque": 60.0, "ring_support": 300.0, "effects": {**EFFECTS, "hertz": {}}}
+    errors = [1e-9, *([0.0] * (planets - 1))]
+    found, whole = (solve_train(made(**keys | more)) for more in ({}, {"pin_tangential": errors}))
+    assert [len(meshes[0].problem.gap) for meshes in solved_for] == [2 if planets == 3 else 3, 6]
+    assert np.ptp(whole.balance.force) > 1e-2 * whole.balance.force.max()
+    for name in ("force", "motion", "stiffness"):
+        own, exact = getattr(found.balance, name), getattr(whole.balance, name)
+        assert_allclose(own, exact, rtol=0, atol=1e-9 * np.abs(exact).max())
+    assert_allclose(found.own.between, whole.own.between, atol=1e-9 * np.abs(whole.own.between).max())
+    for own, exact in zip(found.meshes.values(), whole.meshes.values(), strict=True):
+        assert_allclose(own.solution.force, exact.solution.force, atol=1e-8 * exact.solution.force.max())
+    assert_allclose(found.spread, whole.spread, atol=1e-8 * np.abs(whole.spread).max())
 
 
 def test_permuting_and_turning_planets_changes_nothing_on_bodies_either():

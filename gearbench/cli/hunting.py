@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 Orders = Annotated[float, typer.Option("--orders", metavar="N", min=0.01, max=100.0, help="Highest mesh order.")]
 #: Number of lines in the table of the largest amplitudes.
 SHOWN = 12
+#: Amplitude relative to the largest at and below which an order is rounding: it cancels, or nothing excites it.
+NEGLIGIBLE = 1e-9
 
 
 def hunting(
@@ -59,6 +61,7 @@ def _largest(dataset: xr.Dataset) -> list[tuple[float, float, list[str]]]:
     from gearbench.hunting.figures import curve_of, orders_of_gears
 
     order, value = (dataset[name].values for name in ("mesh_order", f"{curve_of(dataset)}_order_amplitude"))
-    largest, gears = np.sort(np.argsort(-value, kind="stable")[:SHOWN]), orders_of_gears(dataset)
+    largest, gears = np.argsort(-value, kind="stable")[:SHOWN], orders_of_gears(dataset)
+    largest = np.sort(largest[value[largest] > NEGLIGIBLE * value.max()])
     gear_orders = [[f"{orders[i]:.5g} of {name}" for name, orders in gears.items()] for i in largest]
     return list(zip(order[largest].tolist(), value[largest].tolist(), gear_orders, strict=True))

@@ -311,8 +311,12 @@ class TrainTables:
         for label, name in names.items():
             value = value.replace(f"pair.{label}.", f"gears.{name}.") if isinstance(value, str) else value
             allowed = allowed.replace(f"pair.{label}.", f"gears.{name}.")
-        translated = InputError(key, value, allowed, error.file)
-        return translated if self.planetary is None else in_set(translated)
+        if self.planetary is None:
+            return InputError(key, value, allowed, error.file)
+        if key == f"meshes.{number}.centre_distance":
+            value = f"{self.planetary.centre_distance:g}"
+            value += "" if self.planetary.keys.centre_distance else ", from the tooth numbers"
+        return in_set(InputError(key, value, allowed, error.file))
 
 
 def in_set(error: InputError) -> InputError:

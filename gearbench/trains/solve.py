@@ -32,6 +32,7 @@ from gearbench.results.train_cycle import TrainCycle
 from gearbench.scene import Load, Resolution, Scene
 from gearbench.schema import changed
 from gearbench.threads import single_threaded_blas
+from gearbench.trains import symmetry
 from gearbench.trains.bodies import yielding_bodies
 
 #: Contact lines off the line of action are built for an assumed load. If the load of a mesh exceeds the assumed load by
@@ -276,8 +277,17 @@ def _balanced(
         reordered = next((found for other in others if (found := _reordered(other, phase)) is not None), None)
         contact_at[name] = reordered or _mesh(plain, phase, alike)
         others.append(contact_at[name])
-    bodies = yielding_bodies(train, scenes, contact_at, coast=coast)
-    return contact_at, balance([mesh for _, mesh in contact_at.values()], statics, bodies)
+    phases_of_meshes = np.array([lines.mesh_phase for lines, _ in contact_at.values()])
+    parts = symmetry.parts(train, [unnamed(scene) for scene in scenes.values()], phases_of_meshes, statics)
+    first = contact_at
+    if len(parts) > 1:
+        own = slice(len(phases.phase) // len(parts))
+        # meshes in phase share one contact problem
+        known = {id(mesh): replace(mesh, problem=part_of(mesh.problem, own)) for _, mesh in contact_at.values()}
+        first = {name: (lines.part(own), known[id(mesh)]) for name, (lines, mesh) in contact_at.items()}
+    bodies = yielding_bodies(train, scenes, first, coast=coast)
+    balanced = balance([mesh for _, mesh in first.values()], statics, bodies)
+    return contact_at, symmetry.whole(balanced, parts, statics)
 
 
 def unnamed(scene: Scene) -> Scene:

@@ -41,3 +41,15 @@ def test_as_json(run, file):
     found = json.loads(out)
     assert (code, found["cycles"]) == (0, 77)
     assert max(found["largest"], key=lambda each: each["amplitude"])["mesh_order"] == pytest.approx(1 / 7)
+
+
+def test_orders_that_nothing_excites_are_not_listed(run, tmp_path):
+    """Small waves of first order of both gears: what lies between their orders and those of the mesh is rounding."""
+    path = tmp_path / "pair.toml"
+    waves = {name: [{"order": 1, "amplitude": 0.1}] for name in ("pinion", "wheel")}
+    path.write_text(scene({"waviness": waves}, positions=8, segments=5).to_toml(), encoding="utf-8")
+    code, out, _ = run("hunting", path, "--orders", "1", "--json")
+    assert code == 0
+    sizes = [each["amplitude"] for each in json.loads(out)["largest"]]
+    assert 0 < len(sizes) <= 12
+    assert min(sizes) > 1e-9 * max(sizes)
