@@ -1,8 +1,9 @@
 """Compiled solver for many gap vectors against one compliance, with samples side by side in lanes.
 
 The Newton method of ``gearbench.contact._kernels`` runs on ``LANES`` samples at once. Every inner loop runs over the
-lanes, so that it compiles to vector instructions. A converged lane is frozen. Lanes do not interact, so the result of a
-sample does not depend on its neighbours. The tests compare both solvers with a readable NumPy version.
+lanes, so that it compiles to vector instructions. A converged lane takes no steps. Lanes do not interact, so the result
+of a sample does not depend on its neighbours. The tests compare both solvers with a readable NumPy version. Index j
+counts lanes, i segments, k blocks, and r unknowns of all blocks.
 """
 
 from __future__ import annotations
@@ -17,8 +18,8 @@ from gearbench.contact._lane_kernels import (
     LANES,
     add_combination,
     apply_laws,
-    begin,
     fill_gaps,
+    first_guess,
     keep_forces,
     note_guess_errors,
     restore_converged,
@@ -43,9 +44,10 @@ class Blocks(NamedTuple):
 
 
 class Equations(NamedTuple):
-    """Newton equations of a position, (unknown, lane).
+    """Newton equations of a position for the convex J(q, δ) of ``_kernels.solve_position``, (unknown, lane).
 
-    Amplitudes and δ, gradient of J by the amplitudes, its derivative by δ, and the Hessian.
+    ``q`` holds the amplitudes and δ, ``grad`` the derivatives of J by the amplitudes, ``cross`` their derivatives by
+    −δ, and ``hess`` the second derivatives by the amplitudes, lower triangles row by row.
     """
 
     q: NDArray
@@ -55,7 +57,7 @@ class Equations(NamedTuple):
 
 
 @part(FUSED)
-def compress(first, ranks, factor, q, delta, lanes):
+def fill_compressions(first, ranks, factor, q, delta, lanes):
     """Fill the compressions s = δ − e − Ψ q of all segments."""
     rank, gap, s = factor.shape[1], lanes.gap, lanes.s
     for k in range(first.size - 1):
@@ -101,10 +103,7 @@ def gradient(first, ranks, factor, load, lanes, equations):
 
 @part(FUSED)
 def hessian(first, ranks, factor, product, lanes, equations):
-    """Fill the second derivatives of J(q, δ) for each block; ``hess`` is stored as lower triangles, row by row.
-
-    product is (rank(rank+1)/2, n).
-    """
+    """Fill the second derivatives of J(q, δ) for each block; ``product`` is a position of ``Batch.product``."""
     blocks, rank = first.size - 1, factor.shape[1]
     w, slope = lanes.w, lanes.slope
     cross, hess = equations.cross, equations.hess
@@ -187,6 +186,7 @@ def newton_step(ranks, rank, lanes, equations, delta, which):
     total, slope, done, step = lanes.total, lanes.slope, lanes.done, lanes.step
     q, y, x, hess = equations
     blocks = ranks.size
+    # grad and cross become y = L⁻¹ grad and x = L⁻¹ cross
     factorise(ranks, rank, hess, x, y)
     for j in range(LANES):
         step[j] = -total[j]
@@ -209,16 +209,17 @@ def newton_step(ranks, rank, lanes, equations, delta, which):
 
 @part(FUSED)
 def solve_lanes(t, system, laws, lanes, equations, delta, stiffness, tolerance, limit):
-    """Newton's method on all lanes of position t; ``lanes.done`` tells which converged. Returns the steps taken.
+    """Newton's method on all lanes of position t of ``system`` (``Blocks``); returns the number of steps.
 
-    A lane waits where its residual has reached the tolerance. The last step, and the stiffness, take the ``steepen``ed
-    slopes of its cells, with which the residual falls to a few percent of itself.
+    A lane takes no step while its residual is within the tolerance; ``lanes.done`` tells which lanes these are. In the
+    end they take a last step, and give the stiffness, with the slopes of ``steepen``: the residual falls to a few
+    percent of itself.
     """
     first, ranks = system.firsts[t, : system.blocks[t] + 1], system.ranks[t, : system.blocks[t]]
     factor, product, done = system.factor[t], system.product[t], lanes.done
     n, rank, steps = first[ranks.size], factor.shape[1], 0
     for steps in range(1, limit + 1):
-        compress(first, ranks, factor, equations.q, delta, lanes)
+        fill_compressions(first, ranks, factor, equations.q, delta, lanes)
         apply_laws(n, laws, lanes)
         gradient(first, ranks, factor, lanes.load[t], lanes, equations)
         count = 0.0
@@ -262,8 +263,8 @@ def schur_complements(matrix, size, rows, result):
 def solve_chunk(gaps, system, draws, lanes, tolerance, limit, results):
     """Solve every position for one chunk of ``LANES`` samples and fill ``results``.
 
-    The first guess of (q, δ) is linear in the draws (error, lanes), plus its errors at the previous two positions with
-    the weights ``gaps.extrapolation``.
+    The first guess of (q, δ) is linear in the draws (error, lane), plus its errors at the previous two positions with
+    the weights ``gaps.extrapolation``. Within a position, gaps and δ are counted from the smallest gap of the sample.
     """
     rank, unknowns = system.factor.shape[2], system.start.shape[1] - 1
     q, grad, cross = np.empty((unknowns + 1, LANES)), np.empty((unknowns, LANES)), np.empty((unknowns, LANES))
@@ -274,9 +275,10 @@ def solve_chunk(gaps, system, draws, lanes, tolerance, limit, results):
         extrapolation, laws = gaps.extrapolation[t], gaps.laws[t]
         delta, stiffness, done = results.delta[t], results.stiffness[t], results.done[t]
         fill_gaps(t, gaps, draws, lanes)
-        begin(system.start[t], system.guess[t], draws, extrapolation, guess_errors, q)
+        first_guess(system.start[t], system.guess[t], draws, extrapolation, guess_errors, q)
         for j in range(LANES):
             delta[j] = q[unknowns, j] - lanes.least[j]
+        # an extrapolated guess is given half of the steps; without success the linear guess follows
         first_limit = limit if extrapolation[0] == 0.0 else limit // 2
         steps += solve_lanes(t, system, laws, lanes, equations, delta, stiffness, tolerance, first_limit)
         if extrapolation[0] != 0.0 and lanes.done.sum() < LANES:
@@ -291,7 +293,7 @@ def solve_chunk(gaps, system, draws, lanes, tolerance, limit, results):
             restore_converged(q, delta, stiffness, lanes.done, saved)
         if len(results.force):
             first = system.firsts[t, : system.blocks[t] + 1]
-            compress(first, system.ranks[t, : system.blocks[t]], system.factor[t], q, delta, lanes)
+            fill_compressions(first, system.ranks[t, : system.blocks[t]], system.factor[t], q, delta, lanes)
             apply_laws(first[-1], laws, lanes)
             steepen(first[-1], laws, lanes)
             keep_forces(t, first[-1], lanes, results)

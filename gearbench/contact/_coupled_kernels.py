@@ -39,11 +39,12 @@ SMALLEST = np.float32(1e-20)
 
 
 class Conjugate(NamedTuple):
-    """Scratch arrays of conjugate gradients for v + ΔG v = r.
+    """Scratch arrays of conjugate gradients for v + ΔG v = r, in single precision.
 
-    They are in single precision.
     ``change`` is Δ = W − W₀, v the solution, r the residual, d the search direction. These and the products Gr, Gd are
-    arrays (segment, lane). ``product`` and all that follow it are (lane,).
+    arrays (segment, lane); the others are (lane,): ``product`` is r·Gr and ``next_product`` r·Gr after the step; a lane
+    is finished when r·Gr is at most ``enough``. ``alpha`` is the length of the step, ``beta`` the part of the old
+    direction in the new one, ``precision`` the requested relative residual.
     """
 
     change: NDArray
@@ -53,10 +54,10 @@ class Conjugate(NamedTuple):
     d: NDArray
     Gd: NDArray
     product: NDArray
-    bound: NDArray
+    enough: NDArray
     alpha: NDArray
     beta: NDArray
-    fresh: NDArray
+    next_product: NDArray
     precision: NDArray
 
 
@@ -159,25 +160,25 @@ def product_with(G, r, Gr):
 @part(FUSED)
 def conjugate_gradients(G, work):
     """Solve v + ΔG v = r to the ``precision`` of each lane in the norm of G; overwrites r, returns the step count."""
-    change, v, r, Gr, d, Gd, product, bound, alpha, beta, fresh, precision = work
+    change, v, r, Gr, d, Gd, product, enough, alpha, beta, next_product, precision = work
     v[:] = np.float32(0.0)
     product_with(G, r, Gr)
     first_direction(r, Gr, d, Gd, product)
     for j in range(LANES):
-        bound[j] = precision[j] * precision[j] * product[j]
+        enough[j] = precision[j] * precision[j] * product[j]
     for step in range(MOST_CONJUGATE):
         curvature(change, d, Gd, alpha)
         for j in range(LANES):
-            alpha[j] = product[j] / alpha[j] if product[j] > bound[j] else np.float32(0.0)
+            alpha[j] = product[j] / alpha[j] if product[j] > enough[j] else np.float32(0.0)
         advance(change, d, Gd, alpha, v, r)
         product_with(G, r, Gr)
-        inner(r, Gr, fresh)
-        count = 0
+        inner(r, Gr, next_product)
+        unfinished = 0
         for j in range(LANES):
-            beta[j] = fresh[j] / product[j] if product[j] > bound[j] else np.float32(0.0)
-            product[j] = fresh[j] if product[j] > bound[j] else product[j]
-            count += product[j] > bound[j]
-        if count == 0:
+            beta[j] = next_product[j] / product[j] if product[j] > enough[j] else np.float32(0.0)
+            product[j] = next_product[j] if product[j] > enough[j] else product[j]
+            unfinished += product[j] > enough[j]
+        if unfinished == 0:
             return step + 1
         next_direction(r, Gr, d, Gd, beta)
     return MOST_CONJUGATE
@@ -201,7 +202,7 @@ def stiffness_from(change, rise, flexibility, v, Gv, stiffness):
 
 
 @part(FUSED)
-def compress(G, u, rise, load, lanes, z):
+def fill_compressions(G, u, rise, load, lanes, z):
     """z ← G u, and fill the compressions s = z + rise · load − e of all segments."""
     np.dot(G, u, z)
     for i in range(len(u)):
@@ -210,18 +211,19 @@ def compress(G, u, rise, load, lanes, z):
 
 
 @part(FUSED)
-def solve_coupled_lanes(t, G, G32, linear, laws, lanes, u, z, work, stiffness, steps):
+def solve_coupled_lanes(t, G, G32, linear, laws, lanes, u, z, work, stiffness, limits):
     """Newton's method on all lanes of position t; ``lanes.done`` tells which converged.
 
-    ``steps`` holds the sum of residual forces at which the method ends, the precision of the conjugate gradients for
-    the stiffness, and the maximum number of Newton steps. Returns the numbers of Newton and conjugate gradient steps.
+    ``linear`` is the ``Reference``, G32 is G in single precision. ``limits`` holds the sum of residual forces at which
+    the method ends, the precision of the conjugate gradients for the stiffness, and the maximum number of Newton steps.
+    Returns the numbers of Newton and conjugate gradient steps.
     """
-    tolerance, fine, limit = steps
+    tolerance, fine, limit = limits
     n, total, done, p, w, s = len(u), lanes.total, lanes.done, lanes.p, lanes.w, lanes.s
     rise, weight, load = linear.rise[t, :n], linear.weight[t, :n], lanes.load[t]
     iteration, conjugate = 0, 0
     for iteration in range(limit + 1):
-        compress(G, u, rise, load, lanes, z)
+        fill_compressions(G, u, rise, load, lanes, z)
         apply_laws(n, laws, lanes)
         residuals(u, z, p, w, rise, load, weight, work.r, work.change, total)
         count = 0.0
@@ -229,6 +231,7 @@ def solve_coupled_lanes(t, G, G32, linear, laws, lanes, u, z, work, stiffness, s
             done[j] = 1.0 if total[j] <= tolerance else 0.0
             count += done[j]
             precision = np.float32(min(max(total[j], MOST_PRECISION), LEAST_PRECISION))
+            # above 1: a converged lane takes no step
             work.precision[j] = np.float32(2.0) if total[j] <= tolerance else precision
         if count == LANES or iteration == limit:
             break
@@ -239,6 +242,7 @@ def solve_coupled_lanes(t, G, G32, linear, laws, lanes, u, z, work, stiffness, s
         for i in range(n):
             for j in range(LANES):
                 u[i, j] += work.v[i, j]
+    # the stiffness, from the slopes of (C11)
     steepen(n, laws, lanes)
     for i in range(n):
         for j in range(LANES):
@@ -247,6 +251,7 @@ def solve_coupled_lanes(t, G, G32, linear, laws, lanes, u, z, work, stiffness, s
     for j in range(LANES):
         work.precision[j] = np.float32(fine)
     conjugate += conjugate_gradients(G32, work)
+    # p and s are free by now: they hold v and Δ in double precision
     for i in range(n):
         for j in range(LANES):
             p[i, j], s[i, j] = work.v[i, j], w[i, j] - weight[i]
@@ -261,8 +266,8 @@ def solve_coupled_chunk(gaps, linear, draws, lanes, accuracy, limit, results):
 
     Newton's method starts from the ``linear`` solution (``Reference``). The errors that this start had at the previous
     two positions are added to it with the weights ``gaps.extrapolation``. ``accuracy`` holds the residual at which the
-    method ends, and the precision of the conjugate gradients for the stiffness. Returns the numbers of steps of both
-    methods.
+    method ends, and the precision of the conjugate gradients for the stiffness. Within a position, gaps and δ are
+    counted from the smallest gap of the sample. Returns the numbers of steps of both methods.
     """
     positions, n = gaps.gap.shape
     all_u, all_z, single = np.empty((n, LANES)), np.empty((n, LANES)), np.empty((6, n, LANES), dtype=np.float32)
@@ -282,6 +287,7 @@ def solve_coupled_chunk(gaps, linear, draws, lanes, accuracy, limit, results):
             small[0], small[1], small[2], small[3], small[4], small[5],
         )  # fmt: skip
         for i in range(m):
+            # gap at the mean errors, of the end of the cell that touches first
             at_mean = gaps.gap[t, i] - abs(gaps.tilt[t, i])
             for j in range(LANES):
                 first = linear.start[t, i] + linear.weight[t, i] * (lanes.gap[i, j] - at_mean)
@@ -289,6 +295,7 @@ def solve_coupled_chunk(gaps, linear, draws, lanes, accuracy, limit, results):
                 guess_errors[1, i, j] = guess_errors[0, i, j]
                 # holds −first until note_guess_errors adds the solution
                 guess_errors[0, i, j] = -first
+        # an extrapolated start is given half of the steps; without success the linear solution follows
         first_limit = limit if extrapolation[0] == 0.0 else limit // 2
         steps = solve_coupled_lanes(
             t, G, G32, linear, laws, lanes, u, z, work, stiffness, (tolerance, fine, first_limit)
@@ -302,7 +309,7 @@ def solve_coupled_chunk(gaps, linear, draws, lanes, accuracy, limit, results):
             steps = solve_coupled_lanes(t, G, G32, linear, laws, lanes, u, z, work, stiffness, (tolerance, fine, limit))
             restore_converged(u, delta, stiffness, lanes.done, saved[: m + 3])
         if len(results.force):
-            compress(G, u, linear.rise[t, :m], lanes.load[t], lanes, z)
+            fill_compressions(G, u, linear.rise[t, :m], lanes.load[t], lanes, z)
             apply_laws(m, laws, lanes)
             steepen(m, laws, lanes)
             keep_forces(t, m, lanes, results)

@@ -2,7 +2,8 @@
 
 The steps are the same as in ``gearbench.contact._kernels``, for the same convex J(q, δ). After a step the amplitudes
 are q = Ψᵀ v with forces v; J needs only z = Ψ q = H v and |q|². The matrix has one row for each loaded segment (C9 of
-docs/algorithms.md). Close to the solution its factor is reused for several steps.
+docs/algorithms.md). Close to the solution its factor is reused for several steps. ``gearbench.compiled`` says what an
+``entry`` is, a ``part`` and ``SUMS``.
 """
 
 from __future__ import annotations
@@ -14,13 +15,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.compiled import SUMS, entry, part
-from gearbench.contact._kernels import IDLE_STEPS, first_approach
+from gearbench.contact._kernels import (
+    IDLE_STEPS,
+    ROUNDING_OF_J,
+    SHORTEST_STEP,
+    STALL_LEVEL,
+    STALLED,
+    SUFFICIENT,
+    first_approach,
+)
 from gearbench.contact._law_kernels import CONSTANTS, SCRATCH, apply_laws, law_constants
 
 #: Residual relative to the greatest deflection: level of rounding, and level below which a residual that no longer
 #: falls counts as rounding.
 ROUNDING, NEAR_ROUNDING = 1e-15, 1e-13
-#: The factor is reused if the residual is below the first number and the last step left at most the second fraction.
+#: The factor is reused if the residual is at most the first number, and the last step reduced it to at most the second
+#: fraction.
 REUSED, FALLING = 1e-3, 0.003
 #: Relative error of the stiffness: at rounding, and allowed in a rough solution.
 STIFFNESS_ROUNDING, ROUGH_STIFFNESS = 1e-14, 1e-6
@@ -32,8 +42,8 @@ class Rows(NamedTuple):
     """Scratch arrays of a position (segment,), of the contact law (…, segment), and factor B (segment, segment + 1).
 
     ``weight`` holds the slopes dP/ds, ``residual_z`` the residual H P − z, d the step of the forces and dz that of z.
-    ``offset`` is an addend of ``deflect``. ``loaded`` holds the numbers of the loaded segments and ``root`` the square
-    roots of their slopes.
+    ``loaded`` holds the numbers of the loaded segments and ``root`` the square roots of their slopes. ``offset`` is the
+    term that ``deflect`` adds to H v, ``deflected`` its result; x and v are scratch.
     """
 
     weight: NDArray
@@ -80,7 +90,7 @@ def eliminate(B, n):
 def factorise(H, weight, B, loaded, root):
     """Cholesky factor U of 1 + S H S over the loaded segments, with S = √(dP/ds); returns their number, and ∂F/∂δ.
 
-    Fills ``loaded``, and ``root`` with the diagonal of S. The column of B after U is U⁻ᵀ S 1; its square is ∂F/∂δ.
+    Fills ``loaded``, and ``root`` with the diagonal of S. The column of B after U is U⁻ᵀ S 1, of squared norm ∂F/∂δ.
     """
     n = 0
     for j in range(weight.size):
@@ -215,7 +225,8 @@ def search(z, dz, delta, step, norms, previous, descent, gap, constants, scratch
         total, slope, value = forces(z, dz, t, delta + t * step, gap, constants, scratch, force, weight)
         square = (1 - t) ** 2 * norms[0] + 2 * t * (1 - t) * norms[1] + t * t * norms[2]
         value += square / 2
-        if value <= previous + 1e-4 * t * descent + 1e-14 * (abs(previous) + 1.0) or t <= 1e-12:
+        enough = previous + SUFFICIENT * t * descent + ROUNDING_OF_J * (abs(previous) + 1.0)
+        if value <= enough or t <= SHORTEST_STEP:
             return t, total, slope, value, square
         t *= 0.5
 
@@ -224,8 +235,8 @@ def search(z, dz, delta, step, norms, previous, descent, gap, constants, scratch
 def solve_forces(H, gap, z, square, delta, force, rows, tolerance, limit):
     """Newton's method with line search, starting from δ and from deflections z of amplitudes with |q|² = ``square``.
 
-    Fills ``force``; returns δ, ∂F/∂δ and the number of steps. A step expected to leave a residual of ``tolerance``² is
-    the last, and the law is not evaluated after it: ``force`` then follows from the linearised law.
+    Fills ``force``; returns δ, ∂F/∂δ and the number of steps. A step that is expected to leave a residual of at most
+    ``tolerance``² is the last, and the law is not evaluated after it: ``force`` then follows from the linearised law.
     """
     weight, residual_z, d, dz, root, x, v, offset, deflected, loaded, constants, scratch, B = rows
     stiffness, best, stalled, idle, iteration, n, previous = 0.0, math.inf, 0, 0, 0, 0, math.inf
@@ -238,7 +249,7 @@ def solve_forces(H, gap, z, square, delta, force, rows, tolerance, limit):
         for j in range(z.size):
             size, offset[j] = max(size, abs(z[j])), -z[j]
         residual = max(abs(total), deflect(H, force, offset, residual_z)) / size
-        stalled = stalled + 1 if residual >= 0.5 * best and residual <= 1e-11 else 0
+        stalled = stalled + 1 if residual >= STALLED * best and residual <= STALL_LEVEL else 0
         best = min(best, residual)
         at_rounding = residual <= ROUNDING or (residual <= NEAR_ROUNDING and stalled >= 1) or stalled >= 2
         reuse = n > 0 and residual <= REUSED and residual <= FALLING * previous
@@ -275,7 +286,7 @@ def solve_forces(H, gap, z, square, delta, force, rows, tolerance, limit):
         )
         for j in range(z.size):
             z[j] += t * dz[j]
-        idle = idle + 1 if value >= lowest - 1e-14 * (abs(lowest) + 1.0) else 0
+        idle = idle + 1 if value >= lowest - ROUNDING_OF_J * (abs(lowest) + 1.0) else 0
         lowest = min(lowest, value)
         delta += t * step
         iteration += 1

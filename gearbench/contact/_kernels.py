@@ -1,4 +1,8 @@
-"""Compiled Newton solver of the contact problem, which the tests compare with a readable NumPy version."""
+"""Compiled Newton solver of the contact problem, which the tests compare with a readable NumPy version.
+
+The unknowns of a position are the amplitudes q of the smooth deflection and the approach δ; the solution minimises a
+convex function J(q, δ). Index i counts positions, j segments, k blocks, and c columns of the factor.
+"""
 
 from __future__ import annotations
 
@@ -14,6 +18,11 @@ from gearbench.contact.law import TANGENT_FROM
 
 #: Steps without a decrease of J that show that rounding is reached; near convergence two or three may occur.
 IDLE_STEPS = 8
+#: Two steps in turn that leave more than the first fraction of the residual show so too, if it is below the second
+#: number.
+STALLED, STALL_LEVEL = 0.5, 1e-11
+#: Line search: part of the linear decrease of J that suffices; rounding of J over its size; shortest step.
+SUFFICIENT, ROUNDING_OF_J, SHORTEST_STEP = 1e-4, 1e-14, 1e-12
 
 
 class Arrays(NamedTuple):
@@ -31,7 +40,9 @@ class Arrays(NamedTuple):
 class Work(NamedTuple):
     """Scratch arrays of a position (block, rank), Hessian ``hess`` (block, rank, rank), and of the law (…, segment).
 
-    ``q`` holds the first guess of the amplitudes, and the solution afterwards.
+    ``q`` holds the first guess of the amplitudes, and the solution afterwards; ``trial`` is q during the line search,
+    ``step`` its change. ``grad`` holds the derivatives of J by q, ``cross`` their derivatives by −δ. ``weight`` holds
+    the slopes dP/ds of the segments, ``loaded`` the numbers of the loaded ones.
     """
 
     q: NDArray
@@ -59,7 +70,7 @@ class Work(NamedTuple):
 
 @part()
 def compression(p, a, h, sigma):
-    """Compression of a segment, or of that end of a cell which touches first, under the force p."""
+    """Compression of a segment, or of the end of a cell that touches first, under the force p (``law.compression``)."""
     if sigma > 0.0:
         whole = law(sigma, a, h)[0]
         if p < whole:
@@ -132,7 +143,7 @@ def add_loaded(factor, block, loaded, weight, force, work):
 
 
 @part(SUMS)
-def compress(i, problem, q, delta, s):
+def fill_compressions(i, problem, q, delta, s):
     """Fill the compressions s = δ − e − Ψ q of the segments of position i; −1 for absent segments."""
     for j in range(s.size):
         s[j] = -1.0
@@ -154,7 +165,7 @@ def derivatives(i, problem, q, delta, work, force):
             work.hess[k, c, c] = 1.0
             quadratic += 0.5 * q[k, c] * q[k, c]
     s, count = work.scratch[SCRATCH], 0
-    compress(i, problem, q, delta, s)
+    fill_compressions(i, problem, q, delta, s)
     total, slope, energy = apply_laws(s, work.constants, work.scratch, force, work.weight)
     for j in range(s.size):
         if force[j] > 0.0:
@@ -166,9 +177,10 @@ def derivatives(i, problem, q, delta, work, force):
 
 @part(SUMS)
 def newton_direction(total, slope, work):
-    """Newton step of δ, and ∂F/∂δ, by eliminating the amplitudes of each block (C6); fills the step of q.
+    """Newton step of δ, and ∂F/∂δ, by eliminating the amplitudes of each block; fills the step of q.
 
-    With the Cholesky factor L of a block of the Hessian: y = L⁻¹ cross, x = L⁻¹ grad and step = L⁻ᵀ (y dδ − x).
+    With the Cholesky factor L of a block of the Hessian: y = L⁻¹ cross, x = L⁻¹ grad and step = L⁻ᵀ (y dδ − x), the
+    Newton equations (C6) of docs/theory.md. ``step`` holds y at first.
     """
     grad, hess, cross, x, step = work.grad, work.hess, work.cross, work.x, work.step
     n = grad.shape[1]
@@ -201,7 +213,7 @@ def newton_direction(total, slope, work):
 def closing_direction(i, problem, q, delta, work):
     """Step of δ that closes the smallest gap, if no segment touches; fills the step of q by steepest descent."""
     s, step_d = work.scratch[SCRATCH], math.inf
-    compress(i, problem, q, delta, s)
+    fill_compressions(i, problem, q, delta, s)
     for j in range(s.size):
         if problem.active[i, j]:
             step_d = min(step_d, -s[j])
@@ -267,7 +279,7 @@ def solve_position(i, problem, work, delta, tolerance, limit, forces):
         else:
             step_d = closing_direction(i, p, q, delta, work)
         # rounding is reached when the residual no longer falls
-        stalled = stalled + 1 if residual >= 0.5 * best and residual <= 1e-11 * size else 0
+        stalled = stalled + 1 if residual >= STALLED * best and residual <= STALL_LEVEL * size else 0
         best = min(best, residual)
         if residual <= 1e-15 * size or stalled >= 2 or idle >= IDLE_STEPS or iteration >= limit:
             break
@@ -284,11 +296,12 @@ def solve_position(i, problem, work, delta, tolerance, limit, forces):
                 for c in range(q.shape[1]):
                     trial[k, c] = q[k, c] + t * work.step[k, c]
             total, slope, value = derivatives(i, p, trial, delta + t * step_d, work, forces)
-            if value <= before + 1e-4 * t * descent + 1e-14 * (abs(before) + 1.0) or t <= 1e-12:
+            enough = before + SUFFICIENT * t * descent + ROUNDING_OF_J * (abs(before) + 1.0)
+            if value <= enough or t <= SHORTEST_STEP:
                 break
             t *= 0.5
         q[:] = trial
-        idle = idle + 1 if value >= lowest - 1e-14 * (abs(lowest) + 1.0) else 0
+        idle = idle + 1 if value >= lowest - ROUNDING_OF_J * (abs(lowest) + 1.0) else 0
         lowest = min(lowest, value)
         delta += t * step_d
         iteration += 1

@@ -1,4 +1,4 @@
-"""Common parts of the two compiled solvers for many samples: gaps, contact law, initial guess.
+"""Common parts of the compiled solvers for many samples, ``_batch_kernels`` and ``_coupled_kernels``.
 
 Arrays of samples end with the axis ``lane``. A lane holds one sample and is independent of the others.
 """
@@ -51,7 +51,8 @@ class Lanes(NamedTuple):
 
     ``s``, ``p`` and ``w`` are compression, force and slope dp/ds. ``sigma`` holds σ, half the variation of s along a
     cell, and 1/2σ, (2, segment, lane). Gaps and δ are counted from the smallest gap, ``least``. ``load`` is the
-    prescribed ΣP, (position, lane). ``level`` is scratch of the law, (3, lane).
+    prescribed ΣP, (position, lane). ``total`` is ΣP − load, or Σ|residual force|; ``slope`` is ΣdP/ds and then ∂F/∂δ;
+    ``step`` is the step of δ; ``done`` is 1 where the lane converged. ``level`` is scratch of the law, (3, lane).
     """
 
     gap: NDArray
@@ -95,7 +96,7 @@ def add_combination(start, stop, coefficient, column, rows, out, r):
 
 
 @part(FUSED)
-def begin(start, guess, draws, weights, guess_errors, q):
+def first_guess(start, guess, draws, weights, guess_errors, q):
     """First guess of the unknowns q (n, lanes): start + guess · draws, plus the weighted errors of earlier guesses.
 
     ``guess_errors`` (2, n, lanes) holds these errors at the previous position and at the one before it. Afterwards row

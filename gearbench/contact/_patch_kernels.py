@@ -17,25 +17,25 @@ HALVINGS = 48
 
 
 @entry()
-def compressions(rows, factor, q, block, delta, gaps, scale, active, s):
+def compressions(interpolation, factor, q, block, delta, gaps, scale, active, s):
     """Fill s = δ − e − Ψ q at the beginning, middle and end of each cell; −1 if there is no line.
 
-    Shapes: rows (position, pair, segment, 3, node), factor (position, pair, node, rank), gaps and s (position, pair,
-    segment, 3), block (pair,), and scale (position,), the unit of δ.
+    Shapes: interpolation (position, pair, segment, 3, node), factor (position, pair, node, rank), gaps and s (position,
+    pair, segment, 3), block (pair,), and scale (position,), the unit of δ.
     """
     positions, pairs, segments = gaps.shape[:3]
     nodes = factor.shape[2]
     for i in range(positions):
         unit = 1.0 / scale[i]
         for k in range(pairs):
-            own = s[i, k].reshape(3 * segments)
+            on_line = s[i, k].reshape(3 * segments)
             if not active[i, k]:
-                own[:] = -1.0
+                on_line[:] = -1.0
                 continue
-            smooth = np.dot(rows[i, k].reshape((3 * segments, nodes)), np.dot(factor[i, k], q[i, block[k]]))
+            smooth = np.dot(interpolation[i, k].reshape((3 * segments, nodes)), np.dot(factor[i, k], q[i, block[k]]))
             gap = gaps[i, k].reshape(3 * segments)
             for j in range(3 * segments):
-                own[j] = delta[i] - gap[j] * unit - smooth[j]
+                on_line[j] = delta[i] - gap[j] * unit - smooth[j]
 
 
 @part()
@@ -117,7 +117,7 @@ def loaded_parts(at, value, begin, end):
             if low == high and value[j] < -NEAR:
                 continue
             if low == high and (j == 0 or j == last):
-                # corners of reliefs touch beside the ends of panels
+                # the corner of a relief at the end of a panel touches beside it: a third of the way to the next point
                 low = high = at[j] + (at[min(j + 1, last - 1)] - at[j]) / 3
         else:
             continue
@@ -132,16 +132,16 @@ def loaded_parts(at, value, begin, end):
 @part()
 def share_nodes(width, nodes, count):
     """Fill ``count`` with the nodes of each patch: ``nodes``, in proportion to the square roots of the widths."""
-    n, whole, left = width.size, 0.0, nodes
+    n, whole, remaining = width.size, 0.0, nodes
     for i in range(n):
         whole += math.sqrt(width[i])
     least = min(2, nodes // n)
     for i in range(n):
         count[i] = least + math.floor((nodes - least * n) * math.sqrt(width[i]) / whole + 1e-9)
-        left -= count[i]
+        remaining -= count[i]
     # the remaining nodes go to the widest patches
     order = np.argsort(-width[:n], kind="mergesort")
-    for i in range(left):
+    for i in range(remaining):
         count[order[i]] += 1
 
 
@@ -151,8 +151,8 @@ def patch_nodes(s, y, half, panel, active, known_y, known_s, least, gauss_nodes,
 
     Probes are ends of patches and places of the greatest s below zero. ``at`` and ``width`` (position, pair, node and
     probe) are zero where there is neither. ``known_y`` and ``known_s`` (position, pair, point) are further points of
-    the lines, ascending, and s there. Row n of ``gauss_nodes`` and ``gauss_weights`` holds the rule of n points, of
-    which the last is the number of nodes. Patches not longer than ``least`` are ignored.
+    the lines, ascending, and s there. Row n of ``gauss_nodes`` and ``gauss_weights`` holds the rule of n points; the
+    last row has as many points as there are nodes on a line. Patches not longer than ``least`` are ignored.
     """
     positions, pairs, segments = y.shape
     nodes, most = gauss_nodes.shape[1], 3 * segments + known_y.shape[2]
@@ -170,8 +170,8 @@ def patch_nodes(s, y, half, panel, active, known_y, known_s, least, gauss_nodes,
             for j in range(1, points + 1):
                 if j < points and piece[j] == piece[first]:
                     continue
-                found = loaded_parts(point[first:j], value[first:j], begin[n:], end[n:])
-                for patch in range(n, n + found):
+                patches = loaded_parts(point[first:j], value[first:j], begin[n:], end[n:])
+                for patch in range(n, n + patches):
                     for place in (begin[patch], end[patch]):
                         inside = max(point[first], at[i, k, probe - 1]) < place < point[j - 1]
                         if inside and probe < at.shape[2]:

@@ -21,6 +21,7 @@ from gearbench.contact.problem import (
 )
 from gearbench.contact.scaling import by_lever, even_deflection, scale_problem, typical_compression
 from gearbench.contact.smooth import SmoothCompliance, smooth_compliance
+from gearbench.contact.solver import has_law
 from gearbench.effects.base import Effect, LineLaw
 from gearbench.geometry.action import ContactLines
 from gearbench.scene import Scene
@@ -57,32 +58,34 @@ def assemble(
     by_name = {effect.name: effect for effect in acting}
     gaps = gaps_along(acting, lines)
     gap, sigma = gap_and_variation(gaps)
-    at = lines.smooth_lines(nodes or smooth_nodes(lines)) if lines.cells else lines
-    compliance, laws = smooth_compliance(at, by_name)
+    smooth_lines = lines.smooth_lines(nodes or smooth_nodes(lines)) if lines.cells else lines
+    compliance, laws = smooth_compliance(smooth_lines, by_name)
     if not lines.cells:
         return _problem(scene, lines, compliance, laws, gap, sigma, truncation)
     if not laws:
         # without a law the compliance alone determines the loads, so it is needed on every segment
         compliance, laws = smooth_compliance(lines, by_name)
         return _problem(scene, lines, compliance, laws, gap, np.zeros(lines.shape), truncation)
-    zeros = np.zeros(at.shape)
-    smooth = _problem(scene, at, compliance, laws, zeros, zeros, truncation)
+    # the smooth compliance comes from the Gauss points, contact law and gap from the cells
+    zeros = np.zeros(smooth_lines.shape)
+    smooth = _problem(scene, smooth_lines, compliance, laws, zeros, zeros, truncation)
     assert lines.panel is not None
-    pointwise = replace(compliance, factor=np.zeros((*lines.shape, 0)), matrix=None)
-    laws = [part for effect in pointwise.laws if isinstance(part := effect.compliance(lines, by_name), LineLaw)]
-    problem = _problem(scene, lines, pointwise, laws, gap, sigma, truncation, smooth.length_scale)
-    factor, rows = smooth.factor.reshape(*at.shape, -1), interpolation_to_cells(at, lines)
+    only_laws = replace(compliance, factor=np.zeros((*lines.shape, 0)), matrix=None)
+    laws = [part for effect in only_laws.laws if isinstance(part := effect.compliance(lines, by_name), LineLaw)]
+    problem = _problem(scene, lines, only_laws, laws, gap, sigma, truncation, smooth.length_scale)
+    factor = smooth.factor.reshape(*smooth_lines.shape, -1)
+    interpolation = interpolation_to_cells(smooth_lines, lines)
     cells = Cells(
-        effects=tuple(acting), lines=lines, gaps=gaps, smooth_lines=at, factor=factor, interpolation=rows,
-        laws=pointwise.laws, nodes=max(at.shape[2], NODES_PER_PANEL * (1 + int(lines.panel.max(initial=0)))),
-        share=np.ones(len(gaps)),
+        effects=tuple(acting), lines=lines, gaps=gaps, smooth_lines=smooth_lines, factor=factor,
+        interpolation=interpolation, laws=only_laws.laws, share=np.ones(len(gaps)),
+        nodes=max(smooth_lines.shape[2], NODES_PER_PANEL * (1 + int(lines.panel.max(initial=0)))),
     )  # fmt: skip
     # the load is spread over the cell: Ψ is averaged by Simpson's rule
-    factor = np.array([1, 4, 1]) / 6 @ rows @ factor
+    factor = np.array([1, 4, 1]) / 6 @ interpolation @ factor
     return replace(
         problem,
         factor=np.ascontiguousarray(factor.reshape(*problem.gap.shape, -1)),
-        block=np.repeat(smooth.block[:: at.shape[2]], lines.shape[2]),
+        block=np.repeat(smooth.block[:: smooth_lines.shape[2]], lines.shape[2]),
         blocks=smooth.blocks,
         cells=cells,
     )
@@ -111,7 +114,7 @@ def with_field(problem: ContactProblem, field: NDArray) -> ContactProblem:
 def _replace_gaps(problem: ContactProblem, gaps: NDArray) -> ContactProblem:
     """``problem`` with other ``gaps``, see ``gaps_along``."""
     gap, sigma = (x.reshape(problem.gap.shape) for x in gap_and_variation(gaps))
-    sigma = sigma if problem.a.any() else np.zeros_like(sigma)  # without a law there is nothing to average
+    sigma = sigma if has_law(problem) else np.zeros_like(sigma)  # without a law there is nothing to average
     # the problem holds the gap at the end that touches first
     gap, sigma = (np.ascontiguousarray(x / problem.length_scale) for x in (gap - sigma, sigma))
     cells = problem.cells and replace(problem.cells, gaps=gaps)
@@ -128,7 +131,10 @@ def _problem(
     truncation: float,
     unit: float | None = None,
 ) -> ContactProblem:
-    """Problem with compliances at the nodes of ``lines``; ``unit`` is the unit of displacement [mm], chosen if None."""
+    """Problem with compliances and ``gap`` at the nodes of ``lines``.
+
+    ``sigma`` is half the variation of the gap along a cell, ``unit`` the unit of displacement [mm], chosen if None.
+    """
     factor, matrix = smooth.factor, smooth.matrix
     zeros = np.zeros(lines.shape)
     a, h = sum((law.a for law in laws), zeros), sum((law.h for law in laws), zeros)
@@ -142,5 +148,5 @@ def _problem(
     if matrix is not None:
         matrix = matrix * (problem.force / problem.length_scale)
         return replace(problem, factor=truncated_root(matrix, stiffness_of_law(problem), truncation))
-    # many deflection polynomials: more amplitudes than segments on a line, so the rank is reduced
+    # the rank is reduced if there are more deflection polynomials than segments on a line
     return problem if factor.shape[-1] <= lines.shape[2] else reduce_rank(problem, truncation)

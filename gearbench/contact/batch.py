@@ -127,7 +127,7 @@ class Batch:
 
     @property
     def rank(self) -> int:
-        """Columns of the factor of a block."""
+        """Number of columns of the factor of a block."""
         return self.factor.shape[2]
 
     @cached_property
@@ -198,7 +198,7 @@ class BatchSolution:
 
 @dataclass(frozen=True, kw_only=True)
 class GapModes:
-    """Gaps of samples, e + Σ ε_m modes[..., m].
+    """Gap modes e_m of random errors: a sample with the errors ε has the gap e₀ + Σ_m ε_m e_m.
 
     Parameters
     ----------
@@ -219,8 +219,8 @@ class GapModes:
         """
 
         def flat(each: ContactLines) -> NDArray:
-            found = modes(each) / np.expand_dims(each.lever, -1)
-            return found.reshape(lines.shape[0], -1, found.shape[-1])
+            values = modes(each) / np.expand_dims(each.lever, -1)
+            return values.reshape(lines.shape[0], -1, values.shape[-1])
 
         middle = flat(lines)
         if not lines.cells:
@@ -244,7 +244,7 @@ def prepare(problem: ContactProblem, gaps: GapModes, precision: Precision = ROUN
     """
     problem, tilt, exact = _at_mean_errors(problem, at_mean=at_mean)
     problem = reduce_rank(problem, precision.truncation)
-    present, count, blocks, firsts = _order(problem)
+    block_order, count, blocks, firsts = _order(problem)
     _require_memory(problem, int(count.max()), gaps.modes.shape[2] + gaps.tilts.shape[2])
 
     pick = existing_first(problem)
@@ -267,12 +267,13 @@ def prepare(problem: ContactProblem, gaps: GapModes, precision: Precision = ROUN
         cell_correction=np.stack([np.zeros(len(count)), np.ones(len(count))]),
         precision=precision,
     )
-    q = np.take_along_axis(guess.q, present[..., None], 1)[:, : blocks.max()]
+    q = np.take_along_axis(guess.q, block_order[..., None], 1)[:, : blocks.max()]
     batch, stiffness = _linearised(batch, np.column_stack([q.reshape(len(q), -1), guess.delta]))
     if exact is None:
         return batch
     stiffness *= problem.force / problem.length_scale
-    return replace(batch, cell_correction=np.stack([exact[0] - approach, exact[1] / stiffness]))
+    exact_approach, exact_stiffness = exact
+    return replace(batch, cell_correction=np.stack([exact_approach - approach, exact_stiffness / stiffness]))
 
 
 def _at_mean_errors(
@@ -311,16 +312,17 @@ def _linearised(batch: Batch, start: NDArray) -> tuple[Batch, NDArray]:
     unit = np.zeros((len(C), C.shape[2], 1))
     unit[:, -1] = 1.0
     right = np.concatenate([np.swapaxes(C, 1, 2) @ (W[..., None] * np.swapaxes(batch.modes, 1, 2)), unit], axis=2)
-    found = np.ascontiguousarray(np.swapaxes(np.linalg.solve(normal_matrix(C, W), right), 1, 2))
-    guess = np.ascontiguousarray(found[:, :-1])
-    return replace(batch, product=_products(batch.factor), start=start, guess=guess), 1 / found[:, -1, -1]
+    # derivatives of (q, δ) by the errors, and in the last row by the load
+    derivatives = np.ascontiguousarray(np.swapaxes(np.linalg.solve(normal_matrix(C, W), right), 1, 2))
+    guess = np.ascontiguousarray(derivatives[:, :-1])
+    return replace(batch, product=_products(batch.factor), start=start, guess=guess), 1 / derivatives[:, -1, -1]
 
 
 def _motion_matrix(arrays: Arrays, blocks: int) -> NDArray:
     """C (position, segment, block·rank + 1), which gives the motions of segments z = C (q, δ)."""
-    own = arrays.block[..., None] == np.arange(blocks)
-    wide = (own[..., None] * arrays.factor[:, :, None]).reshape(*arrays.gap.shape, -1)
-    return np.concatenate([-wide, arrays.active[..., None]], axis=2)
+    in_block = arrays.block[..., None] == np.arange(blocks)
+    factor = (in_block[..., None] * arrays.factor[:, :, None]).reshape(*arrays.gap.shape, -1)
+    return np.concatenate([-factor, arrays.active[..., None]], axis=2)
 
 
 def _law(arrays: Arrays, z: NDArray) -> tuple[NDArray, NDArray]:
@@ -354,17 +356,17 @@ def _products(factor: NDArray) -> NDArray:
 
 def existing_first(problem: ContactProblem) -> Callable[[NDArray], NDArray]:
     """Function that puts existing segments of values (position, segment, …) first, in as few columns as possible."""
-    order, most = np.argsort(~problem.active, axis=1, kind="stable"), problem.active.sum(axis=1).max()
+    order, columns = np.argsort(~problem.active, axis=1, kind="stable"), problem.active.sum(axis=1).max()
 
     def pick(values: NDArray) -> NDArray:
         index = order.reshape(*order.shape, *[1] * (values.ndim - 2))
-        return np.ascontiguousarray(np.take_along_axis(values, index, 1)[:, :most])
+        return np.ascontiguousarray(np.take_along_axis(values, index, 1)[:, :columns])
 
     return pick
 
 
 def _order(problem: ContactProblem) -> tuple[NDArray, NDArray, NDArray, NDArray]:
-    """Order of blocks, existing ones first; numbers of existing segments and blocks; first segment of each block."""
+    """``Batch.count``, ``blocks`` and ``firsts``, after the order that puts existing blocks first (position, block)."""
     positions = problem.active.shape[0]
     count = problem.active.sum(axis=1)
     per_block = np.zeros((positions, problem.blocks), dtype=np.int64)
@@ -389,14 +391,16 @@ def chunks(draws: NDArray) -> Iterator[NDArray]:
 def solve_one_chunk(
     batch: Batch, draws: NDArray, load: NDArray | None = None, *, segments: bool = False
 ) -> BatchSolution:
-    """Solve every position for one full chunk of errors, (lanes, error), on this thread.
+    """Solve every position for one chunk of ``LANES`` samples on this thread; each sample is a lane of the kernels.
 
     Parameters
     ----------
+    batch, draws
+        The prepared problem, and the errors of the samples minus their means (lane, error).
     load
-        Load over the load of the problem (position, lanes), by default 1. Cells are corrected as under load 1.
+        Load over the load of the problem (position, lane), by default 1. Cells are corrected as under load 1.
     segments
-        Whether to return the forces of the segments too.
+        Whether to return forces and slopes of the segments too.
     """
     from gearbench.contact._lane_kernels import LaneResults
 

@@ -46,7 +46,7 @@ class OnShafts:
     gears: tuple[SeatedGear, SeatedGear]
 
     def resultants(self, rows: int) -> Resultants:
-        """The first ``rows`` resultants of the flank forces: row n is weighted by the Legendre polynomial P_n."""
+        """The first ``rows`` resultants: sums of flank forces, weighted by Legendre polynomials of rising degree."""
         return resultants(self.problem, self.lines, self.solution, self.guess, rows)
 
 
@@ -70,16 +70,20 @@ def solve_on_shafts(
     ConvergenceError
         If the forces do not converge.
     """
-    effects, before = shaft_effects(), None
+    effects, previous_force = shaft_effects(), None
     for _ in range(MAX_ITERATIONS):
         acting = (*scene.flank_effects, *effects)
         problem = assemble(scene, lines, acting)
         guess = Guess.empty(problem)
         solution = solve_patches(problem, guess)
         gears = next(effect for effect in effects if isinstance(effect, Shafts)).gears
-        # ShaftMotion is absent if everything is linear; nothing then depends on the load
-        constant = len(effects) == 1
-        if constant or (before is not None and np.abs(solution.force - before).max() <= TOLERANCE * before.max()):
+        # without ShaftMotion everything is linear, and the compliance of the shafts does not depend on the load
+        converged = len(effects) == 1
+        if previous_force is not None:
+            change = np.abs(solution.force - previous_force).max()
+            converged = converged or change <= TOLERANCE * previous_force.max()
+        if converged:
             return OnShafts(lines=lines, effects=acting, problem=problem, solution=solution, guess=guess, gears=gears)
-        before, effects = solution.force, shaft_effects(flank_loads(gears, lines, solution.force, weight), gears)
+        previous_force = solution.force
+        effects = shaft_effects(flank_loads(gears, lines, solution.force, weight), gears)
     raise ConvergenceError(f"bearings and contact did not converge in {MAX_ITERATIONS} iterations")

@@ -41,15 +41,15 @@ class Side:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Link:
-    """Compliance between the teeth of a body at two sides.
+    """Compliance of a body between its teeth in two meshes.
 
     Parameters
     ----------
     sides
-        Numbers of the two sides.
+        Numbers of the two sides in ``Bodies.sides``.
     groups
-        Positions at which the same teeth are loaded, with the compliance C between the functions of all tooth pairs at
-        both sides (pair × function, pair × function) [mm·mm²/N].
+        Positions at which the same teeth are loaded, each with the compliance C between the functions of all tooth
+        pairs at both sides (pair × function, pair × function) [mm·mm²/N].
     """
 
     sides: tuple[int, int]
@@ -87,9 +87,9 @@ class Bodies:
         displaced = [np.zeros_like(loaded) for loaded in generalised]
         for link in self.links:
             one, other = link.sides
-            for at, C in link.groups:
-                displaced[one][at] += generalised[other][at] @ C.T
-                displaced[other][at] += generalised[one][at] @ C
+            for positions, C in link.groups:
+                displaced[one][positions] += generalised[other][positions] @ C.T
+                displaced[other][positions] += generalised[one][positions] @ C
         gaps: dict[int, NDArray] = {}
         for side, u in zip(self.sides, displaced, strict=True):
             by_pair = u.reshape(*side.nodes.shape[:2], -1, 1)
@@ -106,10 +106,10 @@ class Bodies:
         for link in self.links:
             one, other = link.sides
             m, n = self.sides[one].mesh, self.sides[other].mesh
-            for at, C in link.groups:
-                c = np.sum((generalised[one][at] @ C) * generalised[other][at], axis=1)
-                compliance[at, m, n] += c
-                compliance[at, n, m] += c
+            for positions, C in link.groups:
+                c = np.sum((generalised[one][positions] @ C) * generalised[other][positions], axis=1)
+                compliance[positions, m, n] += c
+                compliance[positions, n, m] += c
         return compliance
 
     def _generalised_loads(self, loads: Sequence[NDArray]) -> list[NDArray]:

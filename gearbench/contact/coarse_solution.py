@@ -22,10 +22,10 @@ from gearbench.geometry.pair import Pair
 from gearbench.geometry.separation import farthest
 from gearbench.scene import Resolution, Scene
 
-#: A coarse solution: uniform phases, segments on a line, nodes of the smooth compliance over the usual number, and
-#: truncation of this compliance.
+#: A coarse solution: number of uniform phases, of segments on a line, of nodes of the smooth compliance over their
+#: usual number, and truncation of this compliance.
 COARSE_PHASES, COARSE_SEGMENTS, COARSE_NODES, COARSE_TRUNCATION = 24, 12, 0.7, 1e-3
-#: Reach of lines beyond the path of contact while the deflection is unknown, over that of the separation.
+#: How far lines reach beyond the path of contact while the deflection is unknown, over how far the separation is known.
 _REACH = 2 / 3
 #: Separation of the flanks up to which lines reach, over the greatest deflection.
 MARGIN = 1.3
@@ -40,7 +40,7 @@ def scene_lines(scene: Scene, mesh_phase: NDArray) -> ContactLines:
         If the lines and the problem on them need more memory than the budget.
     """
     require_contact_memory(scene, len(mesh_phase))
-    return lines_within(scene, mesh_phase, _reached(scene))
+    return lines_within(scene, mesh_phase, _contact_span(scene))
 
 
 def greatest_deflection(scene: Scene) -> float:
@@ -55,9 +55,9 @@ def greatest_deflection(scene: Scene) -> float:
 @lru_cache(maxsize=16)
 def _greatest_deflection(scene: Scene) -> float:
     if scene.pair.meshing.overlap_ratio:
-        # middles of the phases with the fewest and with the most pairs on the path
-        most = scene.pair.meshing.transverse_contact_ratio % 1.0
-        coarse = _solve_coarsely(scene, np.array([(1 + most) / 2, most / 2]), _widest_span(scene.pair))
+        # the middles of the phases with the fewest and with the most pairs on the path
+        fraction = scene.pair.meshing.transverse_contact_ratio % 1.0
+        coarse = _solve_coarsely(scene, np.array([(1 + fraction) / 2, fraction / 2]), _widest_span(scene.pair))
     else:
         coarse = coarse_solution(scene, COARSE_PHASES)
     deflection = float(coarse.problem.length_scale * coarse.guess.delta.max())
@@ -111,7 +111,7 @@ def coarse_solution(scene: Scene, count: int) -> CoarseSolution:
     longer lines would have longer cells.
     """
     wide = not scene.pair.meshing.overlap_ratio and flank_separation(scene) is not None
-    span = _widest_span(scene.pair) if wide else _reached(scene)
+    span = _widest_span(scene.pair) if wide else _contact_span(scene)
     return _solve_coarsely(scene, mirrored_phases(scene.pair, count), span)
 
 
@@ -126,11 +126,11 @@ def _solve_coarsely(scene: Scene, phase: NDArray, span: tuple[float, float] | No
 
 def _widest_span(pair: Pair) -> tuple[float, float]:
     """Range of u [mm] that lines may reach while the deflection is unknown."""
-    room = _REACH * farthest(pair)
-    return pair.meshing.path_start - room, pair.meshing.path_end + room
+    beyond = _REACH * farthest(pair)
+    return pair.meshing.path_start - beyond, pair.meshing.path_end + beyond
 
 
-def _reached(scene: Scene) -> tuple[float, float] | None:
+def _contact_span(scene: Scene) -> tuple[float, float] | None:
     """Range of u [mm] in which flanks may touch under the load of ``scene``; None for the path of contact."""
     flanks = flank_separation(scene)
     if flanks is None:

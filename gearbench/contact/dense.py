@@ -1,4 +1,4 @@
-"""Dense active-set solver, for compliances without a contact law and for solutions that rounding spoils."""
+"""Active-set solver with full matrices, for compliances without a contact law and solutions that rounding spoils."""
 
 from __future__ import annotations
 
@@ -38,9 +38,9 @@ def correct_rounding(problem: ContactProblem, position: int, force: NDArray) -> 
     H, e, a, h, sigma = psi @ psi.T, *(x[position, active] for x in (p.gap, p.a, p.h, p.sigma))
     P, delta, stiffness, steps = force[active], 0.0, 0.0, 0
     for _ in range(CORRECTION_STEPS):
-        at = np.maximum(P, LEAST_FORCE)
-        g, rise = compression(at, a, h, sigma), slope(at, a, h, sigma)
-        P, delta, stiffness, count = active_set(H + np.diag(rise), e + g - rise * at)
+        P0 = np.maximum(P, LEAST_FORCE)
+        g, dg = compression(P0, a, h, sigma), slope(P0, a, h, sigma)
+        P, delta, stiffness, count = active_set(H + np.diag(dg), e + g - dg * P0)
         steps += count
     all_forces = np.zeros_like(force)
     all_forces[active] = P
@@ -73,7 +73,7 @@ def one_at_a_time(H: NDArray, e: NDArray) -> tuple[NDArray, float, float, int]:
     loaded[np.argmin(0.5 * np.diagonal(H) + e)] = True
     P, delta, stiffness = _equal_approach(H, e, loaded)
     steps = FULL_STEPS + 1
-    while steps < FULL_STEPS + 10 * e.size + 10:
+    while steps < FULL_STEPS + 10 * e.size + 10:  # far more than needed; rounding might cycle
         gap = np.where(loaded, np.inf, _gap(H, e, P, delta))
         worst = int(np.argmin(gap))
         if gap[worst] >= 0:
@@ -83,7 +83,7 @@ def one_at_a_time(H: NDArray, e: NDArray) -> tuple[NDArray, float, float, int]:
         while np.any(trial < 0):  # step until a force reaches zero, and let this segment separate
             falling = trial < 0
             P = P + np.min(P[falling] / (P[falling] - trial[falling])) * (trial - P)
-            loaded &= ~(falling & (P <= 1e-14))
+            loaded &= ~(falling & (P <= 1e-14))  # zero but for rounding
             P[~loaded] = 0.0
             trial, delta, stiffness = _equal_approach(H, e, loaded)
         P = trial

@@ -1,7 +1,8 @@
-"""Contact of all meshes of a train together, coupled by a few rigid motions and by elastic bodies (M2, M4).
+"""Contact of all meshes of a train together, coupled by rigid motions and elastic bodies (M2 and M4 of docs/theory.md).
 
 The contact of mesh m under a force F_m gives its approach δ_m and stiffness k_m, as for a single pair. Unknown forces
-and rigid motions q follow from the balance K q + Bᵀ F = f, and from δ_m(F_m) = B_m q + g_m in every loaded mesh.
+and rigid motions q follow from the balance K q + Bᵀ F = f, and from δ_m(F_m) = B_m q + g_m in every loaded mesh. K is
+the stiffness of the supports, f the external load; B_m q is the approach due to the motions, g_m due to the geometry.
 Newton's method replaces each mesh by its tangent at the current force, F_m ← max(0, F_m + k_m (B_m q + g_m − δ_m)); the
 q in balance with these tangents gives the next forces. The torques of parallel paths are part of the solution. The
 deflection of a body under the loads of one mesh is a gap in its other meshes, computed from the current loads; its
@@ -28,8 +29,8 @@ from gearbench.contact.solver import ConvergenceError, Guess
 FORCE_TOLERANCE, STEPS = 1e-11, 60
 #: Force over the nominal force below which the tangent replaces the contact of a mesh.
 LEAST = 1e-9
-#: Residual of the balance with tangents over ``ForceSearch.tolerance``.
-ENOUGH = 1e-6
+#: Tolerance of the balance with tangents over ``ForceSearch.tolerance``.
+TANGENT_TOLERANCE = 1e-6
 #: A force oscillates if it changes back by more than this share of its previous change.
 SWING = 0.25
 #: Maximum growth of a force in a step, since tangents of flanks under small loads are far too compliant.
@@ -48,7 +49,7 @@ MIN_REMAINING = 0.05
 
 @dataclass(frozen=True, kw_only=True)
 class MeshAt:
-    """A mesh of a train, with the mesh phases of this mesh.
+    """The contact problem of one mesh of a train, at the mesh phases that this mesh has at the positions of the train.
 
     Parameters
     ----------
@@ -195,30 +196,30 @@ class Statics:
             F, k = response(_times(B, q) + self.offset)
             return F, k, f - q @ K - _generalised_force(F, B)
 
-        F, k, rest = state(q)
-        size = np.abs(rest / lever).max(axis=-1) / load
+        F, k, residual = state(q)
+        size = np.abs(residual / lever).max(axis=-1) / load
         best = q, F, size
         for _ in range(_MAX_INNER):
-            left = best[2] > max(enough, _RESIDUAL)
-            if not left.any():
+            unsolved = best[2] > max(enough, _RESIDUAL)
+            if not unsolved.any():
                 break
-            step = np.zeros_like(rest)
-            rows = B if B.ndim == 2 else np.broadcast_to(B, (*left.shape, *B.shape[-2:]))[left]
-            matrix = K + (np.swapaxes(rows, -1, -2) * k[left][:, None]) @ rows
-            step[left] = np.linalg.solve(matrix, rest[left][..., None])[..., 0]
-            slope, t, new = np.einsum("...i,...i->...", rest, step), np.ones(q.shape[:-1]), q
+            step = np.zeros_like(residual)
+            rows = B if B.ndim == 2 else np.broadcast_to(B, (*unsolved.shape, *B.shape[-2:]))[unsolved]
+            matrix = K + (np.swapaxes(rows, -1, -2) * k[unsolved][:, None]) @ rows
+            step[unsolved] = np.linalg.solve(matrix, residual[unsolved][..., None])[..., 0]
+            slope, t, new = np.einsum("...i,...i->...", residual, step), np.ones(q.shape[:-1]), q
             for _ in range(_MAX_HALVINGS):
                 new = q + t[..., None] * step
-                F, k, rest = state(new)
-                far = np.einsum("...i,...i->...", rest, step) < -0.5 * slope
-                if not far.any():
+                F, k, residual = state(new)
+                too_far = np.einsum("...i,...i->...", residual, step) < -0.5 * slope
+                if not too_far.any():
                     break
-                t = np.where(far, t / 2, t)
-            q, size = new, np.abs(rest / lever).max(axis=-1) / load
+                t = np.where(too_far, t / 2, t)
+            q, size = new, np.abs(residual / lever).max(axis=-1) / load
             better = size < best[2]
             best = tuple(
-                np.where(better.reshape(better.shape + (1,) * (now.ndim - better.ndim)), now, old)
-                for now, old in zip((q, F, size), best, strict=True)
+                np.where(better.reshape(better.shape + (1,) * (new.ndim - better.ndim)), new, old)
+                for new, old in zip((q, F, size), best, strict=True)
             )
         if best[2].max() > max(enough, ACCEPTED_RESIDUAL):
             raise ConvergenceError(f"no equilibrium of the meshes: residual {best[2].max():.1e} of the load")
@@ -236,7 +237,7 @@ def _generalised_force(F: NDArray, B: NDArray) -> NDArray:
 
 
 def _tangents(approach: NDArray, *, k: NDArray, free: NDArray) -> tuple[NDArray, NDArray]:
-    """Forces and stiffness of springs that only push, F = max(0, k (δ − free))."""
+    """Forces and stiffness of springs that only push, F = max(0, k (δ − free)); they begin to touch at δ = ``free``."""
     s = approach - free
     return np.maximum(0.0, k * s), np.where(s > 0, k, SEPARATED_STIFFNESS * k)
 
@@ -274,30 +275,34 @@ class ForceSearch:
             If the forces do not converge.
         """
         least = self.least * self.nominal
-        previous, left = np.zeros(1), 0.0
+        previous, relative_change = np.zeros(1), 0.0
         for step in range(STEPS):
-            at = np.maximum(force, least)
-            approach, k = self.meshes_under(at)
+            F = np.maximum(force, least)
+            approach, k = self.meshes_under(F)
             # each step starts as if all meshes were loaded
-            free = approach + (0.0 if statics.between is None else (statics.between @ at[..., None])[..., 0])
+            total = approach + (0.0 if statics.between is None else (statics.between @ F[..., None])[..., 0])
             B, W = statics.rows, statics.tangent(k)
-            right = statics.force - (at + _times(W, statics.offset - free)) @ B
+            right = statics.force - (F + _times(W, statics.offset - total)) @ B
             q = np.linalg.solve(statics.stiffness + B.T @ W @ B, right[..., None])[..., 0]
-            loaded = at + _times(W, q @ B.T + statics.offset - free)
-            approach, stiffness = approach - statics.shifted * at, statics.without_shifted(k)
-            tangents = partial(_tangents, k=stiffness, free=approach - at / stiffness)
-            q, new = statics.balanced(tangents, q, loaded, ENOUGH * self.tolerance)
-            change = np.where(force > least, new - force, np.maximum(new - at, 0.0))
-            left = np.abs(change).max() / np.abs(new).max()
+            loaded = F + _times(W, q @ B.T + statics.offset - total)
+            approach, stiffness = approach - statics.shifted * F, statics.without_shifted(k)
+            tangents = partial(_tangents, k=stiffness, free=approach - F / stiffness)
+            q, new = statics.balanced(tangents, q, loaded, TANGENT_TOLERANCE * self.tolerance)
+            change = np.where(force > least, new - force, np.maximum(new - F, 0.0))
+            relative_change = np.abs(change).max() / np.abs(new).max()
             enough = self.tolerance if step < STEPS - 1 else max(self.tolerance, ACCEPTED_RESIDUAL)
-            if left <= enough and (left := max(left, self.gap_change())) <= enough:
+            if relative_change <= enough:
+                relative_change = max(relative_change, self.gap_change())
+            if relative_change <= enough:
                 return new, q, k * (new > 0), step + 1
             # forces that oscillate about first contact go half of the way
             swings = (change * previous < 0) & (np.abs(change) > SWING * np.abs(previous))
             damped = np.where(swings, (force + new) / 2, new)
             # close to separation the tangent replaces the contact, so the growth is not limited
-            force, previous = np.where(damped > least, np.minimum(damped, GROWTH * at), damped), change
-        raise ConvergenceError(f"forces of the meshes did not converge in {STEPS} steps: relative change {left:.1e}")
+            force, previous = np.where(damped > least, np.minimum(damped, GROWTH * F), damped), change
+        raise ConvergenceError(
+            f"forces of the meshes did not converge in {STEPS} steps: relative change {relative_change:.1e}"
+        )
 
 
 def balance(meshes: Sequence[MeshAt], statics: Statics, bodies: Bodies | None = None) -> Balance:

@@ -33,7 +33,7 @@ def profile_separation(scene: Scene) -> Separation:
 
 
 def gap_kinks(scene: Scene) -> tuple[list[float], list[float]]:
-    """Positions u along the path of contact and y across the face [mm] at which a gap or an output has a kink.
+    """Positions u along the path of contact and y over the face [mm] at which a gap or an output has a kink.
 
     Off the line of action the kinks of the profiles come from the separation.
     """

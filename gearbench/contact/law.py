@@ -95,7 +95,7 @@ def _inverse(s: NDArray, a: NDArray, h: NDArray) -> tuple[NDArray, NDArray, NDAr
     s = np.maximum(s, 0.0)
     linear = (h == 0) | (s == 0)
     safe_h, safe_s = np.where(linear, 1.0, h), np.where(linear, 1.0, s)
-    ratio = np.where(linear, 3.0, a / safe_h)
+    ratio = np.where(linear, 3.0, a / safe_h)  # any number: linear and unloaded segments are replaced at the end
     small = np.minimum(np.exp(np.log(safe_s / safe_h) - ratio), TANGENT_FROM * np.exp(-TANGENT_FROM))
     L = np.where(linear, TANGENT_FROM, -lambertw(-small, -1).real)  # L e^{-L} = small, L ≥ 2
     edge = np.exp(ratio - TANGENT_FROM)
@@ -111,10 +111,14 @@ def _inverse(s: NDArray, a: NDArray, h: NDArray) -> tuple[NDArray, NDArray, NDAr
 
 
 def kernel_coefficients(a: NDArray, h: NDArray) -> NDArray:
-    """a, h, κ = a/h + ln h, the compression 2h P₀ from which the tangent continues the law, and 1/h, along axis 1."""
+    """a, h, κ = a/h + ln h, the compression 2h P₀ from which the tangent continues the law, and 1/h, along axis 1.
+
+    They are the rows of ``Batch.laws`` for the compiled kernels.
+    """
     logarithmic = h > 0
     per_h = 1 / np.where(logarithmic, h, 1.0)
     ratio = np.where(logarithmic, a, 0.0) * per_h
     kappa = ratio + np.log(np.where(logarithmic, h, 1.0))
+    # exp(690) is still finite
     edge = np.where(logarithmic, TANGENT_FROM * h * np.exp(np.minimum(ratio, 690.0) - TANGENT_FROM), np.inf)
     return np.ascontiguousarray(np.stack([a, h, kappa, edge, per_h], axis=1))

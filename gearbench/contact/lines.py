@@ -36,7 +36,7 @@ def lines_within(scene: Scene, mesh_phase: NDArray, span: tuple[float, float] | 
 
 
 def typical_load(scene: Scene) -> float:
-    """Half the mean line load [N/mm], since pairs touch at their edges while they take up or shed their load."""
+    """Half the mean line load [N/mm]: the load at which pairs touch at their edges, while they take up or shed it."""
     meshing = scene.pair.meshing
     mean = scene.F_bn * math.cos(meshing.beta_b) / scene.pair.meshing.face_width
     return mean / (2 * max(meshing.transverse_contact_ratio, 1.0))

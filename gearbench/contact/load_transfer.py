@@ -44,17 +44,17 @@ from gearbench.scene import Resolution, Scene
 FINE_SEGMENTS = 40
 #: Points between two coarse phases at which the interference is evaluated, as fractions of their distance.
 TRIAL_POINTS = (1e-3, 1 / 3, 2 / 3, 1 - 1e-3)
-#: A zero is accurate enough if two polynomials agree on it within this distance [mesh cycles].
+#: A zero is accurate enough if two polynomials agree on it within this distance [mesh periods].
 AGREEMENT = 2e-4
-#: Distance beyond two coarse phases to which a zero is searched, because fine lines may disagree with coarse ones [mesh
-#: cycles].
+#: Distance beyond two coarse phases to which a zero is searched [mesh periods], because fine lines may disagree with
+#: coarse ones.
 SEARCH_MARGIN = 0.06
 #: Coarse phases through which a cubic is laid, counted from the last phase before the zero, and number of points at
 #: which it is evaluated.
 CUBIC_PHASES, SAMPLES = np.array([-1, 0, 1, 2]), 33
-#: Distances from an estimated zero at which the interference is evaluated again [mesh cycles].
+#: Distances from an estimated zero at which the interference is evaluated again [mesh periods].
 REFINING_DISTANCES = (3e-3, 1e-4)
-#: Ramps longer than the first length get a panel; zones longer than the second are not ramps [mesh cycles].
+#: Ramps longer than the first length get a panel; zones longer than the second are not ramps [mesh periods].
 LONG_RAMP, RAMP_LIMIT = 3e-3, 8e-3
 #: Length of a ramp, from first touch to contact of the whole line, over the distance from first touch to zero mean
 #: compression, as measured on relieved spur pairs: the part that touches first keeps the rest apart.
@@ -66,7 +66,7 @@ class LoadTransfer(NamedTuple):
 
     ``load`` is the number of the load case. ``x`` = τ + k is where the mean compression of the line is zero. ``side``
     is 1 if the pair takes up its load and −1 if it sheds it. ``ramp`` is the distance from first touch to x [mesh
-    cycles], 0 if the ramp needs no panel.
+    periods], 0 if the ramp needs no panel.
     """
 
     load: int
@@ -84,12 +84,12 @@ class LoadTransfer(NamedTuple):
 class Brackets(NamedTuple):
     """Pairs of coarse phases between which a line takes up or sheds its load, as arrays (transfer,).
 
-    ``load`` is the number of the load case, ``at`` the index in x of the first of the two phases. ``crowded`` tells
+    ``load`` is the number of the load case, ``first`` the index in x of the first of the two phases. ``crowded`` tells
     whether another pair takes up or sheds its load within one phase; the interference then has a kink.
     """
 
     load: NDArray
-    at: NDArray
+    first: NDArray
     crowded: NDArray
 
     def some(self, which: NDArray) -> Brackets:
@@ -130,25 +130,25 @@ def load_transfers(
     loaded, count = np.nan_to_num(peak, nan=-1.0) > 0, len(coarse.phase)
     # a pair that is loaded at its first phase took up its load before; loaded at its last phase, it sheds it later
     loaded_at = np.pad(loaded, ((0, 0), (1, 1)))
-    load, at = np.nonzero(loaded_at[:, 1:] != loaded_at[:, :-1])
-    side = np.where(loaded_at[load, at], -1, 1)
-    at -= 1
-    distance = np.abs((at[:, None] - at + count // 2) % count - count // 2)
+    load, first = np.nonzero(loaded_at[:, 1:] != loaded_at[:, :-1])
+    side = np.where(loaded_at[load, first], -1, 1)
+    first -= 1
+    distance = np.abs((first[:, None] - first + count // 2) % count - count // 2)
     crowded = ((distance <= 1) & (load[:, None] == load)).sum(axis=1) > 1
-    brackets = Brackets(load, at, crowded)
-    estimates = Estimates(np.full(len(at), np.nan), np.zeros(len(at)))
+    brackets = Brackets(load, first, crowded)
+    estimates = Estimates(np.full(len(first), np.nan), np.zeros(len(first)))
     if not (scene.pair.meshing.overlap_ratio or coarse.lines.cells or exact):
-        smooth = [1 <= i < len(x) - 2 and not _kinks(scene, float(x[i - 1]), float(x[i + 2])) for i in at.tolist()]
+        smooth = [1 <= i < len(x) - 2 and not _kinks(scene, float(x[i - 1]), float(x[i + 2])) for i in first.tolist()]
         simple = np.flatnonzero(np.array(smooth, dtype=bool) & ~brackets.crowded)
         if simple.size:
             estimates.x[simple], estimates.ramp[simple] = _from_coarse(scene, coarse, x, loaded, brackets.some(simple))
     unlocated = np.flatnonzero(np.isnan(estimates.x))
     if unlocated.size:
-        beyond = np.concatenate([[x[0] - 1 / count], x, [x[-1] + 1 / count]])
-        given = beyond[at[unlocated] + 1], beyond[at[unlocated] + 2]
+        extended = np.concatenate([[x[0] - 1 / count], x, [x[-1] + 1 / count]])
+        limits = extended[first[unlocated] + 1], extended[first[unlocated] + 2]
         share = coarse.shares[load[unlocated]]
         estimates.x[unlocated], estimates.ramp[unlocated] = _between(
-            scene, share, given, crowded[unlocated], exact=exact
+            scene, share, limits, crowded[unlocated], exact=exact
         )
     # next to long panels none of the Gauss phases falls on the ramp, so it needs no panel
     ramp = np.where(crowded | (estimates.ramp * RAMP_RATIO > LONG_RAMP), estimates.ramp, 0.0)
@@ -192,11 +192,11 @@ def _between(
             transfer = _zero(x[two], values[two], a, b)
         if transfer is None:
             continue
-        # does the polynomial without the farthest point agree?
+        # the polynomial without the farthest point must agree
         nearest = np.sort(np.abs(x - transfer).argsort()[:-1])
-        again, j = _zero(x[nearest], values[nearest], a, b), index[i]
+        by_nearest, j = _zero(x[nearest], values[nearest], a, b), index[i]
         estimates.x[j], within[:, j] = transfer, (a, b)
-        accurate[j] = crossing[i].any() and again is not None and abs(again - transfer) < AGREEMENT
+        accurate[j] = crossing[i].any() and by_nearest is not None and abs(by_nearest - transfer) < AGREEMENT
     inaccurate = np.flatnonzero(~accurate | crowded & np.isfinite(estimates.x) | exact & np.isfinite(estimates.x))
     if inaccurate.size:
         refined = _refined(scene, share[inaccurate], estimates.x[inaccurate], within[:, inaccurate], exact=exact)
@@ -210,19 +210,20 @@ def _from_coarse(scene: Scene, coarse: CoarseSolution, x: NDArray, loaded: NDArr
     At a node of the line, interference plus gap is a smooth function of x. The cubic through the values at four coarse
     phases interpolates it; the exact gap is then subtracted. The result must agree with that of a parabola.
     """
-    phases, shape, (load, at, _) = len(coarse.phase), coarse.lines.shape, brackets
-    around = at[:, None] + CUBIC_PHASES
+    phases, shape, (load, first, _) = len(coarse.phase), coarse.lines.shape, brackets
+    around = first[:, None] + CUBIC_PHASES
     pair, phase = np.divmod(np.clip(around, 0, len(x) - 1), phases)
     position = load[:, None] * phases + phase
     active = coarse.lines.active
-    there = (around >= 0) & (around < len(x)) & active[position, pair]
-    sole = active[position].sum(axis=-1) == 1
-    loaded_at = there & loaded[load[:, None], pair * phases + phase]
-    estimates = Estimates(np.full(len(at), np.nan), np.zeros(len(at)))
-    known = np.flatnonzero((there & ~(loaded_at & sole)).all(axis=1))
+    has_line = (around >= 0) & (around < len(x)) & active[position, pair]
+    only_pair = active[position].sum(axis=-1) == 1
+    loaded_at = has_line & loaded[load[:, None], pair * phases + phase]
+    estimates = Estimates(np.full(len(first), np.nan), np.zeros(len(first)))
+    # transfers whose pair has a line at all four phases, and can be left out where it is loaded
+    known = np.flatnonzero((has_line & ~(loaded_at & only_pair)).all(axis=1))
     if not known.size:
         return estimates
-    load, at, pair, position, loaded_at = load[known], at[known], pair[known], position[known], loaded_at[known]
+    load, first, pair, position, loaded_at = (each[known] for each in (load, first, pair, position, loaded_at))
     # compressions at the four phases; where the pair is loaded, the contact is solved again without it
     part = part_of(coarse.problem, position.ravel())
     guess = Guess(q=coarse.guess.q[position.ravel()].copy(), delta=coarse.guess.delta[position.ravel()].copy())
@@ -234,7 +235,7 @@ def _from_coarse(scene: Scene, coarse: CoarseSolution, x: NDArray, loaded: NDArr
     smooth = smooth + gaps.reshape(smooth.shape) / (scale if part.cells else 1.0)
     # points between the two inner phases
     t = np.linspace(0.0, 1.0, SAMPLES)
-    within = x[at, None] + t * (x[at + 1] - x[at])[:, None]
+    within = x[first, None] + t * (x[first + 1] - x[first])[:, None]
     number = np.floor(within).ravel()
     lines = scene_lines(
         replace(scene, resolution=Resolution(positions=within.size, segments=shape[2])), within.ravel() - number
@@ -253,10 +254,11 @@ def _from_coarse(scene: Scene, coarse: CoarseSolution, x: NDArray, loaded: NDArr
         peak_compression(on_lines[0]),
     )
     for i, each in enumerate(zip(*curves, strict=True)):
-        by_cubic, by_parabola, first = (_sign_change(within[i], np.where(exists[i], curve, -np.inf)) for curve in each)
+        signs = (_sign_change(within[i], np.where(exists[i], curve, -np.inf)) for curve in each)
+        by_cubic, by_parabola, first_touch = signs
         if by_cubic is not None and by_parabola is not None and abs(by_cubic - by_parabola) < AGREEMENT:
             estimates.x[known[i]] = by_cubic
-            estimates.ramp[known[i]] = 0.0 if first is None else abs(first - by_cubic)
+            estimates.ramp[known[i]] = 0.0 if first_touch is None else abs(first_touch - by_cubic)
     return estimates
 
 
@@ -270,7 +272,7 @@ def _sign_change(x: NDArray, values: NDArray) -> float | None:
 
 
 def _interference_at(scene: Scene, x: NDArray, share: NDArray, *, exact: bool = False) -> Interference:
-    """Interference at x (transfer, point), with the rows under different shares (transfer,) of the scene's load.
+    """Interference at x (transfer, point), each transfer under its ``share`` (transfer,) of the scene's load.
 
     It is −∞ if the pair has no line, and ∞ if it is the only pair, which must carry the load.
     """
@@ -279,9 +281,9 @@ def _interference_at(scene: Scene, x: NDArray, share: NDArray, *, exact: bool = 
     problem, lines = _fine(scene, phase, exact=exact)
     wanted = number.astype(int) - lines.index[0]
     pair = np.clip(wanted, 0, lines.shape[1] - 1)
-    there = (pair == wanted) & lines.active[position, pair]
-    interference = np.tile(np.where(there, np.inf, -np.inf), (2, 1))
-    shared = np.flatnonzero(there & (lines.active.sum(axis=1) > 1)[position])
+    has_line = (pair == wanted) & lines.active[position, pair]
+    interference = np.tile(np.where(has_line, np.inf, -np.inf), (2, 1))
+    shared = np.flatnonzero(has_line & (lines.active.sum(axis=1) > 1)[position])
     if shared.size:
         part = under_shares(part_of(problem, position[shared]), np.repeat(share, x.shape[1])[shared])
         s = _without(part, lines.part(position[shared]), pair[shared], Guess.empty(part))
@@ -349,8 +351,8 @@ def _refined(scene: Scene, share: NDArray, x: NDArray, within: NDArray, *, exact
     for reach in REFINING_DISTANCES:
         points = np.clip(estimate[:, None] + reach * np.array([-1.0, 0.0, 1.0]), *within[..., None])
         mean, peak = _interference_at(scene, points, share, exact=exact)
-        zeros = [_zero(at, m, at[0] - reach, at[2] + reach) for at, m in zip(points, mean, strict=True)]
-        estimate = np.array([at if zero is None else zero for at, zero in zip(estimate, zeros, strict=True)])
+        zeros = [_zero(near, m, near[0] - reach, near[2] + reach) for near, m in zip(points, mean, strict=True)]
+        estimate = np.array([old if zero is None else zero for old, zero in zip(estimate, zeros, strict=True)])
         with np.errstate(invalid="ignore", divide="ignore"):  # values may be infinite
             ramp = np.abs((peak - mean)[:, 1] * np.ptp(points, axis=1) / (mean[:, 2] - mean[:, 0]))
     return Estimates(estimate, np.where(RAMP_RATIO * ramp < RAMP_LIMIT, ramp, 0.0))

@@ -1,6 +1,7 @@
 """Panels of the mesh cycle between transitions of the contact, short next to load transfers and longer away from them.
 
-Where a tooth pair takes up its load, the compliance of the new contact falls like a logarithm or a power of the load.
+A panel is an interval of mesh phases with Gauss points of its own. A load transfer is a phase at which a tooth pair
+takes up or sheds its load. There the compliance of the pair's contact changes like a logarithm or a power of the load.
 STE and stiffness are therefore steep on one side of a load transfer, and one polynomial over a long panel converges
 slowly. They converge exponentially on panels whose lengths grow geometrically from the load transfer (Gui and Babuška,
 The h, p and h-p versions of the finite element method in one dimension, Numer. Math. 49, 1986).
@@ -13,18 +14,18 @@ from collections.abc import Iterable, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
-#: Transitions closer than this count as one, for the ranks 0, 1 and −1 [mesh cycles].
+#: Transitions closer than this count as one [mesh periods]; indexed by rank, so that the last is for the rank −1.
 CLOSE = (1e-3, 5e-3, 2e-4)
-#: Maximum length of a panel next to a load transfer [mesh cycles].
+#: Maximum length of a panel next to a load transfer [mesh periods].
 FIRST_PANEL = 0.04
 #: Maximum ratio of the distances from a load transfer to the far and to the near end of a panel.
 GROWTH = 8.0
-#: Maximum length of a panel of helical pairs [mesh cycles].
+#: Maximum length of a panel of helical pairs [mesh periods].
 LONGEST = 0.25
 
 
 class Transition(NamedTuple):
-    """A change of the contact at a mesh phase.
+    """A change of the contact at a mesh phase; the lower its rank, the more exactly a panel must begin there.
 
     ``rank`` is 0 if a pair takes up or sheds its load or a line passes an end of the path, −1 at both ends of a ramp,
     and 1 otherwise. A ramp reaches from the first touch of a line to contact over its whole length. ``side`` is the
@@ -36,35 +37,39 @@ class Transition(NamedTuple):
     side: int = 0
 
 
-def panel_ends(
+def panel_starts(
     transitions: Iterable[Transition],
     longest: float = 1.0,
     close: tuple[float, float, float] = CLOSE,
     length: int = 1,
 ) -> list[float]:
-    """Beginnings of panels in [0, ``length``), ascending, with 0, of a cycle of ``length`` mesh periods.
+    """Starts of the panels of a cycle of ``length`` mesh periods: phases in [0, ``length``), ascending, with 0.
 
-    ``close`` transitions count as the one of the lowest rank.
+    Panels begin at the ``transitions`` and are split if they are too long. Of several transitions within ``close``,
+    the one of the lowest rank is kept.
     """
     transitions = list(transitions)
     kept = [0.0]
     for phase, rank, _ in sorted(transitions, key=lambda transition: (transition.rank, transition.phase)):
         start, *others = (abs(_distance_behind(phase, other, length, length / 2)) for other in kept)
-        # 0 always begins a panel: load transfers and ramps are merged with it only within close[-1]
+        # 0 always begins a panel; a load transfer or the end of a ramp counts as 0 only within close[-1]
         if start > close[rank if rank > 0 else -1] and min(others, default=1.0) > close[rank]:
             kept.append(phase)
     after, before = ([transition.phase for transition in transitions if transition.side == side] for side in (1, -1))
-    ends: list[float] = []
+    starts: list[float] = []
     for a, b in pairwise([*sorted(kept), float(length)]):
         # distances from the previous load transfer to the beginning of the panel, and from its end to the next one
         left = min((max(_distance_behind(a, s, length), 0.0) for s in after), default=1.0)
         right = min((max(_distance_behind(s, b, length), 0.0) for s in before), default=1.0)
-        ends += _split(a, b, left, right, longest)[:-1]
-    return ends
+        starts += _split(a, b, left, right, longest)[:-1]
+    return starts
 
 
 def _distance_behind(phase: float, other: float, length: int, least: float = CLOSE[1]) -> float:
-    """``phase`` minus ``other``, in [−least, length − least), so that of two close phases either may come first."""
+    """``phase`` minus ``other`` on the cycle, in [−least, length − least).
+
+    It is slightly negative, instead of almost a whole cycle, if ``phase`` lies just before ``other``.
+    """
     return (phase - other + least) % length - least
 
 

@@ -2,9 +2,9 @@
 
 The solution on cells gives the approach δ and the amplitudes q of the smooth deflection. The compression
 s(y) = δ − e(y) − ψ(y)·q changes sign at the ends of the patches. An error ε of these ends changes loads and deflections
-by O(ε²), but the stiffness by O(ε), because a point is stiff even under the smallest load. The ends are
-therefore located again from the compressions at the Gauss points of the patches and on the cells. Between the ends the
-integrands are smooth, so Gauss points converge fast.
+by O(ε²), but the stiffness by O(ε), because a point is stiff as soon as it touches. The ends are therefore located
+again from the compressions at the Gauss points of the patches and on the cells. Between the ends the integrands are
+smooth, so Gauss points converge fast.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from gearbench.contact.gaps import total_gap
 from gearbench.contact.interpolation import interpolation_matrix
 from gearbench.contact.problem import ContactProblem, ContactSolution, under_shares
-from gearbench.contact.scaling import scale_problem
+from gearbench.contact.scaling import by_lever, scale_problem
 from gearbench.contact.solver import ConvergenceError, Guess, law_forces, solve, solve_roughly
 from gearbench.effects.base import LineLaw
 from gearbench.geometry.action import NEGLIGIBLE_WIDTH, ContactLines
@@ -27,8 +27,8 @@ from gearbench.geometry.quadrature import gauss
 
 #: Number of times that the ends of patches are computed; each time squares the error of loads and deflections.
 ROUNDS = 3
-#: Residual at which the solution on cells takes its last step. The cells determine the ends of patches to 1e-2 only,
-#: but the result after the last round must not depend on the initial guess (to 1e-12).
+#: Residual at which the solution on cells takes its last step. It is far finer than the ends of patches on cells, so
+#: that the result after the last round does not depend on the initial guess (to 1e-12).
 ON_CELLS = 1e-5
 
 #: Number of points on a line, besides Gauss points, at which the compression is computed for the next round.
@@ -58,7 +58,7 @@ def solve_patches(problem: ContactProblem, guess: Guess | None = None) -> Contac
         coarse = solve_roughly(patches[0], guess)
     solution = solve(on_patches(problem, guess, patches)[0], guess)
     force = _forces_on_cells(problem, guess, solution)
-    # the result of the round before, for the error estimate
+    # approach and stiffness of the round before, for the error estimate
     return replace(solution, coarse_approach=coarse[0], coarse_stiffness=coarse[1], force=force)
 
 
@@ -76,19 +76,19 @@ def solve_roughly_on_patches(problem: ContactProblem, guess: Guess) -> tuple[NDA
     for _ in range(ROUNDS - 1):
         solve_roughly(patches[0], guess)
         patches = on_patches(problem, guess, patches)
-    found = solve_roughly(patches[0], guess)
-    if not np.isfinite(found).all():
+    approach, stiffness = solve_roughly(patches[0], guess)
+    if not np.isfinite([approach, stiffness]).all():
         raise ConvergenceError("contact not solved on its patches")
-    return found
+    return approach, stiffness
 
 
-def _nodes(problem: ContactProblem, guess: Guess, before: Patches | None) -> tuple[NDArray, NDArray]:
+def _nodes(problem: ContactProblem, guess: Guess, previous: Patches | None) -> tuple[NDArray, NDArray]:
     """``patch_nodes``; a position without a patch gets its nodes on the cell with the greatest compression."""
     s, known = _compression(problem, guess), None
-    if before is not None:
-        y, s_there = before[1].y, _at_points(before[0], guess)
+    if previous is not None:
+        y, s_at_y = previous[1].y, _at_points(previous[0], guess)
         order = y.argsort(axis=-1)
-        known = np.take_along_axis(y, order, axis=-1), np.take_along_axis(s_there, order, axis=-1)
+        known = np.take_along_axis(y, order, axis=-1), np.take_along_axis(s_at_y, order, axis=-1)
     cells = problem.cells
     assert cells is not None
     y, width = patch_nodes(cells.lines, s, cells.nodes, known)
@@ -163,22 +163,21 @@ def _gauss_rules(most: int) -> tuple[NDArray, NDArray]:
     return nodes, weights
 
 
-def on_patches(problem: ContactProblem, guess: Guess, before: Patches | None = None) -> Patches:
+def on_patches(problem: ContactProblem, guess: Guess, previous: Patches | None = None) -> Patches:
     """Problem at Gauss points on the patches of the solution ``guess``, and its contact lines.
 
-    The compressions at the Gauss points ``before`` locate the ends of the patches more exactly than those on the cells.
+    With the ``previous`` patches, compressions at their points locate the ends more exactly than those on the cells.
     """
     cells = problem.cells
     assert cells is not None
-    nodes = cells.lines.at(*_nodes(problem, guess, before))
+    nodes = cells.lines.at(*_nodes(problem, guess, previous))
     by_name = {effect.name: effect for effect in cells.effects}
     parts = [effect.compliance(nodes, by_name) for effect in cells.laws]
     zeros = np.zeros(nodes.shape)
     a = sum((part.a for part in parts if isinstance(part, LineLaw)), zeros)
     h = sum((part.h for part in parts if isinstance(part, LineLaw)), zeros)
     if nodes.touch is not None:
-        w = nodes.touch.levers[0]
-        a, h = (a + h * np.log(w)) / w**2, h / w**2
+        *_, a, h = by_lever(nodes.touch.levers[0], zeros[..., None], None, a, h)
     rows = interpolation_matrix(cells.smooth_lines, nodes.y)
     factor, gap = rows @ cells.factor, total_gap(cells.effects, nodes)
     if cells.field is not None:

@@ -37,8 +37,8 @@ def gauss_phases(transitions: Iterable[float], points: int) -> tuple[NDArray, ND
     Phases in [0, 1), ascending, and weights that sum to 1.
     """
     # phase 0 ends a panel, because a panel across it would have phases at both ends of the cycle
-    found = np.unique([0.0, *(np.asarray(list(transitions), dtype=float) % 1.0)])
-    edges = np.append(found[np.diff(found, append=1.0) > 1e-9], 1.0)
+    ends = np.unique([0.0, *(np.asarray(list(transitions), dtype=float) % 1.0)])
+    edges = np.append(ends[np.diff(ends, append=1.0) > 1e-9], 1.0)
     edges[0] = 0.0
     widths, (node, weight) = np.diff(edges), gauss(points)
     phase = edges[:-1, None] + widths[:, None] * (node + 1) / 2

@@ -66,7 +66,9 @@ class Cells:
 
 @dataclass(frozen=True, kw_only=True)
 class ContactProblem:
-    """Contact problem H P + g(P) + e = δ on loaded segments, ≥ δ on separated ones, P ≥ 0, ΣP = 1 (C1).
+    """Contact problem: H P + g(P) + e = δ on loaded segments, ≥ δ on separated ones, P ≥ 0, ΣP = 1.
+
+    Unknown are the forces P of the segments and the approach δ of the gears (C1 of docs/theory.md).
 
     H = Ψ Ψᵀ has one block for every tooth pair, or a single block if pairs deflect each other. Forces are in units of
     the normal force F_bn, displacements in units of ``length_scale``. ``gearbench.contact.law`` defines the law g of a

@@ -1,8 +1,9 @@
-"""Resultants of the flank forces of a mesh (force, moment, …), and their stiffness against approach, tilt, ….
+"""Resultants of the flank forces of a mesh (force, moment, …), and their stiffness against approach, tilt and so on.
 
 In the plane of action a point of the flank has the dimensionless lever arm η = (y − b/2 + (u − u_C) tan β_b) / (b/2)
 about the middle of the face. Gears that are rigid across their faces approach each other by x₀ + x₁ η. The forces that
-do work on x₀ and x₁ are f₀ = ΣF and f₁ = Σ F η. Bending over the face adds Legendre polynomials P_j(η) (W11).
+do work on x₀ and x₁ are f₀ = ΣF and f₁ = Σ F η. Bending over the face adds Legendre polynomials P_j(η) (W11 of
+docs/theory.md). The axis ``row`` of arrays counts the resultants.
 """
 
 from __future__ import annotations
@@ -21,8 +22,8 @@ from gearbench.contact.problem import ContactProblem, ContactSolution, gram
 from gearbench.contact.solver import Guess, has_law, law_forces
 from gearbench.geometry.action import ContactLines
 
-#: Minimum stiffness of a row relative to that of the problem, so that the row can be eliminated.
-LEAST = 1e-9
+#: Stiffness that is added to each resultant, over that of the problem, so that a resultant of few segments is regular.
+ADDED_STIFFNESS = 1e-9
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,17 +80,17 @@ def resultants_of_samples(batch: Batch, lines: ContactLines, solution: BatchSolu
 
     slope, factor, problem = solution.slope, batch.factor, batch.problem
     R = existing_first(problem)(row_shapes(lines, rows).reshape(*problem.active.shape, rows))
-    size, found = factor.shape[-1] + rows, np.empty((len(slope), rows, rows, slope.shape[-1]))
-    # rows have only the stiffness of loaded segments; if these are few, a row may have none
-    one = np.append(np.ones(factor.shape[-1]), np.full(rows, LEAST))
+    size, complements = factor.shape[-1] + rows, np.empty((len(slope), rows, rows, slope.shape[-1]))
+    # only loaded segments give a resultant its stiffness; if these are few, it may have none
+    addend = np.append(np.ones(factor.shape[-1]), np.full(rows, ADDED_STIFFNESS))
     i, j = np.tril_indices(size)
     for t in range(len(slope)):
         # with W = dP/ds, Rᵀ A⁻¹ R is the Schur complement of the rows in (Ψ R)ᵀ W (Ψ R) + diag(1, 0)
         both = np.concatenate([factor[t], R[t]], axis=1)
         product = (both[:, i] * both[:, j]).T @ slope[t]
-        product[i == j] += one[:, None]
-        schur_complements(product, size, rows, found[t])
-    stiffness = np.ascontiguousarray(np.moveaxis(found, -1, 0))
+        product[i == j] += addend[:, None]
+        schur_complements(product, size, rows, complements[t])
+    stiffness = np.ascontiguousarray(np.moveaxis(complements, -1, 0))
     force = np.swapaxes(np.swapaxes(solution.force, 1, 2) @ R, 0, 1)
     return _in_units(problem, lines, force, stiffness)
 

@@ -16,10 +16,10 @@ from gearbench.scene import Scene
 def by_lever(
     w: NDArray, factor: NDArray, matrix: NDArray | None, a: NDArray, h: NDArray
 ) -> tuple[NDArray, NDArray | None, NDArray, NDArray]:
-    """Ψ, H, a and h for moments P̃ = w P in place of forces P (T5).
+    """Ψ, H, a and h for moments P̃ = w P in place of forces P, with levers w (T5 of docs/theory.md).
 
-    The moments are about the pinion's axis, divided by its base radius. With compressions s = w (δ − e) the equations
-    keep their form and symmetry.
+    The moments are about the pinion's axis, divided by its base radius. A lever is a lever arm over the base radius.
+    With compressions s = w (δ − e) the equations keep their form and symmetry.
     """
     if matrix is not None:
         flat = w.reshape(len(w), -1)
@@ -45,7 +45,7 @@ def even_deflection(matrix: NDArray, lines: ContactLines) -> float:
     active = np.repeat(lines.active, lines.shape[2], axis=1)
     greatest = np.linalg.norm(matrix, axis=(1, 2))[:, None]
     least = np.linalg.eigvalsh(matrix + np.eye(active.shape[1]) * np.where(active, 0.0, greatest)[:, None, :])[:, :1]
-    if np.any(least <= 1e-13 * greatest):
+    if np.any(least <= 1e-13 * greatest):  # zero but for rounding
         raise InputError("effects", "no contact law", "the compliance alone does not determine the loads: add hertz")
     return float(np.mean(matrix.sum(axis=(1, 2)) / active.sum(axis=1) ** 2))
 

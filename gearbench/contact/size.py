@@ -67,12 +67,13 @@ def _columns(scene: Scene) -> tuple[int, bool]:
 
         fe_tooth = tooth_bending(scene.effects_by_name, "finite_elements")
     if fe_tooth is not None and fe_tooth.missing_levels(scene.pair, scene.effects_by_name):
+        # not computed yet, and too expensive to compute only to count columns: an estimate
         columns, coupled = MOST_COLUMNS // 10, "gear_body" in by_name
         ready = [effect for effect in acting if effect is not fe_tooth]
     flanks = {effect: part for effect in ready if (part := effect.flank_compliances(lines, by_name)) is not None}
-    if len(join_tooth_and_body(list(flanks.values()))) < len(
-        flanks
-    ):  # summed a few positions at a time: no columns are kept
+    joined = join_tooth_and_body(list(flanks.values()))
+    if len(joined) < len(flanks):
+        # teeth and bodies are summed a few positions at a time: no columns are kept
         coupled = coupled or any(part.coupled for part in flanks.values())
         ready = [effect for effect in ready if effect not in flanks]
     for effect in ready:

@@ -55,6 +55,7 @@ def _compliance_effects(effects: Effects) -> tuple[ComplianceEffect, ...]:
 
 
 def _summed(lines: ContactLines, effects: Effects) -> tuple[SmoothCompliance, list[LineLaw]]:
+    """``smooth_compliance`` without the cache."""
     flanks: dict[ComplianceEffect, FlankPair] = {}
     parts: dict[ComplianceEffect, LowRank | Dense | LineLaw] = {}
     for effect in _compliance_effects(effects):

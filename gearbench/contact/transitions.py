@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from gearbench.contact.coarse_solution import COARSE_PHASES, coarse_solution, greatest_deflection
 from gearbench.contact.gaps import conforming, flank_separation, gap_kinks
 from gearbench.contact.load_transfer import LoadTransfer, load_transfers, peak_compression
-from gearbench.contact.panels import CLOSE, LONGEST, Transition, panel_ends
+from gearbench.contact.panels import CLOSE, LONGEST, Transition, panel_starts
 from gearbench.contact.patches import compression
 from gearbench.contact.phases import gauss_phases, uniform_phases
 from gearbench.errors import InputError
@@ -29,7 +29,7 @@ from gearbench.threads import single_threaded_blas
 
 #: Default number of Gauss points on each panel.
 GAUSS_POINTS = 5
-#: With more than five Gauss points: number of uniform phases of the coarse solution, and ``close`` of ``panel_ends``.
+#: With more than five Gauss points: number of uniform phases of the coarse solution, and ``close`` of ``panel_starts``.
 MORE_PHASES, CLOSER = 72, (1e-5, 1e-3, 1e-5)
 
 
@@ -77,7 +77,7 @@ def phases_of_loads(scene: Scene, shares: NDArray) -> list[tuple[NDArray, NDArra
     free = replace(scene, resolution=Resolution())
     one = len(shares) == 1
     of_loads = [transitions(free, exact=exact)] if one else transitions_of_loads(free, shares, exact=exact)
-    return [(*gauss_phases(panel_ends(of_load, longest, close), size), size) for of_load in of_loads]
+    return [(*gauss_phases(panel_starts(of_load, longest, close), size), size) for of_load in of_loads]
 
 
 @lru_cache(maxsize=64)
@@ -100,14 +100,15 @@ def transitions_of_loads(scene: Scene, shares: NDArray, *, exact: bool = False) 
     meshing = scene.pair.meshing
     if conforming(scene):
         passages = _passages(scene, (meshing.path_start, meshing.path_end))
-        found = [_transition(passage.x, 0, _steep_side(scene, passage)) for passage in passages]
+        by_geometry = [_transition(passage.x, 0, _steep_side(scene, passage)) for passage in passages]
         if scene.operation is not None:  # sliding changes its sign at the pitch point
-            found += [Transition(phase, 1) for phase in meshing.phases_at((meshing.pitch_point,))]
-        return [found] * len(shares)
+            by_geometry += [Transition(phase, 1) for phase in meshing.phases_at((meshing.pitch_point,))]
+        return [by_geometry] * len(shares)
     coarse = coarse_solution(scene, MORE_PHASES if exact else COARSE_PHASES)
     coarse = coarse if np.array_equal(shares, coarse.shares) else coarse.under(shares)
     lines, s = coarse.lines, compression(coarse.problem, coarse.lines, coarse.guess)
-    on_line = np.stack([peak_compression(s), s[:, :, 0, 0], s[:, :, -1, -1]])  # greatest, and at both ends
+    # curves over x for each load: the greatest compression on a line, and the compressions at both its ends
+    on_line = np.stack([peak_compression(s), s[:, :, 0, 0], s[:, :, -1, -1]])
     on_line = np.where(lines.active, on_line, np.nan).reshape(3, len(shares), len(coarse.phase), -1)
     on_line = on_line.transpose(1, 0, 3, 2).reshape(len(shares), 3, -1)
     x = (lines.index[:, None] + coarse.phase).ravel()
@@ -184,13 +185,14 @@ def _at_passages(scene: Scene, x: NDArray, on_line: NDArray) -> list[list[Transi
     ends = (meshing.path_start, meshing.path_end)
     of_loads: list[list[Transition]] = [[] for _ in on_line]
     for passage in _passages(scene, (*ends, *kinks), face):
-        side, (at, u, y) = _steep_side(scene, passage), passage
+        side, (x_passage, u, y) = _steep_side(scene, passage), passage
         # any contact counts if the line is short because it begins or ends, or passes as a whole on a spur pair
         anywhere = side != 0 or not meshing.overlap_ratio or y in face
-        rows = on_line[:, 0 if anywhere else 2 if y else 1]
-        i = np.searchsorted(x, at)
-        for j in np.flatnonzero(np.any(rows[:, max(i - 1, 0) : i + 1] > 0, axis=1)):
-            of_loads[j].append(_transition(at, 0 if u in ends or not meshing.overlap_ratio else 1, side))
+        curve = on_line[:, 0 if anywhere else 2 if y else 1]
+        i = np.searchsorted(x, x_passage)
+        for load in np.flatnonzero(np.any(curve[:, max(i - 1, 0) : i + 1] > 0, axis=1)):
+            rank = 0 if u in ends or not meshing.overlap_ratio else 1
+            of_loads[load].append(_transition(x_passage, rank, side))
     return of_loads
 
 
@@ -201,5 +203,6 @@ def _sign_changes(curve: NDArray) -> NDArray:
 
 
 def _root(x: NDArray, curve: NDArray, i: int) -> float:
+    """Zero of the straight line through the points i and i + 1 of the curve."""
     a, b = curve[i], curve[i + 1]
     return float(x[i] + (x[i + 1] - x[i]) * a / (a - b))

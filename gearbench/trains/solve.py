@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from gearbench.contact.assemble import assemble, with_field
 from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.equilibrium import LEAST, SEPARATED_STIFFNESS, Balance, MeshAt, Statics, balance
-from gearbench.contact.panels import CLOSE, LONGEST, panel_ends
+from gearbench.contact.panels import CLOSE, LONGEST, panel_starts
 from gearbench.contact.phases import gauss_phases, uniform_phases
 from gearbench.contact.problem import part_of
 from gearbench.contact.solver import Guess
@@ -332,7 +332,7 @@ def _phases(scenes: Mapping[str, Scene], train: Train, coast: bool) -> Phases:
         ]
         changes += each_period
     longest = LONGEST if first.pair.meshing.overlap_ratio else 1.0
-    ends = [end / most for end in panel_ends(changes, longest, CLOSER if exact else CLOSE, most)]
+    ends = [end / most for end in panel_starts(changes, longest, CLOSER if exact else CLOSE, most)]
     # panels that repeat as the meshes do: harmonics that cancel do so in the quadrature too
     parts = _repeats([(unnamed(scene), shift[name], periods[name]) for name, scene in scenes.items()])
     ends = [end + part / parts for part in range(parts) for end in ends if end < 1 / parts]

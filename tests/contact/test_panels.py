@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from gearbench.contact.assemble import assemble
 from gearbench.contact.coarse_solution import scene_lines
-from gearbench.contact.panels import CLOSE, FIRST_PANEL, GROWTH, Transition, panel_ends
+from gearbench.contact.panels import CLOSE, FIRST_PANEL, GROWTH, Transition, panel_starts
 from gearbench.contact.patches import solve_patches
 from gearbench.contact.phases import gauss_phases
 from gearbench.contact.transitions import transitions
@@ -26,7 +26,7 @@ CHANGES = st.lists(st.builds(Transition, PHASES, st.integers(0, 1), st.integers(
 
 @given(CHANGES, st.sampled_from([0.2, 0.35, 1.0]))
 def test_panels_are_in_the_cycle_and_no_longer_than_allowed(transitions, longest):
-    ends = panel_ends(transitions, longest)
+    ends = panel_starts(transitions, longest)
     assert ends[0] == 0.0
     widths = np.diff([*ends, 1.0])
     assert np.all(widths > 0)
@@ -35,14 +35,14 @@ def test_panels_are_in_the_cycle_and_no_longer_than_allowed(transitions, longest
 
 @given(CHANGES)
 def test_every_change_is_an_end_or_close_to_one(transitions):
-    ends = np.array([*panel_ends(transitions), 1.0])
+    ends = np.array([*panel_starts(transitions), 1.0])
     for transition in transitions:
         assert np.abs(ends - transition.phase).min() <= CLOSE[transition.rank] + 1e-12
 
 
 @given(PHASES, st.sampled_from([1, -1]))
 def test_panels_grow_from_a_load_transfer(phase, side):
-    ends = panel_ends([Transition(phase, 0, side)])
+    ends = panel_starts([Transition(phase, 0, side)])
     at = min(ends, key=lambda end: abs((end - phase + 0.5) % 1.0 - 0.5))
     distances = [*sorted(side * (end - at) % 1.0 for end in ends), 1.0]
     for near, far in pairwise(distances):
@@ -62,7 +62,7 @@ def test_a_steep_curve_is_resolved_next_to_its_load_transfer_only():
 
     exact = coefficients(*curve([*(0.3 + 0.5 ** np.arange(40)), *np.arange(20) / 20, 0.3]), 8)
     span = 0.5
-    plain, grown = ([0.0, 0.3], panel_ends([Transition(0.3, 0, 1)]))
+    plain, grown = ([0.0, 0.3], panel_starts([Transition(0.3, 0, 1)]))
     errors = [np.abs(coefficients(*curve(ends), 8) - exact).max() / span for ends in (plain, grown)]
     assert errors[1] < 2e-3
     assert errors[0] > 4 * errors[1]
