@@ -62,12 +62,13 @@ def _means(scene: Scene, segments: list[Namespace], lines: ContactLines) -> list
         nodes = [middle + reach * mp.mpf(x) for x in t]
         first = cells[0]
         values = [tooth_factor(scene, moved(scene, first, (y - first.y) / first.half)) for y in nodes]
+        own = [1 / mp.fprod(x - n for n in nodes if n is not x) for x in nodes]
         for s in cells:
             weight = [mp.mpf(0)] * count
             for y, share in ((s.y - s.half, 1), (s.y, 4), (s.y + s.half, 1)):
-                for j, own in enumerate(nodes):
-                    others = [n for n in nodes if n is not own]
-                    weight[j] += mp.mpf(share) / 6 * mp.fprod((y - n) / (own - n) for n in others)
+                # Lagrange's functions ℓ(y) w_j / (y − n_j)
+                whole = mp.mpf(share) / 6 * mp.fprod(y - n for n in nodes)
+                weight = [w + whole * o / (y - n) for w, o, n in zip(weight, own, nodes, strict=True)]
             means.append([mp.fdot(weight, column) for column in zip(*values, strict=True)])
     return means
 
