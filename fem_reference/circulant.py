@@ -14,14 +14,14 @@ from collections.abc import Sequence
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 from scipy.linalg import cho_factor, cho_solve
 
 from fem_reference.axis import FaceFunctions
 from fem_reference.outside import Outside
 from fem_reference.sector import Section
 from fem_reference.solver import schur_complement
-from gearbench.compliance.lugs import LugReduction, often
+from fem_reference.waves import blocks_of_waves, wave_numbers
+from gearbench.compliance.lugs import LugReduction
 from gearbench.geometry.material import Material
 
 
@@ -107,7 +107,7 @@ def flank_blocks(
             return -S[None], None
         return blocks_of_waves(wave_compliance(S, face, z)[:, :loads, acting], z, n), None
     outside = Outside(section=section, axis=axis)
-    further.append(outside.functionals(body.lugs))
+    further.append(outside.functionals())
     S, face = condensed_sector(section, axis, there, material, order, further)
     grip = material.E / abs(section.held_radius) if body.lugs else math.inf
     waves = wave_compliance(S, face, z, rigid=outside.rigid(S.shape[0] - 2 * face, grip))
@@ -151,14 +151,15 @@ def circulant_compliance(S: NDArray, face: int, z: int, n: int, loads: int | Non
 def wave_compliance(
     S: NDArray, face: int, z: int, loads: int | None = None, rigid: tuple[list[NDArray], float] | None = None
 ) -> NDArray:
-    """Ĉ of the waves k = 0 … z/2 from the condensed sector S, (k, load, load); see ``circulant_compliance``.
+    """Ĉ of the waves ``wave_numbers(z)`` from the condensed sector S, (wave, load, load); see ``circulant_compliance``.
 
     ``rigid``: combinations (load, …) of the loads that hold the waves 0 and 1 of a free ring by springs, and their
     stiffness.
     """
     L, R, F = slice(0, face), slice(face, 2 * face), slice(2 * face, None)
-    diagonal, waves, found = S[L, L] + S[R, R], wave_numbers(z), []
-    for k in waves:
+    diagonal, waves = S[L, L] + S[R, R], wave_numbers(z)
+    found = np.empty((len(waves), *S[F, F][:, :loads].shape), complex)
+    for i, k in enumerate(waves):
         turn = np.exp(2j * math.pi * k / z)
         A = diagonal + turn * S[L, R] + np.conj(turn) * S[R, L]
         B = S[L, F] + np.conj(turn) * S[R, F]
@@ -166,27 +167,8 @@ def wave_compliance(
             e, stiffness = rigid[0][k], rigid[1]
             held, own = B @ e, e.conj().T @ S[F, F] @ e - np.eye(e.shape[1]) / stiffness
             X = np.linalg.solve(np.block([[A, -held], [-held.conj().T, own]]), np.vstack([B, -e.conj().T @ S[F, F]]))
-            found.append(B.conj().T @ X[:face] - S[F, F] - S[F, F] @ e @ X[face:])
+            found[i] = B.conj().T @ X[:face] - S[F, F] - S[F, F] @ e @ X[face:]
             continue
         X = cho_solve(cho_factor(A, lower=True, overwrite_a=True), B[:, :loads])
-        found.append(B.conj().T @ X - S[F, F][:, :loads])
-    k, values = np.arange(z // 2 + 1), np.array(found)
-    if len(waves) < len(k):
-        # smooth in log k beyond the first few: the others are interpolated
-        smooth = CubicSpline(np.log(waves[1:]), values[1:], bc_type="natural")
-        values = np.concatenate([values[:1], smooth(np.log(k[1:]))])
-    return values
-
-
-def blocks_of_waves(values: NDArray, z: int, n: int) -> NDArray:
-    """C_d, d = −n … n, of the compliance of the waves k = 0 … z/2."""
-    phase = np.exp(2j * math.pi / z * np.outer(np.arange(-n, n + 1), np.arange(z // 2 + 1)))
-    return np.tensordot(phase * often(z) / z, values, 1).real
-
-
-def wave_numbers(z: int, dense: int = 12, growth: float = 1.15) -> NDArray:
-    """Wave numbers from 0 to z/2: all up to ``dense``, then each ``growth`` times the one before."""
-    k = [0]
-    while k[-1] < z // 2:
-        k.append(min(z // 2, k[-1] + 1 if k[-1] < dense else max(k[-1] + 1, round(growth * k[-1]))))
-    return np.array(k)
+        found[i] = B.conj().T @ X - S[F, F][:, :loads]
+    return found

@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 
 from fem_reference.axis import FaceFunctions
 from fem_reference.sector import Section, lagrange
+from fem_reference.waves import tooth_weights
 from gearbench.compliance.bases import gauss, legendre_functions
-from gearbench.compliance.lugs import ACROSS, ALONG, EACH, LugReduction, Lugs, often
+from gearbench.compliance.lugs import ACROSS, ALONG, EACH, LugReduction, often
 
 #: Integration of the tractions on a lug: number of pieces along its arc, Gauss points per piece, points along the axis.
 _PIECES, _POINTS, _STATIONS = 12, 4, 16
@@ -63,11 +64,12 @@ class Outside:
             along[np.ix_(inside, section.nodes[number][: n + 1])] = lagrange(n, at)[0]
         touched = np.flatnonzero(along.any(axis=0))
         h = self.axis.values(y)[0]
-        found = np.einsum("pi,pa,pcl->ical", along[:, touched], h, field, optimize=True)
+        functions = (along[:, touched, None] * h[:, None, :]).reshape(len(arc), -1)
+        found = (functions.T @ field.reshape(len(arc), -1)).reshape(len(touched), h.shape[1], 3, -1).swapaxes(1, 2)
         rows = ((3 * touched[:, None] + np.arange(3))[:, :, None] * h.shape[1] + np.arange(h.shape[1])).ravel()
-        out = sp.lil_array((3 * len(section.positions) * h.shape[1], field.shape[2]))
-        out[rows] = found.reshape(len(rows), -1)
-        return out.tocsr()
+        size, number = 3 * len(section.positions) * h.shape[1], field.shape[2]
+        at = np.repeat(rows, number), np.tile(np.arange(number), len(rows))
+        return sp.coo_array((found.ravel(), at), shape=(size, number)).tocsr()
 
     @cached_property
     def _motions(self) -> sp.csr_array:
@@ -97,20 +99,19 @@ class Outside:
         second[-4:] = np.kron(np.eye(2), [[1.0], [1j * self._sign]])
         return [first, second], stiffness
 
-    def functionals(self, lugs: Lugs | None) -> sp.csr_array:
+    def functionals(self) -> sp.csr_array:
         """Loads on a sector: tractions on its part of each lug, then those of the rigid motions.
 
         Lugs at the same place relative to the teeth appear once.
         """
-        parts = (
-            [] if lugs is None else [work for place in self._places(lugs)[0] for work in self._on_lug(lugs, place)[1]]
-        )
-        return sp.csr_array(sp.hstack([*parts, self._motions]))
+        return sp.csr_array(sp.hstack([*(work for lug in self._on_lugs for work in lug.values()), self._motions]))
 
-    def _places(self, lugs: Lugs) -> tuple[list[float], list[tuple[int, int]]]:
+    @cached_property
+    def _places(self) -> tuple[list[float], list[tuple[int, int]]]:
         """Distinct angles of lugs from the nearest tooth, and for each lug the index of its angle and its tooth."""
-        pitch, places, found = 2 * math.pi / abs(self.section.body.gear.teeth), [], []
-        for angle in lugs.angles:
+        body, places, found = self.section.body, [], []
+        pitch = abs(body.pitch_angle)
+        for angle in body.lugs.angles if body.lugs else ():
             tooth = round(angle / pitch)
             place = round(angle - tooth * pitch, 12)
             if place not in places:
@@ -118,55 +119,63 @@ class Outside:
             found.append((places.index(place), tooth))
         return places, found
 
-    def _on_lug(self, lugs: Lugs, place: float) -> tuple[list[int], list[sp.csr_array]]:
-        """Sectors that a lug at the angle ``place`` from tooth 0 reaches, and its load vectors in these sectors."""
-        R, b, pitch = (
-            abs(self.section.held_radius),
-            self.axis.breaks[-1],
-            2 * math.pi / abs(self.section.body.gear.teeth),
-        )
+    @cached_property
+    def _on_lugs(self) -> list[dict[int, sp.csr_array]]:
+        """Load vectors of a lug at each place in the sectors that it reaches, by the number of the sector."""
+        return [self._on_lug(place) for place in self._places[0]]
+
+    def _on_lug(self, place: float) -> dict[int, sp.csr_array]:
+        """Load vectors of a lug at the angle ``place`` from tooth 0 in the sectors that it reaches."""
+        body, b = self.section.body, self.axis.breaks[-1]
+        assert body.lugs is not None
+        pitch, length = abs(body.pitch_angle), body.lugs.length
         x, w = gauss(_POINTS)
         x = ((np.arange(_PIECES)[:, None] + x) / _PIECES).ravel()
         eta, weight = gauss(_STATIONS)
         along, y = (each.ravel() for each in np.meshgrid(x, eta))
-        area = np.outer(weight, np.tile(w / _PIECES, _PIECES)).ravel() * math.sqrt(lugs.length * b)
-        arc = place + (along - 0.5) * lugs.length / R - self._turn(b * y)
+        area = np.outer(weight, np.tile(w / _PIECES, _PIECES)).ravel() * math.sqrt(length * b)
+        arc = place + (along - 0.5) * length / abs(self.section.held_radius) - self._turn(b * y)
         shape = (legendre_functions(ALONG, along)[:, :, None] * legendre_functions(ACROSS, y)[:, None, :]).reshape(
             len(y), -1
         )
         field = np.einsum("p,cf,pk->pcfk", area, np.eye(3)[[1, 0, 2]].T, shape).reshape(len(y), 3, EACH)
         sector = np.round(arc / pitch).astype(int)
-        sectors = np.unique(sector).tolist()
-        of = [sector == j for j in sectors]
-        return sectors, [
-            self._work(arc[at] - j * pitch, b * y[at], field[at]) for j, at in zip(sectors, of, strict=True)
-        ]
+        return {
+            j: self._work(arc[at] - j * pitch, b * y[at], field[at])
+            for j, at in ((j, sector == j) for j in np.unique(sector).tolist())
+        }
 
     def anchors(self, waves: NDArray, loads: int, stiffness: float) -> LugReduction:
         """Reduction of the compliance of the teeth by the lugs.
 
-        ``waves`` (m, load, load) is the compliance between the loads of flanks, lugs and rigid motions; the first
-        ``loads`` belong to the flanks. ``stiffness`` is that of the springs against rigid motions.
+        ``waves`` (wave, load, load) is the compliance of ``wave_numbers`` between the loads of flanks, lugs and rigid
+        motions; the first ``loads`` belong to the flanks. ``stiffness`` is that of the springs against rigid motions.
         """
         lugs, z, sign = self.section.body.lugs, abs(self.section.body.gear.teeth), self._sign
         assert lugs is not None
-        places, found = self._places(lugs)
-        turn = np.exp(2j * math.pi / z * np.outer(np.arange(z), np.arange(z // 2 + 1)))  # (tooth, wave)
-        Q = np.zeros((z // 2 + 1, waves.shape[1], len(found) * EACH + 6), complex)
-        start = [loads]
-        reached = [self._on_lug(lugs, place)[0] for place in places]
-        for some in reached:
-            start.append(start[-1] + len(some) * EACH)
-        for number, (place, tooth) in enumerate(found):
-            for i, j in enumerate(reached[place]):
-                at = start[place] + i * EACH + np.arange(EACH)
-                Q[:, at, number * EACH + np.arange(EACH)] = np.conj(turn[(tooth + j) % z])[:, None]
-        Q[0, [-6, -5], [-6, -5]] = math.sqrt(z)
-        for at in (-4, -2):  # cosine and sine of the waves ±1
-            Q[1, at, [at, at + 1]] = np.array([1, 1j]) * math.sqrt(z / 2)
-            Q[1, at + 1, [at, at + 1]] = np.array([1j, -1]) * sign * math.sqrt(z / 2)
-        weight = often(z)[:, None, None] / z
-        moved = waves @ Q
-        C = np.real(np.sum(weight * (np.conj(np.swapaxes(Q, 1, 2)) @ moved), axis=0))
-        reach = np.real(np.tensordot(turn, weight * moved[:, :loads], 1))
-        return LugReduction(reach=reach, own=C + np.diag(np.append(lugs.yields, np.full(6, -1 / stiffness))))
+        first = loads + EACH * np.cumsum([0, *(len(lug) for lug in self._on_lugs)])
+        parts = [
+            (slice(number * EACH, (number + 1) * EACH), tooth + j, first[place] + i * EACH + np.arange(EACH))
+            for number, (place, tooth) in enumerate(self._places[1])
+            for i, j in enumerate(self._on_lugs[place])
+        ]
+        count, weights = len(lugs.angles) * EACH + 6, tooth_weights(z, np.arange(z))
+        own, reach = np.zeros((count, count)), np.zeros((z, loads, count))
+        of_teeth = np.tensordot(weights, waves[:, :loads], 1).real
+        for lug, tooth, at in parts:
+            reach[:, :, lug] += np.roll(of_teeth[:, :, at], tooth, axis=0)
+            for other, mate, there in parts:
+                own[lug, other] += np.tensordot(weights[(tooth - mate) % z], waves[:, at[:, None], there], 1).real
+        held = np.zeros((2, waves.shape[1], 6), complex)
+        held[0, [-6, -5], [0, 1]] = math.sqrt(z)
+        for i in (2, 4):  # cosine and sine of the waves ±1
+            held[1, i - 6, [i, i + 1]] = np.array([1, 1j]) * math.sqrt(z / 2)
+            held[1, i - 5, [i, i + 1]] = np.array([1j, -1]) * sign * math.sqrt(z / 2)
+        moved = often(z)[:2, None, None] / z * (waves[:2] @ held)
+        turn = np.exp(2j * math.pi / z * np.outer(np.arange(z), [0, 1]))
+        reach[..., -6:] = np.tensordot(turn, moved[:, :loads], 1).real
+        for lug, tooth, at in parts:
+            own[lug, -6:] += np.tensordot(turn[tooth % z], moved[:, at], 1).real
+        own[-6:, :-6] = own[:-6, -6:].T
+        own[-6:, -6:] = np.sum(np.conj(np.swapaxes(held, 1, 2)) @ moved, axis=0).real
+        return LugReduction(reach=reach, own=own + np.diag(np.append(lugs.yields, np.full(6, -1 / stiffness))))
