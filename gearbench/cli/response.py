@@ -31,9 +31,7 @@ SoundAt = Annotated[str | None, typer.Option(metavar="NAME", help="Bearing or po
 FullScale = Annotated[
     float | None, typer.Option(metavar="N", help="Full scale of the sound, to compare variants.", min=1e-9)
 ]
-Nonlinear = Annotated[
-    bool, typer.Option("--nonlinear", help="Integrate over time with loss of contact, for rising and falling speed.")
-]
+Nonlinear = Annotated[bool, typer.Option("--nonlinear", help="Follow loss of contact, for rising and falling speed.")]
 
 
 Revolution = Annotated[

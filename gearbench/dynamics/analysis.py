@@ -16,7 +16,7 @@ from gearbench.dynamics.model import Group, LinearModel, Model, Variables, Vibra
 from gearbench.dynamics.size import bearings
 from gearbench.dynamics.stability import is_proven_stable, multipliers
 from gearbench.dynamics.steady import MOST as MOST_COMBINATIONS
-from gearbench.dynamics.steady import SETTLED, steady
+from gearbench.dynamics.steady import SETTLED, Steady, steady
 from gearbench.dynamics.train_model import train_model
 from gearbench.errors import InputError
 from gearbench.hunting.cycles import tooth_to_tooth_effects
@@ -82,7 +82,7 @@ def response(scene: Scene, *, speed: ArrayLike, harmonics: int = HARMONICS) -> x
     require_each(speed_bytes, len(speeds), "speed", f"{harmonics} orders")
     variables = speed_variables(model, speeds, harmonics)
     variables |= modal_variables(model, speeds, harmonics)
-    return _dataset(model, speeds, harmonics, variables, notes(model, speeds, harmonics, variables), start)
+    return response_dataset(model, speeds, harmonics, variables, notes(model, speeds, harmonics, variables), start)
 
 
 def check_speeds(speed: ArrayLike) -> NDArray:
@@ -108,17 +108,20 @@ def check_harmonics(harmonics: int) -> None:
         raise InputError("harmonics", harmonics, f"must be a whole number, 1 to {MOST}")
 
 
-def speed_variables(model: LinearModel, speeds: NDArray, harmonics: int) -> Variables:
-    """Variables of the Dataset that depend on speed."""
+def speed_variables(
+    model: LinearModel, speeds: NDArray, harmonics: int, found: tuple[Steady, NDArray] | None = None
+) -> Variables:
+    """Variables of the Dataset that depend on speed.
+
+    ``found``: a steady motion and its largest Floquet multipliers (speed, mesh), by default those of the linear model.
+    """
     # with several frequencies the truncated products make the last orders inaccurate: solve a few more than returned
     solved = harmonics + (EXTRA_ORDERS if len(model.groups) > 1 else 0)
-    rows, solution = np.arange(len(model.stiffness)), steady(model, speeds, solved)
+    rows = np.arange(len(model.stiffness))
+    solution, stability = found or (steady(model, speeds, solved), _stability(model, speeds, harmonics))
     index, equivalent_force = solution.index[1:], np.moveaxis(solution.equivalent_force, 1, 2)
     te, motion, at_bearings = model.modes.response_to_mesh_forces(solution.omega, equivalent_force, rows)
     force = (equivalent_force + motion @ model.stiffness.T)[..., :: model.rows_per_mesh]
-    stability = np.full((len(speeds), len(model.names)), np.nan)
-    for group in model.groups:
-        stability[:, group.meshes] = growth(model, group, speeds, harmonics)[:, None]
     # an unstable motion has no steady response
     unstable = (stability > 1 + GROWTH).any(axis=1)
     te[unstable], force[unstable], at_bearings[unstable] = np.nan, np.nan, np.nan
@@ -176,6 +179,14 @@ def speed_variables(model: LinearModel, speeds: NDArray, harmonics: int) -> Vari
     return variables | model.other_variables(vibration, loads, speeds)
 
 
+def _stability(model: LinearModel, speeds: NDArray, harmonics: int) -> NDArray:
+    """Largest Floquet multipliers (speed, mesh), see ``growth``."""
+    stability = np.full((len(speeds), len(model.names)), np.nan)
+    for group in model.groups:
+        stability[:, group.meshes] = growth(model, group, speeds, harmonics)[:, None]
+    return stability
+
+
 def _combination(names: Sequence[str], index: NDArray) -> str:
     """Name of a combination of orders, such as "2 × pair − 1 × second"."""
     (a, b), (n, m) = (names[int(g)] for g in np.flatnonzero(index)), index[index != 0]
@@ -231,9 +242,7 @@ def notes(model: LinearModel, speeds: NDArray, harmonics: int, variables: Variab
                 f"meshes of different frequencies: harmonic balance not converged at {spans(speeds, unsolved)} 1/min"
             )
     kept, growth = variables["contact_kept"][1], variables["floquet_multiplier"][1]
-    separated = "flanks separate: the linear response does not hold" + (
-        "" if model.scene.coupled else ", see nonlinear"
-    )
+    separated = "flanks separate: the linear response does not hold, see nonlinear"
     meshes_of: dict[str, list[str]] = {}
     quasi_static = model.quasi_static_approach(2 * harmonics)[:, 1:]
     for mesh, (name, approach) in enumerate(zip(model.names, quasi_static, strict=True)):
@@ -275,9 +284,10 @@ def spans(speeds: NDArray, true: NDArray) -> str:
     return ", ".join(f"{s[a]:.5g}" if a == b else f"{s[a]:.5g} to {s[b]:.5g}" for a, b in ranges)
 
 
-def _dataset(
+def response_dataset(
     model: LinearModel, speeds: NDArray, harmonics: int, variables: Variables, lines: Sequence[str], start: float
 ) -> xr.Dataset:
+    """Dataset of a response with its coordinates, notes and origin."""
     import xarray as xr
 
     coords: dict[str, Any] = {

@@ -249,7 +249,7 @@ class Model(LinearModel):
 
     def __post_init__(self) -> None:
         if self.scene.coupled:
-            allowed = "have a linear response only: no loss of contact and no revolution over speed"
+            allowed = "have no response over a revolution"
             raise InputError("meshes", f"{len(self.scene.meshes)} in one contact problem", allowed)
         if self.scene.one_load.system is None:
             raise InputError("system", "missing", "the response needs [system]: shafts, or inertias of the two wheels")

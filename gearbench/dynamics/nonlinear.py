@@ -17,6 +17,7 @@ from gearbench.dynamics.force_curve import ForceCurve, force_curve
 from gearbench.dynamics.model import Group, Model
 from gearbench.dynamics.size import bearings
 from gearbench.dynamics.stability import free_motion
+from gearbench.dynamics.train_nonlinear import APART, SWEEPS, nonlinear_train_response
 from gearbench.errors import InputError
 from gearbench.results.origin import with_grids
 from gearbench.results.provenance import provenance
@@ -32,8 +33,6 @@ if TYPE_CHECKING:
 
 #: Number of phases of the force table: its minimum, and phases per order.
 STEPS, PER_ORDER = 128, 8
-#: Directions in which the speed changes.
-SWEEPS = ("up", "down")
 #: Maximum number of modes integrated over time, and their highest frequency over that of the highest excited order.
 #: Modes with the largest shares in the mesh compliance are taken; the others follow quasi-statically.
 MODES, FASTEST = 12, 1.5
@@ -44,8 +43,6 @@ RESOLVED, WITHIN = 0.3, 2
 REPEATS, SAME, NEAR = 8, 1e-7, 3e-4
 #: The integration ends at the latest when the slowest mode has faded by e^−FADED; bounds of this number of periods.
 FADED, LEAST, MOST = 40.0, 300, 20_000
-#: Rising and falling speed give two responses if their RMS forces differ by more than this share of the mean force.
-APART = 0.01
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -163,12 +160,15 @@ def nonlinear_response(scene: Scene, *, speed: ArrayLike, harmonics: int = HARMO
     Tilt and bending of gears on shafts are linearised about the contact under the mean force, and vanish when contact
     is lost.
 
+    Meshes of a planetary set or of parallel paths are solved together, by harmonic balance: their motions repeat with
+    the mesh cycle, and back flanks do not touch.
+
     Parameters
     ----------
     scene
-        A scene with ``[system]``.
+        A scene with ``[system]``, or with meshes solved as one contact problem.
     speed
-        Speeds of the pinion [1/min].
+        Speeds of the pinion, for planetary sets as in ``response`` [1/min].
     harmonics
         Number of orders of the mesh frequency.
 
@@ -186,6 +186,8 @@ def nonlinear_response(scene: Scene, *, speed: ArrayLike, harmonics: int = HARMO
     start = time.perf_counter()
     speeds = check_speeds(speed)
     check_harmonics(harmonics)
+    if scene.coupled:
+        return nonlinear_train_response(scene, speeds, harmonics)
     model, steps = Model(scene=scene), max(STEPS, PER_ORDER * harmonics)
     speed_bytes = nonlinear_memory(steps, harmonics, bearings(scene), model.cycles[0].rows)
     require_each(speed_bytes, len(speeds), "speed", f"{steps} steps of the period")

@@ -261,7 +261,7 @@ def revolution_response(
             "a revolution needs [effects.pitch_errors], [effects.random_pitch], [effects.waviness] or a given error"
         )
         raise InputError("effects", "all teeth alike", allowed)
-    model = Model(scene=with_equal_teeth(scene))
+    model = Model(scene=scene if scene.coupled else with_equal_teeth(scene))
     mesh = model.cycles[0]
     excited = (
         revolution(mesh, tooth_effects, harmonics) if error is None else revolution_of_error(mesh, error, harmonics)

@@ -96,7 +96,8 @@ def train_excitations(
     errors = train.draw(unit_samples(sampler, samples, len(train.error_names), seed))
 
     def orders(chunk: NDArray) -> Excitation:
-        return model.excitation_by(group, harmonics, *train.balance(chunk))
+        motion, force, stiffness = train.balance(chunk)
+        return model.excitation_by(group, harmonics, model.approach(motion), force, stiffness)
 
     return _without_padding(on_threads(orders, train.chunks(errors), threads), samples)
 

@@ -24,6 +24,7 @@ from gearbench.errors import InputError
 from gearbench.geometry.linkage import AXES, Linkage
 from gearbench.geometry.planetary_members import PlanetaryDynamics
 from gearbench.geometry.train_tables import TrainTables
+from gearbench.results.cycle import Phases
 from gearbench.scene import Scene
 from gearbench.system.mechanics import Mechanics, steel_disc, steel_gear
 from gearbench.system.shaft_model import INERTIA, METRE
@@ -199,10 +200,14 @@ class TrainModel(LinearModel):
     def excitation(self, group: Group, harmonics: int) -> Excitation:
         """Excitation by the meshes of the group: approach and force of the balanced contact at each phase."""
         balance = self.solved.balance
-        return self.excitation_by(group, harmonics, balance.motion, balance.force, balance.stiffness)
+        return self.excitation_by(group, harmonics, self.approach(balance.motion), balance.force, balance.stiffness)
 
-    def excitation_by(self, group: Group, harmonics: int, q: NDArray, F: NDArray, k: NDArray) -> Excitation:
-        """Excitation by contact with the motions q, mesh forces F and mesh stiffnesses k, (…, position, …)."""
+    def approach(self, motion: NDArray) -> NDArray:
+        """Approach of the meshes (…, mesh) [mm] due to free motions q (…, motion), without errors of the members."""
+        return motion @ self.linkage.rows.T
+
+    def excitation_by(self, group: Group, harmonics: int, x: NDArray, F: NDArray, k: NDArray) -> Excitation:
+        """Excitation by contact at the approaches x with forces F and stiffnesses k, all (…, position, mesh)."""
         kept = group.orders(harmonics)
         rows = order_rows(self.solved.phases, 2 * kept[-1])
 
@@ -211,7 +216,7 @@ class TrainModel(LinearModel):
 
         return Excitation(
             stiffness=orders(self.solved.own.tangent(k), rows, -3),
-            motion=orders(q @ self.linkage.rows.T, rows[kept], -2),
+            motion=orders(x, rows[kept], -2),
             force=orders(F, rows[kept], -2),
             kept=kept,
         )
@@ -363,15 +368,15 @@ class TrainModel(LinearModel):
         return lines
 
 
-def train_model(scene: Scene) -> TrainModel:
-    """Solve the contact of a ``coupled`` scene and build its model.
+def train_model(scene: Scene, phases: Phases | None = None) -> TrainModel:
+    """Solve the contact of a ``coupled`` scene, by default as ``simulate`` does, and build its model.
 
     Raises
     ------
     InputError, ConvergenceError
         As ``simulate``, or if a mesh never has contact.
     """
-    solved = solve_train(scene)
+    solved = solve_train(scene, phases=phases)
     idle = [name for name, force in zip(solved.meshes, solved.balance.force.T, strict=True) if not force.any()]
     if idle:
         raise InputError("load.torque", scene.load.torque, f"leaves {', '.join(idle)} without contact at all positions")

@@ -16,15 +16,17 @@ from gearbench.dynamics.analysis import speed_variables
 from gearbench.dynamics.figures import draw_response
 from gearbench.dynamics.housing import housing_response
 from gearbench.dynamics.nonlinear import nonlinear_response
+from gearbench.dynamics.revolution import revolution_response
 from gearbench.dynamics.scatter import robust_response
 from gearbench.dynamics.steady import steady
 from gearbench.dynamics.train_model import TrainModel
+from gearbench.dynamics.train_nonlinear import NonlinearTrain
 from gearbench.errors import InputError
 from gearbench.geometry.linkage import AXES
 from gearbench.results.cycle import Phases, fourier_rows
 from gearbench.robustness.sampling import unit_samples
 from gearbench.scene_file import parse_scene
-from gearbench.trains.scatter import sampled_train
+from gearbench.trains.scatter import Curves, curves, sampled_train
 from gearbench.trains.solve import solve_train
 
 TEETH = {"tooth_bending": {}, "hertz": {}}
@@ -58,8 +60,8 @@ def smooth(model, orders=ORDERS, phases=128):
     return TrainModel(scene=model.scene, solved=solved)
 
 
-def integrated(model, speed, periods, points=64):
-    """Mesh forces (point, mesh) over the last cycle, by time integration.
+def integrated(model, speed, periods, points=64, least=-np.inf):
+    """Mesh forces (point, mesh) over the last cycle, by time integration; none is below ``least``.
 
     DOP853 integrates M q̈ + C q̇ + K q = f − Bᵀ F with modal damping C, starting from the quasi-static motion.
     """
@@ -114,7 +116,7 @@ def integrated(model, speed, periods, points=64):
 
     def forces(angle, q):
         F, k, x = at(angle)
-        return F + k * (B @ q - x)
+        return np.maximum(F + k * (B @ q - x), least)
 
     def rate(t, state):
         q, v = state[:size], state[size:]
@@ -156,6 +158,70 @@ def test_the_balance_is_what_time_integration_ends_in(speeds, keys, H, tolerance
         assert_allclose(own.T, orders, rtol=0, atol=tolerance * np.abs(orders).max())
         greatest = forces.max(axis=0) / model.solved.even
         assert_allclose(found["load_sharing_greatest"][1][number], greatest, rtol=5e-3)  # of 64 points a period here
+
+
+@pytest.mark.slow
+def test_with_loss_of_contact_the_balance_is_what_time_integration_ends_in():
+    """Meshes that only push, F = max(0, F_s + k (x − x_s)) at smooth F_s, k and x_s; with contact kept, and lost."""
+    pins = {"pin_tangential": [8.0, 0.0, -5.0, 2.0], "ring_support": 400.0}
+    whole = scene(**{"planets": 4, "phases": 16, "damping": 0.03, "torque": 25.0} | ELASTIC | pins)
+    model, H = smooth(TrainModel(scene=whole, solved=solve_train(whole)), phases=512), 16
+    own, balance = model.solved.own, model.solved.balance
+    level = np.linspace(0.0, 3.0, 4) * balance.force.max()
+    approach = (model.approach(balance.motion) + own.offset)[..., None] + (
+        level - balance.force[..., None]
+    ) / balance.stiffness[..., None]
+    force, slope = np.broadcast_to(level, approach.shape), np.broadcast_to(balance.stiffness[..., None], approach.shape)
+    tables = (np.swapaxes(values, 0, 1) for values in (approach, force, slope))
+    table = dict(zip(("approach", "force", "slope"), tables, strict=True))
+    train = NonlinearTrain(model=model, curves=Curves(**table, statics=own), harmonics=H)
+    first, shares = model.modes.frequency[model.modes.frequency > 0][0] / (2 * np.pi), [0.5, 3.05]
+    speeds = 60 / model.groups[0].rate * first * np.array(shares)
+    found, linear = train.over(speeds, np.arange(2)), speed_variables(model, speeds, H)
+    assert found["contact_kept"][1].all(axis=1).tolist() == [True, False]
+    own, other = found["mesh_force_rms"][1], linear["mesh_force_rms"][1]
+    assert_allclose(own[0], other[0], rtol=1e-8)
+    assert np.abs(own[1] / other[1] - 1).max() > 0.02
+    periods = int(np.ceil(18 / (2 * np.pi * model.damping_ratio) * shares[1])) + 2
+    forces = integrated(model, speeds[1], periods, points=256, least=0.0)
+    orders = np.fft.rfft(forces, axis=0)[1 : H + 1] / len(forces)
+    own = found["mesh_force_amplitude"][1][1] / 2 * np.exp(1j * found["mesh_force_phase"][1][1])
+    # orders above 16 are left out
+    assert_allclose(own.T, orders, rtol=0, atol=2e-3 * np.abs(orders).max())
+
+
+def test_the_slow_response_with_loss_of_contact_is_the_simulation():
+    whole = scene(planets=4, pin_tangential=[20.0, 0.0, 0.0, 0.0], torque=100.0, phases=128, **ELASTIC)
+    slow, fixed = nonlinear_response(whole, speed=1e-4, harmonics=3).isel(speed=0), simulate(whole)
+    wave = np.exp(-2j * np.pi * np.outer(fixed["mesh_phase"].values, slow["harmonic"])) / fixed.sizes["position"]
+    orders = 2 * fixed["mesh_load"].values @ wave
+    for sweep in ("up", "down"):
+        of_sweep = slow.sel(sweep=sweep)
+        f = of_sweep["mesh_force_amplitude"] * np.exp(1j * of_sweep["mesh_force_phase"])
+        # motions have the orders of three harmonics only
+        assert_allclose(f, orders, rtol=0, atol=5e-3 * float(fixed["mesh_load"].max()))
+        assert_allclose(of_sweep["load_sharing_greatest"], fixed["load_sharing"].max("position"), rtol=0.05)
+
+
+def test_contact_at_the_quasi_static_motion_has_its_forces_and_their_slopes():
+    """Also where a body connects the meshes."""
+    bores = {"sun": {"teeth": 36, "bore_diameter": 40.0}, "planet": {"teeth": 30, "bore_diameter": 36.0}}
+    bores |= {"ring": {"teeth": -96, "addendum": 0.9, "outer_diameter": 230.0}}
+    for effects in ({}, {"effects": {"hertz": {}, "gear_body": {}}}):
+        whole = parse_scene(scene(phases=2, **ELASTIC, **bores).to_mapping() | effects)
+        model = TrainModel(scene=whole, solved=solve_train(whole))
+        train = NonlinearTrain(model=model, curves=curves(model.solved, 6.0), harmonics=1)
+        x, small = model.approach(model.solved.balance.motion), 1e-6
+        F, k = train.contact(x)
+        assert_allclose(F, model.solved.balance.force, rtol=1e-5)
+        tangent = model.solved.own.tangent(k)
+        for mesh in range(x.shape[1]):
+            step = small * np.eye(x.shape[1])[mesh]
+            change = (train.contact(x + step)[0] - train.contact(x - step)[0]) / (2 * small)
+            assert_allclose(change, tangent[..., mesh], atol=1e-4 * np.abs(tangent).max())
+        apart = train.contact(x - np.array([1.0, *([0.0] * (x.shape[1] - 1))]))
+        assert (apart[0][:, 0] == 0.0).all()
+        assert (apart[1][:, 0] == 0.0).all()
 
 
 @pytest.mark.parametrize("keys", [{}, STEPPED | {"phases": 32}], ids=["simple", "stepped"])
@@ -333,9 +399,9 @@ def test_axes_name_the_member_and_names_of_modes_do_not_overlap(tmp_path, monkey
 
 
 def test_other_answers_over_speed_are_refused_in_one_line():
-    whole = scene(phases=8)
-    with pytest.raises(InputError, match="linear response only"):
-        nonlinear_response(whole, speed=[3000.0], harmonics=1)
+    whole, unequal = scene(phases=8), {"teeth": 36, "pitch_errors": [*([1.0] * 35), 0.0]}
+    with pytest.raises(InputError, match="no response over a revolution"):
+        revolution_response(scene(phases=8, sun=unequal), speed=[3000.0], harmonics=1)
     with pytest.raises(InputError, match=r"planetary.scatter = missing"):
         robust_response(whole, speed=[3000.0], samples=4, harmonics=1)
     empty = xr.Dataset({"bearing_force_phase": ((), 0.0), "ring_wave_amplitude": (("lobes",), np.zeros(3))})

@@ -1,0 +1,206 @@
+"""Loss of contact in planetary sets and parallel paths: harmonic balance with forces that follow the motion.
+
+The linear balance (D5) takes the contact at the quasi-static motion. Here it is repeated with force and stiffness of
+the meshes at the motion that it has found: Newton's method for the orders of the motion.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.budget import require_each, speed_memory
+from gearbench.contact.phases import uniform_phases
+from gearbench.dynamics import waves
+from gearbench.dynamics.analysis import (
+    GROWTH,
+    modal_variables,
+    response_dataset,
+    spans,
+    speed_variables,
+)
+from gearbench.dynamics.balance import Excitation, solve
+from gearbench.dynamics.model import Variables
+from gearbench.dynamics.size import bearings
+from gearbench.dynamics.stability import multipliers
+from gearbench.dynamics.steady import Steady
+from gearbench.dynamics.train_model import TrainModel, train_model
+from gearbench.results.cycle import Phases
+from gearbench.scene import Scene
+from gearbench.trains.scatter import Curves, curves
+from gearbench.trains.solve import check_train
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: Number of phases per order, at least, and in total at least.
+PER_ORDER, LEAST = 8, 128
+#: Directions in which the speed changes; their RMS forces differ if by more than this share of the mean force.
+SWEEPS, APART = ("up", "down"), 0.01
+#: Change of the motion over its largest order at which it is in balance, and maximum number of steps.
+SETTLED, STEPS = 1e-9, 60
+#: Largest force of a mesh, relative to equal sharing, up to which its contact is solved; it is linear above.
+MOST = 6.0
+#: Maximum number of steps for the local approach of meshes on a common body.
+LOCAL_STEPS = 40
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class NonlinearTrain:
+    """A train whose mesh forces follow the motion.
+
+    Parameters
+    ----------
+    model
+        The linear model, at uniform phases.
+    curves
+        Force of each mesh over approach and phase.
+    harmonics
+        Number of orders of each mesh frequency.
+    """
+
+    model: TrainModel
+    curves: Curves
+    harmonics: int
+
+    @cached_property
+    def at_rest(self) -> Excitation:
+        """Excitation at the quasi-static motion, with its constant loads."""
+        return self.model.excitation(self.model.groups[0], self.harmonics)
+
+    def contact(self, x: NDArray) -> tuple[NDArray, NDArray]:
+        """Force and ∂F/∂δ (position, mesh) of the meshes at the approaches x (position, mesh) [mm].
+
+        Bodies add C F to the approach that each mesh has by itself.
+        """
+        statics = self.model.solved.statics(np.zeros(x.shape[1]))
+        x = x + statics.offset
+        if statics.between is None:
+            F, k = self._own(x)
+            return F, np.where(F > 0, k, 0.0)
+        # the curves are without D, and C + D has no negative eigenvalue
+        D = np.broadcast_to(statics.shifted, x.shape)
+        C = statics.between + D[..., None] * np.eye(x.shape[1])
+        own, tolerance = x - (C @ self.model.solved.balance.force[..., None])[..., 0], 1e-12 * np.abs(x).max()
+        for _ in range(LOCAL_STEPS):
+            F, k = self._own(own)
+            rest = x - own - (C @ F[..., None])[..., 0]
+            if np.abs(rest).max() <= tolerance:
+                break
+            own = own + np.linalg.solve(np.eye(x.shape[1]) + C * k[:, None], rest[..., None])[..., 0]
+        return F, np.where(F > 0, k / (1 + D * k), 0.0)
+
+    def _own(self, approach: NDArray) -> tuple[NDArray, NDArray]:
+        F, k = self.curves(approach[None])
+        return F[0], k[0]
+
+    def excitation(self, motion: NDArray) -> tuple[Excitation, NDArray]:
+        """Excitation at the orders ``motion`` (mesh, order), and the mesh forces there (position, mesh)."""
+        model, phases = self.model, self.model.solved.phases
+        wave = np.exp(2j * np.pi * np.outer(phases.phase / phases.length, self.at_rest.orders))
+        wave[:, 1:] *= 2.0
+        x = np.real(wave @ motion.T)
+        F, k = self.contact(x)
+        return model.excitation_by(model.groups[0], self.harmonics, x, F, k), F
+
+    def settle(self, h: NDArray, motion: NDArray) -> tuple[NDArray, Excitation, NDArray] | None:
+        """Newton's method from ``motion``: motion in balance, excitation and forces there; None if it fails.
+
+        ``h`` (1, order, mesh, mesh) is the receptance at the speed. Steps that grow are halved.
+        """
+        mean, before = self.model.stiffness, math.inf
+        for _ in range(STEPS):
+            excitation, F = self.excitation(motion)
+            step = solve(excitation, h, mean, self.at_rest)[0][0] - motion
+            change = float(np.abs(step).max() / np.abs(motion).max())
+            if change <= SETTLED:
+                return motion, excitation, F
+            motion = motion + (step if change < before else step / 2)
+            before = change
+        return None
+
+    def over(self, speeds: NDArray, sequence: NDArray) -> Variables:
+        """Variables over ``speeds``; in the ``sequence`` of their indices, each starts from the motion before."""
+        model, (group,), motion = self.model, self.model.groups, self.at_rest.motion
+        kept, count = self.at_rest.orders, len(self.model.names)
+        equivalent = np.zeros((len(speeds), count, len(kept)), dtype=complex)
+        touching = np.zeros((len(speeds), count), dtype=bool)
+        stability, static = np.full((len(speeds), count), np.nan), self.at_rest
+        points, mean = max(256, waves.points(kept[-1])), model.stiffness
+        for s in sequence:
+            h = model.receptances(group, speeds[s : s + 1], self.harmonics)
+            found = self.settle(h, motion) or self.settle(h, static.motion)
+            if found is None:
+                equivalent[s], motion = np.nan, static.motion
+                continue
+            motion, excitation, F = found
+            equivalent[s] = excitation.force - mean @ motion
+            equivalent[s, :, 0] -= static.force[:, 0] - mean @ static.motion[:, 0]
+            touching[s] = (F > 0).all(axis=0)
+            stiffness = np.moveaxis(waves.curve(excitation.stiffness, points), -1, 0)[None]
+            stability[s] = multipliers(model.modes, np.arange(count), model.omega(group, speeds[s : s + 1]), stiffness)
+        steady = Steady(
+            index=kept[:, None],
+            omega=model.omega(group, speeds)[:, None] * kept,
+            equivalent_force=equivalent,
+            residual=np.zeros(len(speeds)),
+        )
+        variables = speed_variables(model, speeds, self.harmonics, (steady, stability))
+        return variables | {"contact_kept": (("speed", "mesh"), touching)}
+
+
+def nonlinear_train_response(scene: Scene, speeds: NDArray, harmonics: int) -> xr.Dataset:
+    """Response of a ``coupled`` scene with loss of contact, as the speed rises and as it falls.
+
+    The motions repeat with the mesh cycle. Where such a motion is unstable, or none is found, the response is NaN.
+
+    Raises
+    ------
+    InputError, ConvergenceError
+        As ``response``.
+    """
+    start, scene = time.perf_counter(), scene.single_load
+    periods = tuple(check_train(scene).train.periods.values())
+    phase, weight = uniform_phases(max(LEAST, PER_ORDER * harmonics) * max(periods))
+    phases = Phases(phase=periods[0] * phase, weight=weight, size=None, length=periods[0])
+    model = train_model(scene, phases)
+    orders = len(model.groups[0].orders(harmonics))
+    speed_bytes = speed_memory(orders, len(model.names), bearings(scene))
+    require_each(speed_bytes, len(SWEEPS) * len(speeds), "speed", f"{harmonics} orders")
+    train = NonlinearTrain(model=model, curves=curves(model.solved, MOST), harmonics=harmonics)
+    order = np.argsort(speeds, kind="stable")
+    up, down = (train.over(speeds, direction) for direction in (order, order[::-1]))
+    variables: Variables = {
+        name: (("sweep", *dims), np.stack([values, down[name][1]])) if dims[:1] == ("speed",) else (dims, values)
+        for name, (dims, values) in up.items()
+    }
+    variables |= modal_variables(model, speeds, harmonics) | {"sweep": (("sweep",), list(SWEEPS))}
+    lines = [*model.remarks(speeds, harmonics), *_remarks(model, speeds, variables)]
+    return response_dataset(model, speeds, harmonics, variables, lines, start)
+
+
+def _remarks(model: TrainModel, speeds: NDArray, variables: Variables) -> list[str]:
+    """Notes for the reader of the sweeps, one line each."""
+    lines = ["back flanks: their contact is left out; subharmonic motions are not searched"]
+    names = "contact_kept", "floquet_multiplier", "mesh_force_rms"
+    kept, growth, rms = (variables[name][1] for name in names)
+    for sweep, is_kept, grows, force in zip(SWEEPS, kept, growth, rms, strict=True):
+        missing, unstable = np.isnan(force).all(axis=1), (grows > 1 + GROWTH).any(axis=1)
+        for where, text in (
+            (unstable, "the motion that repeats with the mesh cycle is unstable"),
+            (missing & ~unstable, "no motion that repeats with the mesh cycle was found"),
+        ):
+            lines += [f"speed {sweep}: {text} at {spans(speeds, where)} 1/min"] if where.any() else []
+        for name, parted in zip(model.names, (~is_kept & ~missing[:, None]).T, strict=True):
+            lines += (
+                [f"speed {sweep}: flanks of {name} separate at {spans(speeds, parted)} 1/min"] if parted.any() else []
+            )
+    if (differ := (np.abs(rms[0] - rms[1]) > APART * model.force).any(axis=1)).any():
+        lines.append(f"rising and falling speed give different responses at {spans(speeds, differ)} 1/min")
+    return lines
