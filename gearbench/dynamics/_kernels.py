@@ -1,4 +1,7 @@
-"""Compiled loops of the dynamics. The tests compare them with readable NumPy versions."""
+"""Compiled loops of the dynamics: stability (D7) and integration over time (D10). p and v are modal motions and speeds.
+
+The tests compare them with readable NumPy versions.
+"""
 
 from __future__ import annotations
 
@@ -51,6 +54,7 @@ class Workspace(NamedTuple):
 
 @part()
 def _free(coefficients, s, count, p, v):
+    """Free motion of the first ``count`` modes in a step, at the speed s; p and v (mode, column) change in place."""
     for r in range(count):
         pp, pv, vp, vv = coefficients[0, s, r], coefficients[1, s, r], coefficients[2, s, r], coefficients[3, s, r]
         for j in range(p.shape[1]):

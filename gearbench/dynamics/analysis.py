@@ -1,4 +1,4 @@
-"""Dynamic response of a scene over speed, by harmonic balance."""
+"""Linear dynamic response of a scene over speed, by harmonic balance; D-numbers are equations of docs/theory.md."""
 
 from __future__ import annotations
 
@@ -31,8 +31,10 @@ if TYPE_CHECKING:
 
 _LOG = logging.getLogger(__name__)
 
-#: Orders of the mesh frequency: default and maximum.
+#: Number of orders of the mesh frequency: default and maximum.
 HARMONICS, MOST = 10, 200
+#: Smallest number of steps of the period in which the stability is evaluated.
+STEPS = 256
 #: Orders solved beyond those in the result, if the meshes have several frequencies.
 EXTRA_ORDERS = 2
 #: Excess of a Floquet multiplier over 1 that counts as rounding.
@@ -43,6 +45,8 @@ OMITTED_SHARE = 0.1
 UNSTABLE = "parametric instability: no steady linear response"
 #: The notes omit modes with a smaller share in the compliance at the meshes.
 NOTED = 0.02
+#: Modes are reported up to this multiple of the highest excited frequency.
+ABOVE_EXCITED = 1.2
 
 
 @single_threaded_blas()
@@ -111,7 +115,7 @@ def check_harmonics(harmonics: int) -> None:
 def speed_variables(
     model: LinearModel, speeds: NDArray, harmonics: int, found: tuple[Steady, NDArray] | None = None
 ) -> Variables:
-    """Variables of the Dataset that depend on speed.
+    """Variables of the Dataset that depend on speed, by name.
 
     ``found``: a steady motion and its largest Floquet multipliers (speed, mesh), by default those of the linear model.
     """
@@ -121,6 +125,7 @@ def speed_variables(
     solution, stability = found or (steady(model, speeds, solved), _stability(model, speeds, harmonics))
     index, equivalent_force = solution.index[1:], np.moveaxis(solution.equivalent_force, 1, 2)
     te, motion, at_bearings = model.modes.response_to_mesh_forces(solution.omega, equivalent_force, rows)
+    # f = (f − K̄ x) + K̄ x, in the first row of each mesh, its approach
     force = (equivalent_force + motion @ model.stiffness.T)[..., :: model.rows_per_mesh]
     # an unstable motion has no steady response
     unstable = (stability > 1 + GROWTH).any(axis=1)
@@ -136,6 +141,7 @@ def speed_variables(
     mesh_orders, dims = _orders_of_group(model, solved, harmonics), ("speed", "mesh", "harmonic")
     mesh_index = np.arange(len(model.names))[:, None]
     te_at_mesh_orders, force_at_mesh_orders = te[:, mesh_index, mesh_orders], force[:, mesh_index, mesh_orders]
+    # amplitudes are twice the complex orders; 1e3 converts mm to µm
     variables: Variables = {
         "dynamic_transmission_error_amplitude": (dims, 2e3 * np.abs(te_at_mesh_orders)),
         "dynamic_transmission_error_phase": (dims, np.angle(te_at_mesh_orders)),
@@ -196,7 +202,7 @@ def _combination(names: Sequence[str], index: NDArray) -> str:
 def growth(model: LinearModel, group: Group, speeds: NDArray, harmonics: int) -> NDArray:
     """Largest Floquet multiplier of a group (speed,); NaN if the group is proven to be stable at any speed."""
     rows = model.rows_of(group.meshes)
-    points = max(256, waves.points(group.orders(harmonics)[-1]))
+    points = max(STEPS, waves.points(group.orders(harmonics)[-1]))
     stiffness = waves.curve(model.excitation(group, harmonics).stiffness, points)
     stiffness = np.moveaxis(stiffness, -1, 0)
     if is_proven_stable(model.modes, rows, stiffness):
@@ -214,11 +220,11 @@ def _orders_of_group(model: LinearModel, solved: int, harmonics: int) -> NDArray
 
 
 def modal_variables(model: LinearModel, speeds: NDArray, harmonics: int) -> Variables:
-    """Elastic modes up to the highest excited frequency, and the critical speeds at which orders meet them."""
+    """Elastic modes up to a little above the highest excited frequency, and speeds at which orders meet them."""
     modes = model.modes
     n, rate = model.harmonics(harmonics), model.rates
     highest = 2 * np.pi / 60 * float(speeds.max() * rate.max() * n[-1])
-    excited = np.flatnonzero((modes.frequency > 0) & (modes.frequency <= 1.2 * highest))
+    excited = np.flatnonzero((modes.frequency > 0) & (modes.frequency <= ABOVE_EXCITED * highest))
     f = modes.frequency[excited] / (2 * np.pi)
     return {
         "natural_frequency": (("mode",), f),
@@ -275,10 +281,10 @@ def notes(model: LinearModel, speeds: NDArray, harmonics: int, variables: Variab
     return lines
 
 
-def spans(speeds: NDArray, true: NDArray) -> str:
-    """Ranges of speed in which a condition holds, "900, 1200 to 1350"."""
+def spans(speeds: NDArray, holds: NDArray) -> str:
+    """Ranges of speed in which a condition holds, such as "900, 1200 to 1350"."""
     order = np.argsort(speeds)
-    s, t = speeds[order], np.concatenate([[False], true[order], [False]])
+    s, t = speeds[order], np.concatenate([[False], holds[order], [False]])
     edges = np.flatnonzero(np.diff(t.astype(int)))
     ranges = zip(edges[::2], edges[1::2] - 1, strict=True)
     return ", ".join(f"{s[a]:.5g}" if a == b else f"{s[a]:.5g} to {s[b]:.5g}" for a, b in ranges)
@@ -287,7 +293,7 @@ def spans(speeds: NDArray, true: NDArray) -> str:
 def response_dataset(
     model: LinearModel, speeds: NDArray, harmonics: int, variables: Variables, lines: Sequence[str], start: float
 ) -> xr.Dataset:
-    """Dataset of a response with its coordinates, notes and origin."""
+    """Dataset with ``variables``, and with ``lines`` as its notes; ``start`` is the time at which the run began."""
     import xarray as xr
 
     coords: dict[str, Any] = {

@@ -2,7 +2,8 @@
 
 A row is one relative motion of a mesh (approach, tilt or bending) together with the force that does work on it. The
 unknowns are the orders of y = x − x_s, where x(t) = Σ x̂_n e^{inωt} is the motion and x_s(t) the quasi-static motion.
-Each row stores them as real numbers y_0, Re ŷ_1, Im ŷ_1, …. The forces are f = f_s + K(t) (x − x_s) (D5).
+Each row stores them as real numbers y_0, Re ŷ_1, Im ŷ_1, …. The forces are f = f_s + K(t) (x − x_s), (D5) of
+docs/theory.md.
 """
 
 from __future__ import annotations
@@ -138,7 +139,7 @@ def solve(
         Excitation whose order 0 is in static balance with the external loads; by default ``excitation`` itself.
     """
     K, x_s, rest = excitation.convolution, excitation.motion, at_rest or excitation
-    M, N = K.shape[0], K.shape[-1]
+    M, N = K.shape[0], K.shape[-1]  # rows, and real numbers of each row
     varying = K - mean[..., None, None] * np.eye(N)
     # f_s − K̄ x_s and x_s, without the order 0 that is in static balance
     p_s, away = excitation.force - mean @ x_s, x_s.copy()

@@ -14,8 +14,10 @@ from gearbench.plotting import as_label
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Maximum number of letters of a name in a title, and of a label in a legend of three columns instead of two.
-NAME, LONG = 40, 36
+#: Largest number of letters of a name in a title; longer names are cut.
+NAME = 40
+#: Largest number of letters of a label in a legend of three columns; with longer labels it has two.
+LONG = 36
 
 
 def write(draw: Any, data: xr.Dataset, path: Path) -> None:

@@ -17,9 +17,14 @@ if TYPE_CHECKING:
 
 #: Modes with a smaller share in the compliance of a mesh are not drawn.
 SHOWN = 0.01
-#: Largest number of modes in a figure; share of a mode's energy above which a part is named; bins of a waterfall.
-PANELS, LEAST_SHARE, BINS = 6, 0.05, 500
-#: Space for names in a Campbell diagram: width for an order over the speed range, height for a mode over the axis.
+#: Largest number of mode shapes in a figure.
+PANELS = 6
+#: Share of a mode's strain energy above which a part is named.
+LEAST_SHARE = 0.05
+#: Number of frequency bins of a waterfall.
+BINS = 500
+#: Space for names in a Campbell diagram: width of the name of an order over the speed range, height of the name of a
+#: mode over the axis.
 ROOM, LINE = 0.12, 0.03
 
 
@@ -63,6 +68,7 @@ def draw_response(dataset: xr.Dataset, folder: Path) -> list[Path]:
 
 
 def _force(figure: Any, data: xr.Dataset) -> str:
+    """Dynamic factor, RMS of mesh force and RMS of transmission error over speed; all drawings return their finding."""
     factors, forces = figure.subplots(2, sharex=True)
     speed, errors, finding = data["speed"].values, forces.twinx(), []
     for sweep in data["sweep"].values if "sweep" in data.dims else [None]:
@@ -220,6 +226,7 @@ def _bands(figure: Any, data: xr.Dataset) -> str:
 
 
 def _scatter(figure: Any, data: xr.Dataset) -> str:
+    """Percentiles of the mesh force over speed."""
     axes = figure.subplots()
     for k, percentile in enumerate(data["percentile"].values):
         values = data["mesh_force_percentile"].sel(percentile=percentile)
@@ -231,6 +238,7 @@ def _scatter(figure: Any, data: xr.Dataset) -> str:
 
 
 def _campbell(figure: Any, data: xr.Dataset) -> str:
+    """Campbell diagram: frequencies of the orders over speed, coloured by the mesh force, and natural frequencies."""
     axes = figure.subplots()
     speed, frequency = data["speed"].values, data["mesh_frequency"].values
     force = data["mesh_force_amplitude"].values

@@ -16,8 +16,10 @@ from gearbench.dynamics.loaded_mesh import FlankState, LoadedMesh
 
 #: Half width of the rounded corner at first contact, over the mean deflection: some hundredths of a micrometre.
 ROUNDING = 0.01
-#: Largest approach of the table over the mean deflection, and number of its intervals.
-REACH, POINTS = 8.0, 4000
+#: Largest approach of the table over the mean deflection.
+REACH = 8.0
+#: Number of intervals of the table.
+POINTS = 4000
 #: Loads at which the contact is solved, over the mean force.
 LEVELS = (0.003, 0.01, 0.03, 0.08, 0.16, 0.3, 0.5, 0.75, 1.0, 1.4, 2.0, 3.0, 5.0)
 
@@ -107,6 +109,7 @@ class ForceCurve:
         return f
 
     def _drive(self, x: NDArray, phase: NDArray) -> NDArray:
+        """Force of the drive flanks [N] at x (…, phase) [mm] and at the steps ``phase`` (phase,)."""
         position = np.maximum((x - self.begin[phase]) / self.spacing, 0.0)
         interval = np.minimum(position.astype(int), self.table.shape[1] - 2)
         low, high = self.table[phase, interval], self.table[phase, interval + 1]
@@ -142,6 +145,7 @@ def force_curve(cycle: LoadedMesh, steps: int) -> ForceCurve:
         forces.append(loaded.F_bt)
     # The smallest gap of the segments may exceed the approach at the smallest load, since the gap varies within a cell.
     approaches[0] = np.minimum(approaches[0], approaches[1] - 0.1 * LEVELS[0] * deflection)
+    # ascending even where rounding makes two approaches equal
     x = np.maximum.accumulate(np.array(approaches).T, axis=1) + np.arange(len(approaches)) * 1e-12
     # the corner where flanks touch is rounded: d → (d + ε)²/4ε within ±ε
     ε, spacing = ROUNDING * deflection, REACH * deflection / POINTS
@@ -153,6 +157,7 @@ def force_curve(cycle: LoadedMesh, steps: int) -> ForceCurve:
         inside, slope = np.minimum(x[i, 0] + d, x[i, -1]), float(curve.derivative()(x[i, -1]))
         table[i] = curve(inside) + slope * (x[i, 0] + d - inside)
     pinion, r_w = pair.gears[0], pair.gears[0].base_radius / math.cos(pair.meshing.alpha_wt)
+    # mesh phase at which the middle of a pinion tooth is on the line of centres: the flanks mirror each other about it
     centred = (pair.meshing.pitch_point - pair.meshing.path_start) / pair.meshing.base_pitch
     centred += float(pinion.half_angle(r_w)) * pair.pinion.teeth / (2 * math.pi)
     return ForceCurve(

@@ -1,4 +1,7 @@
-"""Stiffness and quasi-static motion with which a mesh under its mean force excites a system."""
+"""Stiffness and quasi-static motion with which a mesh under its mean force excites a system.
+
+W- and D-numbers are equations of docs/theory.md.
+"""
 
 from __future__ import annotations
 
@@ -84,14 +87,14 @@ class LoadedMesh:
         Contact over the mesh cycle, including the shafts if there are any.
     on_shafts
         Shafts and bearings in equilibrium with this contact; None without shafts.
-    most
+    rows_on_shafts
         Number of relative motions (rows) of gears on shafts, see ``resultants``. Gears without shafts have one.
     """
 
     scene: Scene
     solved: Solved
     on_shafts: OnShafts | None
-    most: int
+    rows_on_shafts: int
 
     @property
     def effects(self) -> tuple[Effect, ...]:
@@ -111,7 +114,7 @@ class LoadedMesh:
     @property
     def rows(self) -> int:
         """Number of relative motions of the flanks."""
-        return 1 if self.on_shafts is None else self.most
+        return 1 if self.on_shafts is None else self.rows_on_shafts
 
     @cached_property
     def _resultants(self) -> Resultants:
@@ -122,6 +125,7 @@ class LoadedMesh:
 
     @cached_property
     def _spread(self) -> tuple[NDArray, NDArray]:
+        """``spread`` and ``compliance``."""
         if self.on_shafts is None:
             return np.ones((1, 1)), np.zeros((1, 1))
         return mesh_spread(self.on_shafts.gears, self._resultants.stiffness)
@@ -133,7 +137,7 @@ class LoadedMesh:
 
     @property
     def compliance(self) -> NDArray:
-        """C of the shafts (row, row) [mm/N] (W13)."""
+        """Compliance C of the shafts (row, row) [mm/N] (W13)."""
         return self._spread[1]
 
     @cached_property
@@ -223,4 +227,4 @@ def loaded_mesh(scene: Scene, mesh: str = PAIR, rows: int = 1) -> LoadedMesh:
         problem = assemble(mesh_scene, lines)
         solution = solve_patches(problem)
     solved = Solved(scene=mesh_scene, lines=lines, weight=weight, problem=problem, solution=solution, size=size)
-    return LoadedMesh(scene=mesh_scene, solved=solved, on_shafts=on_shafts, most=rows)
+    return LoadedMesh(scene=mesh_scene, solved=solved, on_shafts=on_shafts, rows_on_shafts=rows)

@@ -21,16 +21,17 @@ from gearbench.errors import InputError
 from gearbench.results.outputs import output
 from gearbench.scene import Scene
 from gearbench.system.mechanics import DIRECTIONS, Mechanics, mechanics, static_equilibrium, two_wheels
-from gearbench.system.static import Settled
+from gearbench.system.static import StaticState
 
 #: Relative motions of gears on shafts: approach, tilt, bending. Bearing forces are off by 5 % with two, 2 % with three.
 ROWS = 3
-
-#: Of mesh frequencies solved together, combinations n f_1 ± m f_2 are kept up to this n + m; further ones change forces
-#: by less than 0.5 %.
+#: Largest n + m of the combinations n f_1 ± m f_2 of mesh frequencies that are solved together; further ones change
+#: forces by less than 0.5 %.
 COMBINED = 4
-#: Share of an order of the static transmission error above which a remark names its noise floor; name of that error.
-UNCERTAIN, ERROR = 0.1, "transmission_error"
+#: A remark names the orders of the transmission error whose noise floor exceeds this share of them.
+UNCERTAIN = 0.1
+#: Name of the output whose noise floor is meant.
+ERROR = "transmission_error"
 
 #: Variables of a Dataset: dimensions and values.
 Variables = dict[str, tuple[tuple[str, ...], Any]]
@@ -60,7 +61,7 @@ class Group:
     def orders(self, harmonics: int) -> NDArray:
         """Orders kept, in ascending order: 0, the first ``harmonics`` of each mesh frequency, and combinations."""
         rates = sorted(set(self.periods))
-        own = np.multiply.outer(rates, np.arange(harmonics + 1)).ravel()
+        multiples = np.multiply.outer(rates, np.arange(harmonics + 1)).ravel()
         combined = [
             abs(n * a + sign * m * b)
             for a, b in combinations(rates, 2)
@@ -68,7 +69,7 @@ class Group:
             for m in range(1, COMBINED + 1 - n)
             for sign in (-1, 1)
         ]
-        return np.unique([*own, *(order for order in combined if order <= own.max())])
+        return np.unique([*multiples, *(order for order in combined if order <= multiples.max())])
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -208,10 +209,10 @@ class LinearModel(ABC):
     @cached_property
     def rates(self) -> NDArray:
         """Frequency of harmonic 1 of each mesh over the frequency of rotation of the pinion (mesh,)."""
-        found = np.empty(len(self.names))
+        rates = np.empty(len(self.names))
         for group in self.groups:
-            found[group.meshes] = group.rate * group.periods[0]
-        return found
+            rates[group.meshes] = group.rate * group.periods[0]
+        return rates
 
     def harmonics(self, harmonics: int) -> NDArray:
         """Harmonics of a Dataset (harmonic,), up to the ``harmonics``-th of each mesh frequency.
@@ -260,14 +261,14 @@ class Model(LinearModel):
         return self.scene.mesh_names
 
     @cached_property
-    def cycles(self) -> tuple[LoadedMesh, ...]:
-        """Contact of each mesh under its mean force."""
+    def loaded_meshes(self) -> tuple[LoadedMesh, ...]:
+        """Contact of each mesh under its mean force over the mesh cycle."""
         return tuple(loaded_mesh(self.scene, name, self.rows) for name in self.scene.pairs)
 
     @property
     def force(self) -> NDArray:
         """Mean force of each mesh along the line of action (mesh,) [N]."""
-        return np.array([cycle.scene.F_bt for cycle in self.cycles])
+        return np.array([mesh.scene.F_bt for mesh in self.loaded_meshes])
 
     @cached_property
     def mechanics(self) -> Mechanics:
@@ -275,21 +276,21 @@ class Model(LinearModel):
         scene = self.scene
         if scene.system is not None and not scene.has_shafts:
             return two_wheels(scene.system, scene.pair)
-        return mechanics(scene.gearbox, self.settled, [cycle.spread for cycle in self.cycles])
+        return mechanics(scene.gearbox, self.static_states, [mesh.spread for mesh in self.loaded_meshes])
 
     @cached_property
-    def settled(self) -> tuple[Settled, ...]:
-        """Static equilibrium of each shaft."""
-        settled = dict(enumerate(static_equilibrium(self.scene.gearbox)))
-        assert self.cycles[0].on_shafts is not None
-        for gear in self.cycles[0].on_shafts.gears:
-            settled |= dict.fromkeys(gear.settled.structure.shafts, gear.settled)
-        return tuple(settled.values())
+    def static_states(self) -> tuple[StaticState, ...]:
+        """Static equilibrium of each shaft; for the shafts of the scene's own pair, that with its contact."""
+        states = dict(enumerate(static_equilibrium(self.scene.gearbox)))
+        assert self.loaded_meshes[0].on_shafts is not None
+        for gear in self.loaded_meshes[0].on_shafts.gears:
+            states |= dict.fromkeys(gear.settled.structure.shafts, gear.settled)
+        return tuple(states.values())
 
     @cached_property
     def stiffness(self) -> NDArray:
         """K̄ of all meshes (row, row) [N/mm]."""
-        return np.asarray(block_diag(*(cycle.mean_stiffness for cycle in self.cycles)))
+        return np.asarray(block_diag(*(mesh.mean_stiffness for mesh in self.loaded_meshes)))
 
     @property
     def damping_ratio(self) -> float:
@@ -324,15 +325,15 @@ class Model(LinearModel):
         count, n = row_count * len(group.meshes), np.arange(2 * harmonics + 1)
         stiffness = np.zeros((count, count, len(n)), dtype=complex)
         motion, force = (np.zeros((count, harmonics + 1), dtype=complex) for _ in range(2))
-        for k, (mesh, phase) in enumerate(zip(group.meshes, group.phase, strict=True)):
-            cycle, block = self.cycles[mesh], slice(row_count * k, row_count * (k + 1))
-            orders = cycle.flanks.orders(cycle.waves(2 * harmonics) * np.exp(2j * np.pi * n * phase)[:, None])
+        for k, (index, phase) in enumerate(zip(group.meshes, group.phase, strict=True)):
+            mesh, block = self.loaded_meshes[index], slice(row_count * k, row_count * (k + 1))
+            orders = mesh.flanks.orders(mesh.waves(2 * harmonics) * np.exp(2j * np.pi * n * phase)[:, None])
             stiffness[block, block], motion[block], force[block] = orders.stiffness, orders.motion, orders.force
         return Excitation(stiffness=stiffness, motion=motion, force=force)
 
     def quasi_static_approach(self, orders: int) -> NDArray:
         """Orders 0 … n of the quasi-static approach of each mesh, (mesh, n + 1) [mm]."""
-        return np.array([cycle.waves(orders) @ cycle.flanks.motion[:, 0] for cycle in self.cycles])
+        return np.array([mesh.waves(orders) @ mesh.flanks.motion[:, 0] for mesh in self.loaded_meshes])
 
     @property
     def directions(self) -> tuple[str, ...]:
@@ -348,12 +349,12 @@ class Model(LinearModel):
         friction: Variables = {"friction_force_amplitude": (("mesh", "harmonic"), self.friction(vibration.harmonics))}
         if not self.scene.has_shafts:
             return friction
-        deflection = surroundings.static_deflection(self.scene.gearbox, self.settled)
+        deflection = surroundings.static_deflection(self.scene.gearbox, self.static_states)
         return friction | deflection | surroundings.ripple_variables(self, speeds)
 
     def friction(self, harmonics: int) -> NDArray:
         """Estimated amplitudes of the friction force of each mesh (mesh, order 1 … H) [N]."""
-        orders = (cycle.waves(2 * harmonics)[1 : harmonics + 1] @ cycle.friction for cycle in self.cycles)
+        orders = (mesh.waves(2 * harmonics)[1 : harmonics + 1] @ mesh.friction for mesh in self.loaded_meshes)
         return 2 * np.abs(np.array(list(orders)))
 
     @property
@@ -371,9 +372,9 @@ class Model(LinearModel):
         for name, force, mean in zip(self.names, largest, self.force, strict=True):
             size = f"{force:.3g} N at the mesh frequency, {100 * force / mean:.2g} % of the mean force"
             lines.append(f"mesh {name}: friction (coefficient {FRICTION}) acts across the line of action with {size}; it is left out")  # fmt: skip  # noqa: E501
-        for name, cycle in zip(self.names, self.cycles, strict=True):
+        for name, mesh in zip(self.names, self.loaded_meshes, strict=True):
             names = f"{ERROR}_amplitude", f"{ERROR}_amplitude_noise_floor"
-            size, floor = (output(cycle.solved, quantity)[1][:harmonics] for quantity in names)
+            size, floor = (output(mesh.solved, quantity)[1][:harmonics] for quantity in names)
             if (uncertain := floor > UNCERTAIN * size).any():
                 orders = ", ".join(str(n + 1) for n in np.flatnonzero(uncertain))
                 lines.append(f"mesh {name}: orders {orders} of its excitation may be off by more than {100 * UNCERTAIN:.0f} %, judged by its noise floor")  # fmt: skip  # noqa: E501

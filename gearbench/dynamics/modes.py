@@ -12,8 +12,10 @@ from gearbench.dynamics.size import in_blocks
 from gearbench.errors import InputError
 from gearbench.system.mechanics import Mechanics
 
-#: Shift σ over k̄/m of the stiffest mesh, and ω²/σ below which a mode counts as rigid-body motion.
-_SHIFT, _RIGID = 1e-3, 1e-6
+#: Shift σ of the eigenvalue problem over k̄/m of the stiffest mesh.
+_SHIFT = 1e-3
+#: ω²/σ below which a mode counts as rigid-body motion.
+_RIGID = 1e-6
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,14 +31,14 @@ class Modes:
     shape
         φ_r with unit modal mass, in all coordinates of the system (n, mode).
     mesh, rotation
-        Negative motion a_m · φ_r per mode, of the rows of the meshes (row, mode), and the part of the approaches that
-        is due to the rotation of the gears, the negative transmission error (mesh, mode).
+        ``mesh``: a_m · φ_r, the negative relative motion of each mesh row per mode (row, mode). ``rotation``: the part
+        of it in the approaches that is due to the rotation of the gears, the negative transmission error (mesh, mode).
     bearing
         Force on the bearings per mode (bearing, 3, mode).
     ripples
         Modal force of the torque ripples (ripple, mode).
     dampers
-        Elongation of the viscous dampers per mode (d, mode), and damper constants (d,) [N·s/mm].
+        Elongation of the viscous dampers per mode (damper, mode), and damper constants (damper,) [N·s/mm].
     stiffness
         Mean stiffness K̄ of the meshes (row, row) [N/mm].
     """

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
     from gearbench.dynamics._kernels import ForceTable, MeanState
 
-#: Number of phases of the force table: its minimum, and phases per order.
+#: Smallest number of phases of the force table, and number of phases per order.
 STEPS, PER_ORDER = 128, 8
 #: Maximum number of modes integrated over time, and their highest frequency over that of the highest excited order.
 #: Modes with the largest shares in the mesh compliance are taken; the others follow quasi-statically.
@@ -72,8 +72,8 @@ class NonlinearModel:
     @cached_property
     def mean(self) -> tuple[NDArray, NDArray]:
         """x̄ [mm] and f̄ [N] of the rows (row,)."""
-        cycle = self.model.cycles[0]
-        return cycle.solved.weight @ cycle.flanks.motion, cycle.solved.weight @ cycle.flanks.force
+        mesh = self.model.loaded_meshes[0]
+        return mesh.solved.weight @ mesh.flanks.motion, mesh.solved.weight @ mesh.flanks.force
 
     @cached_property
     def rows(self) -> NDArray:
@@ -93,11 +93,11 @@ class NonlinearModel:
         model, curve, resultants = self.model, self.curve, self.curve.tilt_and_bending
         others = np.setdiff1d(np.flatnonzero(model.modes.frequency > 0), self.kept)
         mesh_motion = model.modes.mesh[np.ix_(self.rows, others)] / model.modes.frequency[others]
-        force, unit = float(model.force[0]), float(model.force[0]) / self.stiffness[0, 0]
+        force, deflection = float(model.force[0]), float(model.force[0]) / self.stiffness[0, 0]
         return ForceTable(
             curve.begin, curve.table, curve.spacing, curve.backlash, curve.back_phase, force,
             resultants.coupling, resultants.motion, resultants.force, resultants.stiffness,
-        ), MeanState(*self.mean, self.stiffness, mesh_motion @ mesh_motion.T, unit)  # fmt: skip
+        ), MeanState(*self.mean, self.stiffness, mesh_motion @ mesh_motion.T, deflection)  # fmt: skip
 
     def over(self, speeds: NDArray) -> tuple[NDArray, NDArray]:
         """Integrate to the steady motion at one speed after the other; each starts from the motion before.
@@ -128,6 +128,7 @@ class NonlinearModel:
 
 
 def _damper_factors(damping: NDArray, dt: float) -> NDArray:
+    """Matrix (mode, mode) by which the dampers reduce the modal speeds in a time step dt [s]."""
     from scipy.linalg import expm
 
     return np.ascontiguousarray(expm(-dt * damping))
@@ -189,11 +190,11 @@ def nonlinear_response(scene: Scene, *, speed: ArrayLike, harmonics: int = HARMO
     if scene.coupled:
         return nonlinear_train_response(scene, speeds, harmonics)
     model, steps = Model(scene=scene), max(STEPS, PER_ORDER * harmonics)
-    speed_bytes = nonlinear_memory(steps, harmonics, bearings(scene), model.cycles[0].rows)
+    speed_bytes = nonlinear_memory(steps, harmonics, bearings(scene), model.loaded_meshes[0].rows)
     require_each(speed_bytes, len(speeds), "speed", f"{steps} steps of the period")
     highest = FASTEST * harmonics * float(model.omega(model.groups[0], speeds).max())
     sweep = NonlinearModel(
-        model=model, curve=force_curve(model.cycles[0], steps), kept=integrated_modes(model, highest)
+        model=model, curve=force_curve(model.loaded_meshes[0], steps), kept=integrated_modes(model, highest)
     )
     order = np.argsort(speeds, kind="stable")
     runs = []
@@ -214,6 +215,7 @@ def _orders(values: NDArray, periods: int, orders: NDArray) -> NDArray:
 def _dataset(
     sweep: NonlinearModel, speeds: NDArray, harmonics: int, periods: NDArray, record: NDArray, start: float
 ) -> xr.Dataset:
+    """Dataset of both sweeps; ``periods`` and ``record`` are as in ``NonlinearModel.over``, sweeps first."""
     import xarray as xr
 
     model, group, mesh_orders = sweep.model, sweep.group, np.arange(1, harmonics + 1)

@@ -65,9 +65,10 @@ class ForceOverSpeed:
 
     def of_samples(self, problem: RobustProblem, solution: BatchSolution) -> NDArray:
         """RMS (sample,) [N] of a chunk of samples; ``solution`` must include segment forces."""
-        return self._of(excitation(self.model.cycles[0], problem, solution, self.harmonics))
+        return self._rms(excitation(self.model.loaded_meshes[0], problem, solution, self.harmonics))
 
-    def _of(self, samples: Excitation) -> NDArray:
+    def _rms(self, samples: Excitation) -> NDArray:
+        """RMS over time and all speeds (sample,) [N]."""
         squares = np.zeros(len(samples.motion))
         for first in range(0, len(self.speeds), BLOCK):
             values = force_rms(self.model, self.group, [samples], self.speeds[first : first + BLOCK])
@@ -77,6 +78,6 @@ class ForceOverSpeed:
     @cached_property
     def without_errors(self) -> float:
         """RMS [N] of the scene without errors."""
-        mesh = self.model.cycles[0]
+        mesh = self.model.loaded_meshes[0]
         orders = mesh.flanks.orders(mesh.waves(2 * self.harmonics))
-        return float(self._of(orders.part(None))[0])
+        return float(self._rms(orders.part(None))[0])  # as a single sample

@@ -91,7 +91,7 @@ def revolution(mesh: LoadedMesh, effects: Sequence[GapEffect], harmonics: int) -
     batch = prepare(assemble(scene, lines, mesh.effects), cycle_gap_modes(effects, lines))
     solutions = (solve_one_chunk(batch, chunk, segments=mesh.rows > 1) for chunk in chunks(amounts[:cycles]))
     samples = [mesh.samples(batch, lines, solution) for solution in solutions]
-    # the last chunk is padded
+    # [:cycles]: the last chunk is padded with surplus cycles
     motion, force, stiffness = (
         np.concatenate([getattr(part, name) for part in samples])[:cycles] for name in ("motion", "force", "stiffness")
     )
@@ -111,7 +111,7 @@ def _repeats(amounts: NDArray, cycles: int) -> bool:
 
 
 def _orders(mesh: LoadedMesh, curves: NDArray, harmonics: int) -> NDArray:
-    """Orders 0, 1/P … H (H·P + 1,) of the curve that strings P mesh cycles (cycle, position) together."""
+    """Orders 0, 1/P … H (H·P + 1,) of a curve over P mesh cycles, (cycle, position), one after the other."""
     phases = mesh.cycle.phases
     positive_orders = order_coefficients(phases, curves, harmonics * len(curves))
     return np.concatenate([[curves.mean(axis=0) @ phases.weight], positive_orders])
@@ -262,7 +262,7 @@ def revolution_response(
         )
         raise InputError("effects", "all teeth alike", allowed)
     model = Model(scene=scene if scene.coupled else with_equal_teeth(scene))
-    mesh = model.cycles[0]
+    mesh = model.loaded_meshes[0]
     excited = (
         revolution(mesh, tooth_effects, harmonics) if error is None else revolution_of_error(mesh, error, harmonics)
     )
@@ -286,6 +286,7 @@ def revolution_response(
 
 
 def _remarks(model: Model, revolution: Revolution, speeds: NDArray, variables: Mapping[str, Any]) -> list[str]:
+    """Notes for the reader of the result, one line each."""
     lines = []
     if "bearing_force_amplitude" not in variables and model.mechanics.bearing_names:
         lines.append(

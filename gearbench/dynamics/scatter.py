@@ -48,12 +48,12 @@ def sample_problem(model: Model) -> RobustProblem:
     InputError
         If the scene has no random errors, or errors of the centre distance.
     """
-    cycle = model.cycles[0]
-    if require_errors(cycle.scene).centre_distance is not None:
+    mesh = model.loaded_meshes[0]
+    if require_errors(mesh.scene).centre_distance is not None:
         raise InputError("effects.manufacturing_errors.centre_distance", "given", "is supported by robust only")
-    phases = cycle.cycle.phases
-    scene = replace(cycle.scene, resolution=replace(cycle.scene.resolution, gauss_points=phases.size))
-    return prepare_problem(scene, cycle.lines, phases.weight, cycle.solved.problem)
+    phases = mesh.cycle.phases
+    scene = replace(mesh.scene, resolution=replace(mesh.scene.resolution, gauss_points=phases.size))
+    return prepare_problem(scene, mesh.lines, phases.weight, mesh.solved.problem)
 
 
 def sample_cycles(
@@ -66,7 +66,7 @@ def sample_cycles(
     InputError
         As ``sample_problem``.
     """
-    problem, mesh = sample_problem(model), model.cycles[0]
+    problem, mesh = sample_problem(model), model.loaded_meshes[0]
     amounts = problem.expansion.amounts(problem.draw(samples, seed, sampler))
 
     def orders(chunk: NDArray) -> Excitation:
@@ -201,7 +201,7 @@ def robust_response(
 
 def remarks(model: LinearModel, group: Group, harmonics: int, speeds: NDArray, largest: NDArray) -> list[str]:
     """Notes for the reader of the scatter, one line each, from the ``largest`` RMS of all samples (speed,) [N]."""
-    on_shafts = isinstance(model, Model) and model.cycles[0].rows > 1
+    on_shafts = isinstance(model, Model) and model.loaded_meshes[0].rows > 1
     lines = [f"percentiles averaged over speed are accurate to {2 if on_shafts else 1} %, without relief to 2 %"]
     if len(group.meshes) > 1:
         lines.append("at each speed the RMS is that of the mesh where it is largest")

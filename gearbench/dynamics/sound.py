@@ -15,8 +15,10 @@ from gearbench.files import write_bytes
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Samples per second, and peak of the signal as a share of full scale.
-RATE, PEAK = 44100, 0.9
+#: Samples per second.
+RATE = 44100
+#: Peak of the signal as a share of full scale.
+PEAK = 0.9
 
 
 def run_up(dataset: xr.Dataset, seconds: float = 10.0, at: str | None = None) -> NDArray:
@@ -68,6 +70,7 @@ def run_up(dataset: xr.Dataset, seconds: float = 10.0, at: str | None = None) ->
 
 
 def _heard(dataset: xr.Dataset, at: str | None, part: str) -> xr.DataArray:
+    """Amplitude or phase (``part``) of the quantity that is heard; ``at`` as for ``run_up``."""
     if at is None:
         return dataset[f"mesh_force_{part}"]
     known = []

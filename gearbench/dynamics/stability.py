@@ -44,6 +44,7 @@ def is_proven_stable(modes: Modes, rows: NDArray, stiffness: NDArray) -> bool:
     peaks = r[resonant]
     if not len(peaks):
         return False
+    # frequencies: 17 across each resonance peak, whose half width is ζω, and 200 over the whole range
     refined = (peaks * (1 + zeta[resonant] * np.linspace(-2, 2, 17)[:, None])).ravel()
     omega = np.concatenate([refined, np.geomspace(peaks[0] / 100, 2 * peaks[-1], 200)])
     gain = scale[:, None] * modes.mesh_receptance(omega[omega > 0], rows) * scale

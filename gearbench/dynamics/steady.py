@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 from gearbench.dynamics.balance import convolution, generalised_conjugate_residuals, orders, real, solve
 from gearbench.dynamics.model import LinearModel
 
-#: A combination is kept if its force reaches this share of the largest order of a mesh force at a sampled speed;
-#: maximum number of combinations, and number of sampled speeds.
-SMALLEST_SHARE, MOST, SAMPLED_SPEEDS = 1e-2, 80, 25
+#: A combination is kept if its force reaches this share of the largest order of a mesh force at a sampled speed.
+SMALLEST_SHARE = 1e-2
+#: Maximum number of combinations, and number of sampled speeds.
+MOST, SAMPLED_SPEEDS = 80, 25
 #: Residual over excitation at which the meshes are in balance, and maximum number of steps.
 SETTLED, STEPS = 1e-2, 12
 
@@ -51,6 +52,7 @@ def steady(model: LinearModel, speeds: NDArray, harmonics: int) -> Steady:
     of another thus make combinations n ω_1 ± m ω_2. The balance is (D5) of ``docs/theory.md``.
     """
     groups, kept = model.groups, [group.orders(harmonics) for group in model.groups]
+    # the orders of group g have the indices first[g] … first[g + 1] − 1; order zero is the index 0
     first = np.cumsum([1, *(len(orders) - 1 for orders in kept)])
     index = np.zeros((first[-1], len(groups)), dtype=int)
     equivalent_force = np.zeros((len(speeds), len(model.stiffness), len(index)), dtype=complex)
@@ -93,6 +95,7 @@ def _solve_together(model: LinearModel, speeds: NDArray, alone: Steady, x_s: NDA
 
 
 def _frequencies(model: LinearModel, speeds: NDArray) -> NDArray:
+    """Mesh frequency of each group (speed, frequency) [rad/s]."""
     return np.stack([model.omega(group, speeds) for group in model.groups], axis=-1)
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from gearbench.geometry.names import GEARS
 from gearbench.results.cycle import MICROMETRES
 from gearbench.system.gearbox import FACE_POINTS, Gearbox
-from gearbench.system.static import Settled
+from gearbench.system.static import StaticState
 
 if TYPE_CHECKING:
     from gearbench.dynamics.model import Model, Variables
@@ -28,17 +28,17 @@ def gear_names(box: Gearbox) -> list[str]:
     return [f"{mesh} {GEARS[index]}" for mesh in box.names for index in (0, 1)]
 
 
-def static_deflection(box: Gearbox, settled: tuple[Settled, ...]) -> Variables:
+def static_deflection(box: Gearbox, static_states: tuple[StaticState, ...]) -> Variables:
     """Deflection and tilt of the axes at the middle of every gear, and the resulting misalignment of every mesh."""
     deflections, tilts, misalignment = [], [], []
     for mesh in box.names:
         gap = np.zeros(len(FACE_POINTS[0]))
         for index in (0, 1):
             number, seat = box.seats[mesh, index]
-            motion = settled[number].at(number, seat.position)
+            motion = static_states[number].at(number, seat.position)
             deflections.append(MICROMETRES * motion[:3])
             tilts.append(MILLIRADIANS * motion[3:])
-            motions = settled[number].motion[settled[number].structure.motions(number)]
+            motions = static_states[number].motion[static_states[number].structure.motions(number)]
             gap += box.face_rows(mesh, index, box.models[number]) @ motions
         # twice the slope: from one end of the face, η = −1, to the other, η = 1
         misalignment.append(2 * MICROMETRES * abs(np.polyfit(FACE_POINTS[0], gap, 1)[0]))

@@ -13,13 +13,16 @@ from gearbench.results.origin import scene_of
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Maximum number of modes drawn, and modes in a row. Modes of one kind whose frequencies differ by less than TWIN are
-#: the same shape in two directions; one of them is drawn.
-DRAWN, ROW, TWIN = 8, 4, 0.02
+#: Maximum number of modes drawn, and modes in a row.
+DRAWN, ROW = 8, 4
+#: Modes of one kind whose frequencies differ by less than this share are one shape in two directions; one is drawn.
+TWIN = 0.02
 #: Largest drawn motion as a share of the radius of the smallest gear.
 DRAWN_MOTION = 0.45
-#: Number of mesh orders whose side bands are drawn, and smallest drawn amplitude as a share of the largest.
-PANELS, FAINT = 3, 1e-4
+#: Number of mesh orders whose side bands are drawn.
+PANELS = 3
+#: Smallest drawn amplitude as a share of the largest.
+FAINT = 1e-4
 
 
 def draw_modes(figure: Any, dataset: xr.Dataset) -> str:

@@ -30,10 +30,11 @@ from gearbench.system.mechanics import Mechanics, steel_disc, steel_gear
 from gearbench.system.shaft_model import INERTIA, METRE
 from gearbench.trains.solve import SolvedTrain, solve_train
 
-#: Central members count as still below the share STILL of a mode's kinetic energy. Their rotation, or their motion
-#: across the axis, counts as absent below the share LITTLE of their energy. These shares never vanish entirely, because
-#: unequally loaded planets differ a little.
-STILL, LITTLE = 1e-3, 0.02
+#: Central members count as still below this share of a mode's kinetic energy.
+STILL = 1e-3
+#: Rotation of the central members, or motion across the axis, counts as absent below this share of their kinetic
+#: energy. The share never vanishes entirely, because unequally loaded planets differ a little.
+LITTLE = 0.02
 #: Kinds of modes: central members only turn; central members move across the axis; only planets move; others.
 ROTATIONAL, TRANSLATIONAL, PLANET, MIXED = "rotational", "translational", "planet", "mixed"
 #: Maximum number of lobes of force waves round the ring, over the number of planets.
@@ -225,7 +226,8 @@ class TrainModel(LinearModel):
         """Orders 0 … n of the quasi-static approach of each mesh, (mesh, n + 1) [mm]."""
         periods, rows = self.groups[0].periods, order_rows(self.solved.phases, max(self.groups[0].periods) * orders)
         all_orders = (rows @ self.solved.balance.motion @ self.linkage.rows.T).T
-        return np.stack([own[: period * orders + 1 : period] for own, period in zip(all_orders, periods, strict=True)])
+        # order n of a mesh is the order n · period of the common cycle
+        return np.stack([row[: period * orders + 1 : period] for row, period in zip(all_orders, periods, strict=True)])
 
     # -- forces around the meshes -------------------------------------------------------------------------------------
     @property
@@ -252,7 +254,7 @@ class TrainModel(LinearModel):
             (number, 2, body.torsion) for number, body in enumerate(self.bodies.values()) if body.torsion < math.inf
         ]
         pins, deflection = [names.index(name) for name in linkage.carried], motions.copy()
-        carrier = motions[..., -1, :]  # the last body
+        carrier = motions[..., -1, :]  # the carrier is the last body
         for pin in pins:
             x, y = linkage.train.places[names[pin]]
             deflection[..., pin, :2] -= carrier[..., :2] + carrier[..., 2:] * np.array([-y, x])
@@ -267,6 +269,7 @@ class TrainModel(LinearModel):
         """Transmission error of the train, load shares, torques on the supports, force waves round the ring."""
         error = np.einsum("b,sbn->sn", self._transmission_error_rows, vibration.at_bearings[:, :, 2])
         points = waves.points(vibration.index.max())
+        # largest force of each mesh over its force under even load sharing
         share = (vibration.mean + waves.highest(vibration.force, vibration.index, points)) / self.solved.even
         variables: Variables = {
             "train_dynamic_transmission_error_amplitude": (("speed", "harmonic"), 2e3 * np.abs(error)),
@@ -294,6 +297,7 @@ class TrainModel(LinearModel):
         if carrier is None:
             return {}
         ring = self.linkage.ends[1]
+        # rotation of the carrier relative to the ring per revolution of the first gear, positive from x to y
         rate = float(train.rates[carrier] - train.rates[ring]) * (1 if train.clockwise else -1)
         at_ring = [number for number, mesh in enumerate(train.meshes) if mesh.driven == ring]
         places = np.array([train.places[train.shaft(train.meshes[number].driver)] for number in at_ring])
@@ -355,7 +359,7 @@ class TrainModel(LinearModel):
                 f"carrier: assumed to be a steel disc up to the pins, half a gear wide, {1e3 * body.mass:.3g} kg: "
                 "give mass and inertia in [planetary.dynamics.carrier]"
             )
-        rotation = abs(float(self.linkage.train.rates[self.linkage.carrier])) / 60
+        rotation = abs(float(self.linkage.train.rates[self.linkage.carrier])) / 60  # of the carrier [Hz] at 1/min
         frequencies = self.modes.frequency / (2 * np.pi)
         across = [f for f, kind in zip(frequencies, self._kinds, strict=True) if kind != ROTATIONAL]
         if across and rotation:

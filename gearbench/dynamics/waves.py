@@ -19,7 +19,7 @@ def with_mean(orders: NDArray) -> NDArray:
 
 
 def points(orders: int) -> int:
-    """Number of points of a period that resolve peaks of orders up to ``orders`` to 2 %: cos(π/16) = 0.981."""
+    """Number of points of a period that resolve peaks of orders up to ``orders`` to 2 %, since cos(π/16) = 0.981."""
     return 16 * max(orders, 1)
 
 

@@ -21,7 +21,7 @@ from gearbench.geometry.names import PAIR
 from gearbench.system.gearbox import FACE_POINTS, Gearbox
 from gearbench.system.mechanics import static_equilibrium
 from gearbench.system.shaft_model import ShaftModel
-from gearbench.system.static import Settled, twist
+from gearbench.system.static import StaticState, twist
 
 #: Foundations that ``mesh_spread`` tries: springs that replace the teeth. Their stiffness is given as a share of face
 #: width times modulus of elasticity. The first is stiffer than meshes, the second stiffer than Hertzian contact.
@@ -37,7 +37,7 @@ class SeatedGear:
 
     box: Gearbox
     gear: int
-    settled: Settled
+    settled: StaticState
 
     @property
     def number(self) -> int:

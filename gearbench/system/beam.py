@@ -1,4 +1,4 @@
-"""Timoshenko beam elements of circular section, exact in statics.
+"""Timoshenko beam elements of circular section, exact in statics; (W1) and (W2) are in docs/theory.md.
 
 Source: Przemieniecki, Theory of Matrix Structural Analysis (1968), §5.6, §11.3; shear coefficient by Cowper (1966).
 Each end moves by (u_x, u_y, u_z, φ_x, φ_y, φ_z), with z along the axis. Units: mm, rad, N, N·mm, tonnes (N·s²/mm).
@@ -110,7 +110,8 @@ class Beam:
     def _flexibility(self, s: NDArray) -> tuple[NDArray, ...]:
         """Motion (…,) at s of the element held at its start, per unit load at its far end.
 
-        Deflection by force and by moment, rotation by force and by moment, elongation by force, twist by torque.
+        The six values: deflection by force and by moment (uq, um), rotation by force and by moment (fq, fm), elongation
+        by force, twist by torque.
         """
         tapered = self.diameter[0] != self.diameter[1] or self.bore[0] != self.bore[1]
         L, node, weight = self.length, *(_TAPERED if tapered else _UNIFORM)

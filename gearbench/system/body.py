@@ -120,6 +120,7 @@ class Body:
         return self.__dict__["_condensed"]
 
     def _read(self) -> Matrices:
+        """Read the files, and note or check their SHA-256."""
         if self.file is not None:
             matrices, digest = read_body("file", self.file)
             self._note("file", digest)
@@ -140,6 +141,7 @@ class Body:
         return Matrices(mass=M, stiffness=K, rows=np.eye(len(K)), labels=tuple(labels))
 
     def _note(self, key: str, digest: str) -> None:
+        """Note the SHA-256 of the file of ``key``; refuse a file that differs from a given one."""
         if getattr(self, f"{key}_sha256") not in (None, digest):
             given = getattr(self, key)
             raise InputError(f"{key}_sha256", "given", f"{given} has changed: its SHA-256 is {digest}")
@@ -181,8 +183,7 @@ class Condensed:
         InputError
             If the matrices are not a valid stiffness and mass, or no node is named.
         """
-        # 1 J is 1000 N·mm, 1 m is 1000 mm
-        scale = 1e3 if units == "m" else 1.0
+        scale = 1e3 if units == "m" else 1.0  # 1 J is 1000 N·mm, 1 m is 1000 mm
         n = len(matrices.stiffness)
         K, M = (
             scale * _checked(name, np.zeros((n, n)) if A is None else A)
@@ -247,6 +248,7 @@ class Condensed:
 
 
 def _bounded(name: str, A: NDArray) -> NDArray:
+    """Return a matrix; refuse numbers that are not finite or larger than ``LARGEST``."""
     if not np.isfinite(A).all():
         raise InputError(name, "not finite", "must be finite numbers")
     if np.abs(A).max(initial=0.0) > LARGEST:

@@ -71,6 +71,7 @@ def read_body(key: str, name: str) -> tuple[Matrices, str]:
 
 
 def _from_netcdf(data: xr.Dataset) -> Matrices:
+    """Matrices, or diagonal matrices of modes, of a netCDF file."""
     for name in ("node", "direction"):
         if name not in data.variables or data[name].dims != ("dof",):
             raise InputError(name, "", "must be a coordinate of the dimension dof")
@@ -89,25 +90,28 @@ def _from_netcdf(data: xr.Dataset) -> Matrices:
 
 
 def _square(data: xr.Dataset, name: str, n: int) -> NDArray:
+    """Variable ``name`` as a matrix; refuse other shapes than (n, n)."""
     if data[name].shape != (n, n):
         raise InputError(name, f"{data[name].shape}", f"must be {n} × {n}, as many as node and direction name")
     return _numbers(data[name])
 
 
 def _numbers(variable: xr.DataArray) -> NDArray:
+    """Values of a variable as floats; refuse other types than numbers."""
     if variable.dtype.kind not in "iuf":
         raise InputError(str(variable.name), "", "must be numbers")
     return variable.values.astype(float)
 
 
 def _from_punch(text: str) -> Matrices:
-    found = read_dmig(text)
-    stiffness = [name for name in found if name.startswith("K") and not name.startswith("K4")]
-    mass = [name for name in found if name.startswith("M")]
+    """Matrices of a punch file; K4… is Nastran's structural damping, and is ignored."""
+    punched_matrices = read_dmig(text)
+    stiffness = [name for name in punched_matrices if name.startswith("K") and not name.startswith("K4")]
+    mass = [name for name in punched_matrices if name.startswith("M")]
     if len(stiffness) != 1 or len(mass) > 1:
-        names = ", ".join(found) or "none"
+        names = ", ".join(punched_matrices) or "none"
         raise InputError("", f"DMIG {names}", "must have one matrix K… and at most one M…, e.g. KAAX and MAAX")
-    K, M = found[stiffness[0]], found[mass[0]] if mass else None
+    K, M = punched_matrices[stiffness[0]], punched_matrices[mass[0]] if mass else None
     places = sorted({*K.places, *(M.places if M else ())})
     labels = tuple((str(grid), DIRECTIONS[c - 1] if c else "") for grid, c in places)
     index_of = {place: number for number, place in enumerate(places)}

@@ -16,8 +16,10 @@ from gearbench.errors import InputError
 #: Grid point and component 1 … 6; the component of a scalar point is 0.
 Place = tuple[int, int]
 
-#: Forms of a matrix: square, and symmetric with one triangle punched. Types: real in single and double precision.
-SQUARE, SYMMETRIC, REAL = 1, 6, (0, 1, 2)
+#: Forms of a matrix (IFO): square, and symmetric with one triangle punched.
+SQUARE, SYMMETRIC = 1, 6
+#: Types of a matrix (TIN) that are read: real in single and double precision, and 0 for the default.
+REAL = (0, 1, 2)
 #: Exponent of a number: 1.5+7 and 1.5D+07 mean 1.5E7.
 _EXPONENT = re.compile(r"(?<=[\d.])[DdEe]?([+-]\d+)$")
 
@@ -87,15 +89,16 @@ def _fields(line: str) -> tuple[str, list[str]]:
     if "," in line:
         head, *fields = (part.strip() for part in line.split(","))
         # a field after the last data field names the continuation
-        room = 4 if "*" in head else 8
-        return head, (fields + [""] * room)[:room]
+        count = 4 if "*" in head else 8
+        return head, (fields + [""] * count)[:count]
     line = line.expandtabs(8)
     head = line[:8].strip()
-    wide = 16 if "*" in head else 8
-    return head, [line[k : k + wide].strip() for k in range(8, 72, wide)]
+    width = 16 if "*" in head else 8
+    return head, [line[k : k + width].strip() for k in range(8, 72, width)]
 
 
 def _add(matrices: dict[str, Punched], fields: list[str]) -> None:
+    """Add an entry to ``matrices``: the header of a matrix, or a column."""
     name = fields[0].upper()
     if fields[1] == "0":
         form, kind = _whole(fields[2]), _whole(fields[3])

@@ -10,8 +10,10 @@ from gearbench.system.mechanics import steel_disc
 from gearbench.system.schema import Shaft, System
 from gearbench.system.shaft_model import INERTIA
 
-#: Plausible inertia relative to the gear as a steel disc: largest factor (and inverse) for gears; for coupled inertias.
-GEAR, COUPLED = 100.0, 1e5
+#: Largest plausible factor between the inertia of a gear and that of a steel disc of its size, in both directions.
+GEAR = 100.0
+#: Largest plausible inertia of a motor or load over that of the largest gear as a steel disc.
+COUPLED = 1e5
 #: Smallest plausible bearing clearance [µm], and largest relative to the diameter of balls or rollers.
 LEAST, MOST = 0.5, 0.02
 
@@ -48,6 +50,7 @@ def doubts_of_shafts(box: Gearbox) -> Iterator[str]:
 
 
 def _doubts_of_bearings(shaft: Shaft) -> Iterator[str]:
+    """Warnings about bearing clearances that may be in another unit."""
     for rolling in (bearing.rolling for bearing in shaft.bearings):
         if rolling is None or rolling.clearance == 0:
             continue

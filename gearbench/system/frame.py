@@ -1,4 +1,4 @@
-"""A mesh in the frame of the shafts: points of action and directions of its forces (W7).
+"""A mesh in the frame of the shafts: points of action and directions of its forces, (W7) of docs/theory.md.
 
 The frame is right-handed, with z along the shafts. A rotation that is clockwise when viewed along z is positive.
 """
@@ -53,11 +53,13 @@ class MeshFrame:
 
     @property
     def _axes(self) -> tuple[NDArray, NDArray]:
+        """Unit vectors in the transverse plane: from pinion to wheel, and the motion of the pinion at the wheel."""
         c, s = self.across
         return np.array([c, s]), self.turn * np.array([-s, c])
 
     @property
     def _line(self) -> NDArray:
+        """Unit vector along the line of action, (2,)."""
         x, y = self._axes
         alpha = self.pair.meshing.alpha_wt
         return math.sin(alpha) * x + math.cos(alpha) * y

@@ -67,8 +67,8 @@ class Gearbox:
         gears, given = {}, {item.name: item.phase for item in self.system.meshes}
         for (mesh, index), (number, seat) in self.seats.items():
             body = self.pairs[mesh].gears[index]
-            alike = f"gear of {body.teeth} teeth on {self._name(number)} at {seat.position:g} mm"
-            gears[mesh, index] = seat.name or alike, number
+            common_name = f"gear of {body.teeth} teeth on {self._name(number)} at {seat.position:g} mm"
+            gears[mesh, index] = seat.name or common_name, number
         meshes = (
             Mesh(
                 name=mesh,
@@ -87,6 +87,7 @@ class Gearbox:
         )
 
     def _name(self, number: int) -> str:
+        """Name of a shaft."""
         return self.system.shafts[number].name
 
     @property
@@ -96,6 +97,7 @@ class Gearbox:
 
     @property
     def _hands(self) -> dict[str, Hand]:
+        """Mesh → hand of the helix of its pinion."""
         return {PAIR: self.system.hand, **{mesh.name: mesh.hand for mesh in self.system.meshes}}
 
     @cached_property

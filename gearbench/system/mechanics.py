@@ -15,12 +15,14 @@ from gearbench.geometry.names import PAIR
 from gearbench.geometry.pair import Pair
 from gearbench.system.gearbox import Gearbox
 from gearbench.system.schema import Disc, Ripple, Seat, System
-from gearbench.system.shaft_model import DENSITY, DYNAMIC_ELEMENTS, INERTIA, METRE, ShaftModel, add_disc
-from gearbench.system.static import Settled, external_load
+from gearbench.system.shaft_model import DENSITY, DYNAMIC_ELEMENTS, INERTIA, MASS, METRE, ShaftModel, add_disc
+from gearbench.system.static import StaticState, external_load
 from gearbench.system.structure import Structure
 
 #: Directions of the force on a bearing.
 DIRECTIONS = ("x", "y", "axial")
+#: Density of steel [g/cm³].
+STEEL = 7.85
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,8 +57,8 @@ class Mechanics:
     damping
         Viscous dampers of the bearings: rows (d, n) and constants (d,) [N·s/mm].
     mesh
-        a_m, one or two rows per mesh, (row, n). −a_m · q is the relative motion of the gears along the line of action,
-        and, with a second row, their relative tilt.
+        a_m, one or more rows per mesh, (row, n). −a_m · q is the relative motion of the gears: in the first row their
+        approach along the line of action, in further rows tilt and bending over the face.
     rotation
         Rows (mesh, n) for the part of each approach that is due to the rotation of the gears, with the same sign.
     bearing
@@ -102,39 +104,39 @@ def two_wheels(system: System, pair: Pair) -> Mechanics:
 
 def steel_disc(radius: float, hole: float, width: float) -> tuple[float, float, float]:
     """Mass [t], axial inertia and inertia about a diameter [t·mm²] of a steel disc; sizes in mm, ``hole`` a radius."""
-    m = 7.85 * DENSITY * math.pi * (radius**2 - hole**2) * width
+    m = STEEL * DENSITY * math.pi * (radius**2 - hole**2) * width
     squares = radius**2 + hole**2
     return m, m * squares / 2, m * (squares / 4 + width**2 / 12)
 
 
 def static_equilibrium(
-    box: Gearbox, own: tuple[NDArray, NDArray] | None = None, near: Mapping[int, Settled] = MappingProxyType({})
-) -> tuple[Settled, ...]:
+    box: Gearbox, of_pair: tuple[NDArray, NDArray] | None = None, near: Mapping[int, StaticState] = MappingProxyType({})
+) -> tuple[StaticState, ...]:
     """Equilibrium of each shaft in its bearings under mean mesh forces and other loads, in the order of the shafts.
 
-    Shafts connected by bodies share one equilibrium. ``own`` are the nodal loads (size,) of "pair" on the shafts of its
-    pinion and wheel; all other mesh forces, and those of "pair" without ``own``, are spread evenly over the face.
-    Newton's method starts from the equilibria ``near``, by the number of the shaft.
+    Shafts connected by bodies share one equilibrium. ``of_pair`` are the nodal loads (size,) of "pair" on the shafts of
+    its pinion and wheel; all other mesh forces, and those of "pair" without ``of_pair``, are spread evenly over the
+    face. Newton's method starts from the equilibria ``near``, by the number of the shaft.
     """
-    settled: dict[int, Settled] = {}
+    states: dict[int, StaticState] = {}
     for structure in box.structures:
         load = np.zeros(structure.size)
         for number, model in structure.shafts.items():
-            here = structure.motions(number)
-            load[here] = external_load(model)
-            for (name, index), (seat, _) in box.seats.items():
-                if seat == number:
-                    load[here] += (
-                        own[index]
-                        if own is not None and name == PAIR
+            motions = structure.motions(number)
+            load[motions] = external_load(model)
+            for (name, index), (shaft, _) in box.seats.items():
+                if shaft == number:
+                    load[motions] += (
+                        of_pair[index]
+                        if of_pair is not None and name == PAIR
                         else box.force(name) * box.wrench(name, index, model)
                     )
         start = next((near[number].motion for number in structure.shafts if number in near), None)
-        settled |= dict.fromkeys(structure.shafts, Settled(structure=structure, load=load, start=start))
-    return tuple(settled[number] for number in range(len(box.models)))
+        states |= dict.fromkeys(structure.shafts, StaticState(structure=structure, load=load, start=start))
+    return tuple(states[number] for number in range(len(box.models)))
 
 
-def mechanics(box: Gearbox, settled: tuple[Settled, ...], spread: Sequence[NDArray]) -> Mechanics:
+def mechanics(box: Gearbox, static_states: tuple[StaticState, ...], spread: Sequence[NDArray]) -> Mechanics:
     """Equations of motion of all shafts, bodies and couplings, with the bearing stiffness at equilibrium.
 
     ``spread``: for each mesh, loads at the points of the face per unit of force and moment, (row, point).
@@ -147,11 +149,12 @@ def mechanics(box: Gearbox, settled: tuple[Settled, ...], spread: Sequence[NDArr
     models = {number: replace(model, face_elements=DYNAMIC_ELEMENTS) for number, model in enumerate(box.models)}
     structure = Structure(shafts=models, bodies=box.system.bodies)
     couplings = [c for m in models.values() if (c := m.shaft.coupling) and c.torsional_stiffness and c.inertia]
-    n, extra = structure.size + len(couplings), structure.size
+    # the motions of shafts and bodies, then the rotation of each inertia behind an elastic coupling
+    n, coupled = structure.size + len(couplings), structure.size
     M, K = np.zeros((n, n)), np.zeros((n, n))
-    M[:extra, :extra] = structure.assembled({k: _mass(box, k, model) for k, model in models.items()}, "mass")
-    K[:extra, :extra] = structure.stiffness
-    parts, dampers, constants = _supports(structure, settled, K)
+    M[:coupled, :coupled] = structure.assembled({k: _mass(box, k, model) for k, model in models.items()}, "mass")
+    K[:coupled, :coupled] = structure.stiffness
+    parts, dampers, constants = _supports(structure, static_states, K)
     ripples = []
     for number, model in models.items():
         coupling = model.shaft.coupling
@@ -161,8 +164,8 @@ def mechanics(box: Gearbox, settled: tuple[Settled, ...], spread: Sequence[NDArr
         spin = structure.starts[number] + 6 * model.node(coupling.position) + 5
         if coupling.torsional_stiffness and coupling.inertia:
             k = coupling.torsional_stiffness * METRE
-            K[np.ix_([spin, extra], [spin, extra])] += k * np.array([[1, -1], [-1, 1]])
-            spin, extra = extra, extra + 1
+            K[np.ix_([spin, coupled], [spin, coupled])] += k * np.array([[1, -1], [-1, 1]])
+            spin, coupled = coupled, coupled + 1
         M[spin, spin] += coupling.inertia * INERTIA
         for row, ripple in zip(ripples[len(ripples) - len(model.shaft.ripples) :], model.shaft.ripples, strict=True):
             row[spin] += ripple.torque * METRE if ripple.position is None else 0.0
@@ -172,7 +175,7 @@ def mechanics(box: Gearbox, settled: tuple[Settled, ...], spread: Sequence[NDArr
             number = box.seats[(name, index)][0]
             mesh[k, :, structure.motions(number)] += spread[k] @ box.face_rows(name, index, models[number])
             rotation[k, structure.motions(number)] += box.rotation(name, index, models[number])
-    found = Mechanics(
+    whole = Mechanics(
         mass=M,
         stiffness=K,
         damping=(dampers, constants),
@@ -181,7 +184,7 @@ def mechanics(box: Gearbox, settled: tuple[Settled, ...], spread: Sequence[NDArr
         bearing=np.array([part.stiffness[:3] @ part.rows for part in parts]).reshape(-1, 3, n),
         bearing_names=tuple(part.name for part in parts),
         bearing_load=np.array(
-            [force[:3] for number in models for force in settled[number].bearing_force(number)]
+            [force[:3] for number in models for force in static_states[number].bearing_force(number)]
         ).reshape(-1, 3),
         ripples=np.array(ripples).reshape(-1, n),
         parts=(
@@ -192,26 +195,29 @@ def mechanics(box: Gearbox, settled: tuple[Settled, ...], spread: Sequence[NDArr
             *parts,
         ),
     )
-    return _without_massless(found, structure)
+    return _without_massless(whole, structure)
 
 
 def _ripple_load(ripple: Ripple, model: ShaftModel, motions: slice, size: int) -> NDArray:
     """Load amplitude (size,) of a ripple on its shaft; the caller adds a torque on the coupling."""
     load = np.zeros(size)
-    at, torque = ripple.position, ripple.torque * METRE
-    if at is None:
+    position, torque = ripple.position, ripple.torque * METRE
+    if position is None:
         assert model.shaft.coupling is not None
-        at, torque = model.shaft.coupling.position, 0.0
-    load[motions] = model.rows(np.array(at), np.array([*ripple.force, 0.0, 0.0, torque]))
+        position, torque = model.shaft.coupling.position, 0.0
+    load[motions] = model.rows(np.array(position), np.array([*ripple.force, 0.0, 0.0, torque]))
     return load
 
 
-def _supports(whole: Structure, settled: tuple[Settled, ...], K: NDArray) -> tuple[list[ElasticPart], NDArray, NDArray]:
+def _supports(
+    structure: Structure, static_states: tuple[StaticState, ...], K: NDArray
+) -> tuple[list[ElasticPart], NDArray, NDArray]:
     """Bearings as parts, and rows and constants of their dampers. Adds the bearing stiffness to ``K``."""
     n, names, parts, dampers, constants = len(K), [], [], [], []
-    for number, model in whole.shafts.items():
-        supports = (support for support in whole.supports if support.shaft == number)
-        for k, (support, K_b) in enumerate(zip(supports, settled[number].bearing_stiffness(number), strict=True)):
+    for number, model in structure.shafts.items():
+        supports = (support for support in structure.supports if support.shaft == number)
+        stiffness = static_states[number].bearing_stiffness(number)
+        for k, (support, K_b) in enumerate(zip(supports, stiffness, strict=True)):
             support.add(K, K_b)
             names.append(support.bearing.name or f"{model.shaft.name} {k + 1}")
             D = support.rows @ np.eye(n)[support.index]
@@ -225,41 +231,41 @@ def _supports(whole: Structure, settled: tuple[Settled, ...], K: NDArray) -> tup
     return parts, np.array(dampers).reshape(-1, n), np.array(constants)
 
 
-def _without_massless(found: Mechanics, whole: Structure) -> Mechanics:
+def _without_massless(whole: Mechanics, structure: Structure) -> Mechanics:
     """Eliminate coordinates of bodies without mass by static condensation."""
-    body_coordinates = np.concatenate([np.empty(0, int), *whole.own_coordinates.values()])
-    massless = body_coordinates[~found.mass[body_coordinates].any(axis=1)]
+    body_coordinates = np.concatenate([np.empty(0, int), *structure.own_coordinates.values()])
+    massless = body_coordinates[~whole.mass[body_coordinates].any(axis=1)]
     if not len(massless):
-        return found
-    if np.abs(found.damping[0][:, massless]).max(initial=0.0) > 0:
+        return whole
+    if np.abs(whole.damping[0][:, massless]).max(initial=0.0) > 0:
         allowed = "a damper on a body without mass: give the body its mass, or no damping"
         raise InputError("system.shafts.bearings.damping", "given", allowed)
-    kept = np.setdiff1d(np.arange(len(found.mass)), massless)
+    kept = np.setdiff1d(np.arange(len(whole.mass)), massless)
     # the block is regular: statics already refused unsupported bodies
     condensation = -np.linalg.solve(
-        found.stiffness[np.ix_(massless, massless)], found.stiffness[np.ix_(massless, kept)]
+        whole.stiffness[np.ix_(massless, massless)], whole.stiffness[np.ix_(massless, kept)]
     )
-    T = np.zeros((len(found.mass), len(kept)))
+    T = np.zeros((len(whole.mass), len(kept)))
     T[kept, range(len(kept))], T[massless] = 1.0, condensation
     return replace(
-        found,
-        mass=T.T @ found.mass @ T,
-        stiffness=T.T @ found.stiffness @ T,
-        damping=(found.damping[0] @ T, found.damping[1]),
-        mesh=found.mesh @ T,
-        rotation=found.rotation @ T,
-        bearing=found.bearing @ T,
-        ripples=None if found.ripples is None else found.ripples @ T,
-        parts=tuple(replace(part, rows=part.rows @ T) for part in found.parts),
+        whole,
+        mass=T.T @ whole.mass @ T,
+        stiffness=T.T @ whole.stiffness @ T,
+        damping=(whole.damping[0] @ T, whole.damping[1]),
+        mesh=whole.mesh @ T,
+        rotation=whole.rotation @ T,
+        bearing=whole.bearing @ T,
+        ripples=None if whole.ripples is None else whole.ripples @ T,
+        parts=tuple(replace(part, rows=part.rows @ T) for part in whole.parts),
     )
 
 
 def _mass(box: Gearbox, number: int, model: ShaftModel) -> NDArray:
     """Mass matrix of a shaft with its gears; a gear in several meshes counts once."""
     M, seen = model.mass.copy(), set()
-    for (mesh, index), (here, seat) in box.seats.items():
+    for (mesh, index), (shaft, seat) in box.seats.items():
         gear = box.train[mesh].gears[index]
-        if here == number and gear not in seen:
+        if shaft == number and gear not in seen:
             seen.add(gear)
             nodes = box.face_nodes(mesh, index, model)
             z = model.nodes[nodes] - model.nodes[nodes].mean()
@@ -288,9 +294,10 @@ def steel_gear(pair: Pair, index: int, hole: float) -> tuple[float, float, float
 
 
 def _gear_disc(pairs: Mapping[str, Pair], mesh: str, index: int, seat: Seat, model: ShaftModel) -> Disc:
-    at = int(np.clip(np.searchsorted(model.nodes, seat.position) - 1, 0, len(model.beams) - 1))
-    m, axial, across = steel_gear(pairs[mesh], index, model.beams[at].diameter[1] / 2)
+    """Gear body as a disc: mass and inertias of its seat, where missing those of a steel disc on the shaft."""
+    element = int(np.clip(np.searchsorted(model.nodes, seat.position) - 1, 0, len(model.beams) - 1))
+    m, axial, across = steel_gear(pairs[mesh], index, model.beams[element].diameter[1] / 2)
     given = (seat.mass, seat.inertia, seat.transverse_inertia)
-    found = (m * 1e3, axial / INERTIA, across / INERTIA)
-    mass, inertia, transverse = (f if g is None else g for g, f in zip(given, found, strict=True))
+    of_steel = (m / MASS, axial / INERTIA, across / INERTIA)
+    mass, inertia, transverse = (s if g is None else g for g, s in zip(given, of_steel, strict=True))
     return Disc(position=seat.position, mass=mass, inertia=inertia, transverse_inertia=transverse)

@@ -19,8 +19,10 @@ from gearbench.errors import InputError
 from gearbench.schema import STRICT
 
 Dimension = Annotated[float, Field(gt=0.0, le=5000.0)]
-#: Number of laminae of a roller (the standard requires at least 30), and line contact stiffness per length^(8/9).
-LAMINAE, LINE_CONTACT = 40, 35948.0
+#: Number of laminae of a roller; the standard requires at least 30.
+LAMINAE = 40
+#: Stiffness of a line contact of steel, Q/δ^(10/9) over length^(8/9) [N/mm²].
+LINE_CONTACT = 35948.0
 #: Static capacity [N] of radial ball bearings divided by i Z D_w²: f_0 of ISO 76, from the middle of its table.
 _BALL_CAPACITY = 13.5
 #: Angle that the balls of a deep groove bearing fill during assembly [rad].
@@ -123,7 +125,7 @@ class Rolling:
 
     @property
     def _rings(self) -> tuple[float, float]:
-        # __post_init__ requires both if an inner dimension is missing
+        """D and d [mm]; ``__post_init__`` requires both if an inner dimension is missing."""
         return self.outside or 0.0, self.bore or 0.0
 
     @property
@@ -180,6 +182,11 @@ class Rolling:
         return c, s, turn
 
     def _balls(self, q: NDArray) -> tuple[NDArray, NDArray]:
+        """Force and derivative of a ball bearing (W5), as ``force``.
+
+        A is the distance of the groove centres without load, R the radius of the inner ones, d (Z, 2) their radial and
+        axial distance at each ball, which moves by B q.
+        """
         sign = 1.0 if self.carries == "forward" else -1.0
         r_i, r_e = self.inner_conformity * self.D_w, self.outer_conformity * self.D_w
         A = r_i + r_e - self.D_w
@@ -204,6 +211,11 @@ class Rolling:
         return force, np.einsum("zia,zij,zjb->ab", B, inner, B)
 
     def _rollers(self, q: NDArray) -> tuple[NDArray, NDArray]:
+        """Force and derivative of a roller bearing (W6), as ``force``.
+
+        x are the middles of the laminae along a roller, p_r and p_z their radial and axial places. ``rows``
+        (Z, lamina, 5) are their approaches per unit of q.
+        """
         sign = 1.0 if self.carries == "forward" else -1.0
         cos_a, sin_a = math.cos(self.alpha), sign * math.sin(self.alpha)
         c, s, turn = self._around()

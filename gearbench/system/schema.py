@@ -227,6 +227,7 @@ class Shaft:
                     raise InputError(f"sections.{number}.{key}", value, allowed)
 
     def _beyond(self, key: str, value: float) -> InputError:
+        """Error for a position that is not on the shaft."""
         return InputError(key, value, f"must lie on the shaft, 0 to {self.length:g} mm")
 
     @property
@@ -328,6 +329,7 @@ class System:
         self._check_seats()
 
     def _check_seats(self) -> None:
+        """Check that every gear of every mesh is on one shaft."""
         seats = [(seat.mesh, seat.gear) for shaft in self.shafts for seat in shaft.gears]
         needed = [(name, gear) for name in (PAIR, *(m.name for m in self.meshes)) for gear in ("pinion", "wheel")]
         for seat in seats:
@@ -340,6 +342,7 @@ class System:
                 raise InputError("shafts", f"{gear}{of} on {count} shafts", "must be on one")
 
     def _check_bodies(self) -> None:
+        """Check the names that bearings and joints refer to, and that every body is connected."""
         bodies, shafts = {body.name: body for body in self.bodies}, {shaft.name: shaft for shaft in self.shafts}
         used = {name for name, body in bodies.items() if body.joints}
         for k, shaft in enumerate(self.shafts):

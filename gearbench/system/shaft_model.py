@@ -60,9 +60,9 @@ class ShaftModel:
     joints: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
-        room = 1e-6 * self.shaft.length
+        tolerance = 1e-6 * self.shaft.length
         for face in self.faces:
-            if face.start < -room or face.end > self.shaft.length + room:
+            if face.start < -tolerance or face.end > self.shaft.length + tolerance:
                 reach = f"its face reaches from {face.start:.6g} to {face.end:.6g} mm"
                 allowed = f"must lie on the shaft, 0 to {self.shaft.length:g} mm"
                 raise InputError(f"system.shafts.{self.shaft.name}.gears", reach, allowed)
@@ -105,12 +105,14 @@ class ShaftModel:
     @cached_property
     def beams(self) -> tuple[Beam, ...]:
         """Elements between the nodes."""
-        material, found = self.shaft.material, []
+        material, beams = self.shaft.material, []
         for a, b in pairwise(self.nodes):
             outer, bore = self._diameters(a, b)
             if bore >= min(outer):
-                raise InputError(f"system.shafts.{self.shaft.name}.gears.diameter", min(outer), f"above bore {bore:g}")
-            found.append(
+                raise InputError(
+                    f"system.shafts.{self.shaft.name}.gears.diameter", min(outer), f"must exceed the bore, {bore:g} mm"
+                )
+            beams.append(
                 Beam(
                     length=float(b - a),
                     diameter=outer,
@@ -121,7 +123,7 @@ class ShaftModel:
                     density=self.shaft.density * DENSITY,
                 )
             )
-        return tuple(found)
+        return tuple(beams)
 
     @property
     def size(self) -> int:
@@ -146,6 +148,7 @@ class ShaftModel:
         return M
 
     def _sum(self, parts: Sequence[NDArray]) -> NDArray:
+        """Matrix of the shaft (size, size) from the matrices of its elements, (12, 12) each."""
         total = np.zeros((self.size, self.size))
         for k, part in enumerate(parts):
             total[6 * k : 6 * k + 12, 6 * k : 6 * k + 12] += part
@@ -160,26 +163,26 @@ class ShaftModel:
         z, w = np.broadcast_arrays(np.asarray(position, dtype=float)[..., None], wrench)
         z, w, shape = z[..., 0].ravel(), w.reshape(-1, 6), w.shape[:-1]
         out = np.zeros((len(z), self.size))
-        for beam, here, element, s in self._located(z):
-            work = np.einsum("pi,pia->pa", w[here], beam.shapes(s))
-            out[here[:, None], 6 * element[:, None] + np.arange(12)] = work
+        for beam, points, element, s in self._located(z):
+            work = np.einsum("pi,pia->pa", w[points], beam.shapes(s))
+            out[points[:, None], 6 * element[:, None] + np.arange(12)] = work
         return out.reshape(*shape, self.size)
 
     def moved(self, position: NDArray, motion: NDArray) -> NDArray:
         """Motion (…, 6) of the sections at positions (…,) if the nodes move by ``motion`` (size,)."""
         z, nodes = position.ravel(), motion.reshape(-1, 6)
         out = np.empty((len(z), 6))
-        for beam, here, element, s in self._located(z):
-            out[here] = beam.motion(s, nodes[element], nodes[element + 1])
+        for beam, points, element, s in self._located(z):
+            out[points] = beam.motion(s, nodes[element], nodes[element + 1])
         return out.reshape(*position.shape, 6)
 
     def _located(self, z: NDArray) -> Iterator[tuple[Beam, NDArray, NDArray, NDArray]]:
-        """For each kind of element: a beam, indices of the positions z in such elements, these elements, and s."""
+        """For each kind of element: a beam, indices of the positions z in such elements, their elements and s."""
         element = np.clip(np.searchsorted(self.nodes, z, side="right") - 1, 0, len(self.beams) - 1)
         alike = self._alike[element]
         for first in np.unique(alike):
-            here, beam = np.flatnonzero(alike == first), self.beams[first]
-            yield beam, here, element[here], (z[here] - self.nodes[element[here]]) / beam.length
+            points, beam = np.flatnonzero(alike == first), self.beams[first]
+            yield beam, points, element[points], (z[points] - self.nodes[element[points]]) / beam.length
 
     @cached_property
     def _alike(self) -> NDArray:
@@ -188,8 +191,8 @@ class ShaftModel:
         return np.array([kinds.index(kind) for kind in kinds])
 
 
-def add_disc(M: NDArray, at: int, disc: Disc) -> None:
-    """Add a rigid disc to the mass matrix, at the node whose motions begin at ``at``."""
+def add_disc(M: NDArray, first: int, disc: Disc) -> None:
+    """Add a rigid disc to the mass matrix, at the node whose motions begin at the index ``first``."""
     m, axial, across = disc.mass * MASS, disc.inertia * INERTIA, disc.transverse_inertia * INERTIA
     for k, value in enumerate((m, m, m, across, across, axial)):
-        M[at + k, at + k] += value
+        M[first + k, first + k] += value

@@ -1,4 +1,7 @@
-"""Static equilibrium of shafts in their bearings, and the compliance about this equilibrium (W3), (W4)."""
+"""Static equilibrium of shafts in their bearings, and the compliance about this equilibrium.
+
+W-numbers of this package are equations of docs/theory.md; here (W3) and (W4).
+"""
 
 from __future__ import annotations
 
@@ -13,19 +16,21 @@ from gearbench.system.bearing import Bearing
 from gearbench.system.shaft_model import METRE, ShaftModel
 from gearbench.system.structure import Structure
 
-#: Newton's method: largest number of steps; residual relative to the load at convergence; residual accepted if rounding
-#: prevents further progress.
-STEPS, SETTLED, ROUNDED = 300, 1e-12, 1e-7
+#: Largest number of steps of Newton's method.
+STEPS = 300
+#: Residual relative to the load at convergence, and that accepted if rounding prevents further progress.
+CONVERGED, ROUNDED = 1e-12, 1e-7
 #: Step length [mm] of a shaft under its load while no bearing carries it.
 SHORT_STEP = 0.01
 #: Eigenvalue of the stiffness, scaled to a unit diagonal, below which a motion counts as unsupported.
 SOFT = 1e-13
+#: Words for the motions of a node in messages.
 _WAYS = ("across (x)", "across (y)", "axially", "tilting about x", "tilting about y")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Settled:
-    """Equilibrium of shafts in their bearings under a load. The spin of every shaft is held.
+class StaticState:
+    """Static equilibrium of shafts in their bearings under a load. The spin of every shaft is held.
 
     Parameters
     ----------
@@ -61,15 +66,23 @@ class Settled:
 
     @cached_property
     def motion(self) -> NDArray:
-        """Motion (size,) [mm, rad] in equilibrium: the minimum of a convex energy, by Newton's method."""
+        """Motion (size,) [mm, rad] in equilibrium: the minimum of a convex energy, by Newton's method.
+
+        Raises
+        ------
+        InputError
+            If the bearings do not hold a shaft.
+        GearbenchError
+            If Newton's method finds no equilibrium.
+        """
         u = np.zeros(self.structure.size) if self.start is None else self.start
         scale = float(np.abs(self.load).max(initial=0.0))
         residual, K = self._residual(u)
         for _ in range(STEPS):
-            if np.abs(residual).max(initial=0.0) <= SETTLED * scale:
+            if np.abs(residual).max(initial=0.0) <= CONVERGED * scale:
                 return u
-            # bearings have no stiffness until they carry load: take steps of a few µm until then
-            soft = not _stiffer_than(_balanced(K), SOFT)
+            # bearings have no stiffness until they carry load: a spring on every motion limits the steps until then
+            soft = not _stiffer_than(_with_unit_diagonal(K), SOFT)
             step = np.linalg.solve(K + soft * scale / SHORT_STEP * np.eye(len(K)), residual)
             trial = u.copy()
             trial[self._free] += step
@@ -89,12 +102,13 @@ class Settled:
         raise GearbenchError(f"the bearings of shaft {names} have no equilibrium")
 
     def _residual(self, u: NDArray) -> tuple[NDArray, NDArray]:
-        """Residual force and tangent stiffness of the free motions."""
+        """Residual force and tangent stiffness of the free motions, at the motion u (size,)."""
         F, K = self._bearings(u)
         free, own = self._free, self.structure.stiffness
         return (self.load - own @ u - F)[free], (own + K)[np.ix_(free, free)]
 
     def _bearings(self, u: NDArray) -> tuple[NDArray, NDArray]:
+        """Forces (size,) of the shafts on all bearings, and their tangent stiffness (size, size), at the motion u."""
         F, K = np.zeros(self.structure.size), np.zeros((self.structure.size,) * 2)
         for support in self.structure.supports:
             force, stiffness = support.bearing.force(support.deflection(u))
@@ -111,13 +125,14 @@ class Settled:
         return tuple(force for force, _ in self._carried(shaft))
 
     def _carried(self, shaft: int) -> list[tuple[NDArray, NDArray]]:
-        mine = [support for support in self.structure.supports if support.shaft == shaft]
-        return [support.bearing.force(support.deflection(self.motion)) for support in mine]
+        """Force (5,) and stiffness (5, 5) of each bearing of a shaft."""
+        supports = [support for support in self.structure.supports if support.shaft == shaft]
+        return [support.bearing.force(support.deflection(self.motion)) for support in supports]
 
     def at(self, shaft: int, position: float) -> NDArray:
-        """Motion (5,) of the node of a shaft at ``position`` [mm]."""
-        at = self.structure.starts[shaft] + 6 * self.structure.shafts[shaft].node(position)
-        return self.motion[at : at + 5]
+        """Motion (5,) of the node of a shaft at ``position`` [mm]: x, y, axial [mm], tilt about x and y [rad]."""
+        first = self.structure.starts[shaft] + 6 * self.structure.shafts[shaft].node(position)
+        return self.motion[first : first + 5]
 
     @cached_property
     def compliance(self) -> NDArray:
@@ -167,8 +182,9 @@ class Settled:
         raise InputError(f"system.shafts.{model.shaft.name}.bearings", f"free to move {way}", "must hold the shaft")
 
     def _check_bodies(self, bearings: NDArray) -> None:
+        """Refuse shafts connected by bodies with an unsupported motion; the error names the part that moves most."""
         structure, free = self.structure, self._free
-        K = _balanced((structure.stiffness + bearings)[np.ix_(free, free)])
+        K = _with_unit_diagonal((structure.stiffness + bearings)[np.ix_(free, free)])
         values, vectors = np.linalg.eigh(K)
         if values[0] > SOFT:
             return
@@ -177,18 +193,20 @@ class Settled:
         for name, own in structure.own_coordinates.items():
             if np.abs(moves[own]).max(initial=0.0) >= 0.99 * np.abs(moves).max():
                 raise InputError(f"system.bodies.{name}", "free to move", "add a bearing or joint that holds it")
-        at = int(np.argmax(np.abs(moves)))
-        number = next(n for n in structure.shafts if structure.motions(n).start <= at < structure.motions(n).stop)
-        name, way = structure.shafts[number].shaft.name, _WAYS[(at - structure.starts[number]) % 6]
+        largest = int(np.argmax(np.abs(moves)))
+        number = next(n for n in structure.shafts if structure.motions(n).start <= largest < structure.motions(n).stop)
+        name, way = structure.shafts[number].shaft.name, _WAYS[(largest - structure.starts[number]) % 6]
         raise InputError(f"system.shafts.{name}.bearings", f"free to move {way}", "must hold the shaft")
 
 
 def _may_hold_axially(bearing: Bearing) -> bool:
+    """Whether a bearing has axial stiffness once it is loaded, here by a motion of 0.01 mm in every direction."""
     trial = np.array([0.01, 0.01, 0.01, 0.0, 0.0])
     return bool(bearing.force(trial)[1][2, 2] > 0)
 
 
-def _balanced(A: NDArray) -> NDArray:
+def _with_unit_diagonal(A: NDArray) -> NDArray:
+    """Scale the coordinates of a symmetric matrix so that its diagonal is 1."""
     d = 1 / np.sqrt(np.maximum(np.abs(np.diag(A)), 1e-300))
     return A * d[:, None] * d
 
@@ -206,9 +224,9 @@ def external_load(model: ShaftModel) -> NDArray:
     """Constant loads on a shaft other than mesh forces, (size,) [N, N·mm]."""
     load = np.zeros(model.size)
     for item in model.shaft.loads:
-        at = 6 * model.node(item.position)
-        load[at : at + 3] += item.force
-        load[at + 3 : at + 6] += np.array(item.moment) * METRE
+        first = 6 * model.node(item.position)
+        load[first : first + 3] += item.force
+        load[first + 3 : first + 6] += np.array(item.moment) * METRE
     return load
 
 

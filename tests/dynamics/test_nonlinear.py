@@ -39,7 +39,9 @@ BORED = RIG | {
 @cache
 def rig():
     model = Model(scene=parse_scene(BORED), rows=1)
-    return NonlinearModel(model=model, curve=force_curve(model.cycles[0], 128), kept=integrated_modes(model, np.inf))
+    return NonlinearModel(
+        model=model, curve=force_curve(model.loaded_meshes[0], 128), kept=integrated_modes(model, np.inf)
+    )
 
 
 def integrated(sweep, speeds, periods=600, steps=512, last=8):
@@ -181,7 +183,7 @@ def test_with_a_linear_law_and_contact_kept_it_is_the_linear_response(on_shafts)
 def test_force_curve_meets_the_contact():
     """F at the approach of the contact under the mean force; nothing apart; back flanks push back."""
     sweep = rig()
-    curve, cycle = sweep.curve, sweep.model.cycles[0]
+    curve, cycle = sweep.curve, sweep.model.loaded_meshes[0]
     scene = cycle.scene
     lines = scene_lines(scene, np.arange(curve.steps) / curve.steps)
     approach = solve(assemble(scene, lines, cycle.effects)).approach / np.cos(scene.pair.meshing.beta_b)

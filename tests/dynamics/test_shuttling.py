@@ -106,7 +106,7 @@ def test_bearing_forces_are_those_of_many_slices(helix):
     h = receptances(found, rows, 2 * np.pi / 60 * scene.pair.pinion.teeth * speeds, H)
     # rigid teeth of rigid slices have no error: all that moves them is that k varies under the mean force
     wave = np.exp(-2j * np.pi * np.outer(np.arange(2 * H + 1), tau)) / len(tau)
-    gears = model.cycles[0].on_shafts.gears
+    gears = model.loaded_meshes[0].on_shafts.gears
     psi = [factor((gear,), [box.face_rows("pair", gear.gear, gear.model)]) for gear in gears]
     C = sum(part @ part.T for part in psi)
     force = np.array([np.linalg.solve(C + np.diag(1 / each), np.ones(len(η))) for each in k])

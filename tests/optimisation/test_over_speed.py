@@ -51,7 +51,7 @@ def forces_one_by_one(scene, speeds):
     problem, model, found = prepare_scene(scene), Model(scene=scene), []
     draws = next(chunks(problem.expansion.amounts(problem.draw(16, 0, "sobol"))))
     solution, h = solve_one_chunk(problem.batch, draws, segments=True), model.receptances(model.groups[0], speeds, 5)
-    flanks = model.cycles[0].samples(problem.batch, problem.lines, solution)
+    flanks = model.loaded_meshes[0].samples(problem.batch, problem.lines, solution)
     rows = np.concatenate([problem.phases.weight[None], fourier_rows(problem.phases, np.arange(1, 11))])
     for i in range(16):
         one = FlankState(force=flanks.force[i], motion=flanks.motion[i], stiffness=flanks.stiffness[i])

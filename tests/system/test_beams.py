@@ -11,7 +11,7 @@ from gearbench.system.beam import Beam
 from gearbench.system.bearing import Bearing
 from gearbench.system.schema import Coupling, Shaft, ShaftLoad, ShaftSection
 from gearbench.system.shaft_model import Face, ShaftModel
-from gearbench.system.static import Settled, external_load, twist
+from gearbench.system.static import StaticState, external_load, twist
 from gearbench.system.structure import Structure
 
 E, NU, RHO = 210e3, 0.3, 7.85e-9
@@ -27,7 +27,7 @@ def section(D, d=0.0):
 
 def settled(shaft):
     model = ShaftModel(shaft=shaft, faces=())
-    return Settled(structure=Structure(shafts={0: model}), load=external_load(model))
+    return StaticState(structure=Structure(shafts={0: model}), load=external_load(model))
 
 
 def supports(a, b):
