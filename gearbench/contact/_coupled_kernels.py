@@ -1,6 +1,6 @@
 """Compiled solver for many gap vectors if all segments of a position deflect each other.
 
-``LANES`` error samples are solved side by side; each is a lane, the last axis of arrays, for vector instructions.
+Up to ``LANES`` error samples are solved side by side; each is a lane, the last axis of arrays, for vector instructions.
 
 Newton's method is applied to the forces u that act in addition to those of the linear problem at the mean errors
 (``gearbench.contact.reference``, B2 of docs/algorithms.md). Its matrices I + ΔG differ from the identity only where the
@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 
 from gearbench.compiled import FUSED, entry, part
 from gearbench.contact._lane_kernels import (
-    LANES,
     apply_laws,
     fill_gaps,
     keep_forces,
@@ -67,11 +66,12 @@ def residuals(u, z, p, w, rise, load, weight, negative, change, total):
 
     The argument z does not yet contain ``rise`` · ``load``.
     """
-    for j in range(LANES):
+    number = total.size
+    for j in range(number):
         total[j] = 0.0
     for i in range(u.shape[0]):
         w0, r = weight[i], rise[i]
-        for j in range(LANES):
+        for j in range(number):
             f = u[i, j] + p[i, j] - w0 * (z[i, j] + r * load[j])
             total[j] += abs(f)
             negative[i, j] = -f
@@ -87,10 +87,11 @@ def or_zero(x):
 @part(FUSED)
 def first_direction(r, Gr, d, Gd, product):
     """d ← r, Gd ← G r, product ← r·G r."""
-    for j in range(LANES):
+    number = product.size
+    for j in range(number):
         product[j] = np.float32(0.0)
     for i in range(r.shape[0]):
-        for j in range(LANES):
+        for j in range(number):
             d[i, j] = r[i, j]
             Gd[i, j] = Gr[i, j]
             product[j] += r[i, j] * Gr[i, j]
@@ -99,8 +100,9 @@ def first_direction(r, Gr, d, Gd, product):
 @part(FUSED)
 def next_direction(r, Gr, d, Gd, beta):
     """d ← r + β d, Gd ← G r + β G d."""
+    number = beta.size
     for i in range(r.shape[0]):
-        for j in range(LANES):
+        for j in range(number):
             d[i, j] = or_zero(r[i, j] + beta[j] * d[i, j])
             Gd[i, j] = Gr[i, j] + beta[j] * Gd[i, j]
 
@@ -108,18 +110,20 @@ def next_direction(r, Gr, d, Gd, beta):
 @part(FUSED)
 def curvature(change, d, Gd, product):
     """product ← (G d)·(d + ΔG d)."""
-    for j in range(LANES):
+    number = product.size
+    for j in range(number):
         product[j] = np.float32(0.0)
     for i in range(d.shape[0]):
-        for j in range(LANES):
+        for j in range(number):
             product[j] += Gd[i, j] * (d[i, j] + change[i, j] * Gd[i, j])
 
 
 @part(FUSED)
 def advance(change, d, Gd, alpha, v, r):
     """v ← v + α d, r ← r − α (d + ΔG d)."""
+    number = alpha.size
     for i in range(d.shape[0]):
-        for j in range(LANES):
+        for j in range(number):
             v[i, j] += alpha[j] * d[i, j]
             r[i, j] = or_zero(r[i, j] - alpha[j] * (d[i, j] + change[i, j] * Gd[i, j]))
 
@@ -127,16 +131,18 @@ def advance(change, d, Gd, alpha, v, r):
 @part(FUSED)
 def inner(a, b, product):
     """product ← a·b for each lane."""
-    for j in range(LANES):
+    number = product.size
+    for j in range(number):
         product[j] = np.float32(0.0)
     for i in range(a.shape[0]):
-        for j in range(LANES):
+        for j in range(number):
             product[j] += a[i, j] * b[i, j]
 
 
 @part(FUSED)
 def product_with(G, r, Gr):
     """Gr ← G r, summed in the same order for all lanes; with BLAS the order would depend on the position of a lane."""
+    number = r.shape[1]
     n = len(G)
     fours, twos = n - n % 4, n - n % 2
     Gr[:] = np.float32(0.0)
@@ -144,7 +150,7 @@ def product_with(G, r, Gr):
         for k in range(0, twos, 2):
             a, b, c, d = G[i, k], G[i + 1, k], G[i + 2, k], G[i + 3, k]
             a1, b1, c1, d1 = G[i, k + 1], G[i + 1, k + 1], G[i + 2, k + 1], G[i + 3, k + 1]
-            for j in range(LANES):
+            for j in range(number):
                 r0, r1 = r[k, j], r[k + 1, j]
                 Gr[i, j] += a * r0 + a1 * r1
                 Gr[i + 1, j] += b * r0 + b1 * r1
@@ -153,7 +159,7 @@ def product_with(G, r, Gr):
     for i in range(n):
         for k in range(twos if i < fours else 0, n):
             a = G[i, k]
-            for j in range(LANES):
+            for j in range(number):
                 Gr[i, j] += a * r[k, j]
 
 
@@ -161,20 +167,21 @@ def product_with(G, r, Gr):
 def conjugate_gradients(G, work):
     """Solve v + ΔG v = r to the ``precision`` of each lane in the norm of G; overwrites r, returns the step count."""
     change, v, r, Gr, d, Gd, product, enough, alpha, beta, next_product, precision = work
+    number = r.shape[1]
     v[:] = np.float32(0.0)
     product_with(G, r, Gr)
     first_direction(r, Gr, d, Gd, product)
-    for j in range(LANES):
+    for j in range(number):
         enough[j] = precision[j] * precision[j] * product[j]
     for step in range(MOST_CONJUGATE):
         curvature(change, d, Gd, alpha)
-        for j in range(LANES):
+        for j in range(number):
             alpha[j] = product[j] / alpha[j] if product[j] > enough[j] else np.float32(0.0)
         advance(change, d, Gd, alpha, v, r)
         product_with(G, r, Gr)
         inner(r, Gr, next_product)
         unfinished = 0
-        for j in range(LANES):
+        for j in range(number):
             beta[j] = next_product[j] / product[j] if product[j] > enough[j] else np.float32(0.0)
             product[j] = next_product[j] if product[j] > enough[j] else product[j]
             unfinished += product[j] > enough[j]
@@ -190,23 +197,25 @@ def stiffness_from(change, rise, flexibility, v, Gv, stiffness):
 
     Its error is the square of the error of v.
     """
-    for j in range(LANES):
+    number = stiffness.size
+    for j in range(number):
         stiffness[j] = flexibility
     for i in range(change.shape[0]):
         r = rise[i]
-        for j in range(LANES):
+        for j in range(number):
             zeta = r + Gv[i, j]
             stiffness[j] -= v[i, j] * Gv[i, j] + change[i, j] * zeta * zeta
-    for j in range(LANES):
+    for j in range(number):
         stiffness[j] = 1.0 / stiffness[j]
 
 
 @part(FUSED)
 def fill_compressions(G, u, rise, load, lanes, z):
     """z ← G u, and fill the compressions s = z + rise · load − e of all segments."""
+    number = load.size
     np.dot(G, u, z)
     for i in range(len(u)):
-        for j in range(LANES):
+        for j in range(number):
             lanes.s[i, j] = z[i, j] + rise[i] * load[j] - lanes.gap[i, j]
 
 
@@ -218,6 +227,7 @@ def solve_coupled_lanes(t, G, G32, linear, laws, lanes, u, z, work, stiffness, l
     the method ends, the precision of the conjugate gradients for the stiffness, and the maximum number of Newton steps.
     Returns the numbers of Newton and conjugate gradient steps.
     """
+    number = stiffness.size
     tolerance, fine, limit = limits
     n, total, done, p, w, s = len(u), lanes.total, lanes.done, lanes.p, lanes.w, lanes.s
     rise, weight, load = linear.rise[t, :n], linear.weight[t, :n], lanes.load[t]
@@ -227,33 +237,33 @@ def solve_coupled_lanes(t, G, G32, linear, laws, lanes, u, z, work, stiffness, l
         apply_laws(n, laws, lanes)
         residuals(u, z, p, w, rise, load, weight, work.r, work.change, total)
         count = 0.0
-        for j in range(LANES):
+        for j in range(number):
             done[j] = 1.0 if total[j] <= tolerance else 0.0
             count += done[j]
             precision = np.float32(min(max(total[j], MOST_PRECISION), LEAST_PRECISION))
             # above 1: a converged lane takes no step
             work.precision[j] = np.float32(2.0) if total[j] <= tolerance else precision
-        if count == LANES or iteration == limit:
+        if count == number or iteration == limit:
             break
         for i in range(n):
-            for j in range(LANES):
+            for j in range(number):
                 work.r[i, j] = np.float32(0.0) if total[j] <= tolerance else or_zero(work.r[i, j])
         conjugate += conjugate_gradients(G32, work)
         for i in range(n):
-            for j in range(LANES):
+            for j in range(number):
                 u[i, j] += work.v[i, j]
     # the stiffness, from the slopes of (C11)
     steepen(n, laws, lanes)
     for i in range(n):
-        for j in range(LANES):
+        for j in range(number):
             work.change[i, j] = w[i, j] - weight[i]
             work.r[i, j] = -work.change[i, j] * rise[i]
-    for j in range(LANES):
+    for j in range(number):
         work.precision[j] = np.float32(fine)
     conjugate += conjugate_gradients(G32, work)
     # p and s are free by now: they hold v and Δ in double precision
     for i in range(n):
-        for j in range(LANES):
+        for j in range(number):
             p[i, j], s[i, j] = work.v[i, j], w[i, j] - weight[i]
     np.dot(G, p[:n], z)
     stiffness_from(s[:n], rise, linear.flexibility[t], p[:n], z, stiffness)
@@ -262,17 +272,18 @@ def solve_coupled_lanes(t, G, G32, linear, laws, lanes, u, z, work, stiffness, l
 
 @entry(FUSED)
 def solve_coupled_chunk(gaps, linear, draws, lanes, accuracy, limit, results):
-    """Solve every position for one chunk of ``LANES`` samples and fill ``results``.
+    """Solve every position for one chunk of samples and fill ``results``.
 
     Newton's method starts from the ``linear`` solution (``Reference``). The errors that this start had at the previous
     two positions are added to it with the weights ``gaps.extrapolation``. ``accuracy`` holds the residual at which the
     method ends, and the precision of the conjugate gradients for the stiffness. Within a position, gaps and δ are
     counted from the smallest gap of the sample. Returns the numbers of steps of both methods.
     """
+    number = draws.shape[1]
     positions, n = gaps.gap.shape
-    all_u, all_z, single = np.empty((n, LANES)), np.empty((n, LANES)), np.empty((6, n, LANES), dtype=np.float32)
-    guess_errors, saved = np.zeros((2, n, LANES)), np.empty((n + 3, LANES))
-    small, begin, newton, conjugate = np.empty((6, LANES), dtype=np.float32), 0, 0, 0
+    all_u, all_z, single = np.empty((n, number)), np.empty((n, number)), np.empty((6, n, number), dtype=np.float32)
+    guess_errors, saved = np.zeros((2, n, number)), np.empty((n + 3, number))
+    small, begin, newton, conjugate = np.empty((6, number), dtype=np.float32), 0, 0, 0
     tolerance, fine = accuracy
     for t in range(positions):
         m, extrapolation, laws = gaps.existing[t], gaps.extrapolation[t], gaps.laws[t]
@@ -289,7 +300,7 @@ def solve_coupled_chunk(gaps, linear, draws, lanes, accuracy, limit, results):
         for i in range(m):
             # gap at the mean errors, of the end of the cell that touches first
             at_mean = gaps.gap[t, i] - abs(gaps.tilt[t, i])
-            for j in range(LANES):
+            for j in range(number):
                 first = linear.start[t, i] + linear.weight[t, i] * (lanes.gap[i, j] - at_mean)
                 u[i, j] = first + extrapolation[0] * guess_errors[0, i, j] + extrapolation[1] * guess_errors[1, i, j]
                 guess_errors[1, i, j] = guess_errors[0, i, j]
@@ -300,11 +311,11 @@ def solve_coupled_chunk(gaps, linear, draws, lanes, accuracy, limit, results):
         steps = solve_coupled_lanes(
             t, G, G32, linear, laws, lanes, u, z, work, stiffness, (tolerance, fine, first_limit)
         )
-        if extrapolation[0] != 0.0 and lanes.done.sum() < LANES:
+        if extrapolation[0] != 0.0 and lanes.done.sum() < number:
             # with large errors Newton's method converges more often from the linear solution alone
             save_lanes(u, delta, stiffness, lanes.done, saved[: m + 3])
             for i in range(m):
-                for j in range(LANES):
+                for j in range(number):
                     u[i, j] = -guess_errors[0, i, j]
             steps = solve_coupled_lanes(t, G, G32, linear, laws, lanes, u, z, work, stiffness, (tolerance, fine, limit))
             restore_converged(u, delta, stiffness, lanes.done, saved[: m + 3])
@@ -315,11 +326,11 @@ def solve_coupled_chunk(gaps, linear, draws, lanes, accuracy, limit, results):
             keep_forces(t, m, lanes, results)
         newton += steps[0]
         conjugate += steps[1]
-        for j in range(LANES):
+        for j in range(number):
             delta[j] = linear.flexibility[t] * lanes.load[t, j] + lanes.least[j]
             done[j] = lanes.done[j]
         for i in range(m):
-            for j in range(LANES):
+            for j in range(number):
                 delta[j] += linear.rise[t, i] * u[i, j]
         note_guess_errors(u, lanes.done, guess_errors[0])
     return newton, conjugate

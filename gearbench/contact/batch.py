@@ -380,18 +380,21 @@ def _order(problem: ContactProblem) -> tuple[NDArray, NDArray, NDArray, NDArray]
 
 
 def chunks(draws: NDArray) -> Iterator[NDArray]:
-    """Split ``draws`` (sample, error) into chunks of ``LANES`` samples; the last is padded with its last sample."""
-    from gearbench.contact._lane_kernels import LANES
+    """Split ``draws`` (sample, error) into chunks of ``LANES`` samples.
+
+    The last may be shorter; it is padded with its last sample to a multiple of ``VECTOR``.
+    """
+    from gearbench.contact._lane_kernels import LANES, VECTOR
 
     for i in range(0, len(draws), LANES):
         chunk = draws[i : i + LANES]
-        yield np.concatenate([chunk, np.repeat(chunk[-1:], LANES - len(chunk), axis=0)])
+        yield np.concatenate([chunk, np.repeat(chunk[-1:], -len(chunk) % VECTOR, axis=0)])
 
 
 def solve_one_chunk(
     batch: Batch, draws: NDArray, load: NDArray | None = None, *, segments: bool = False
 ) -> BatchSolution:
-    """Solve every position for one chunk of ``LANES`` samples on this thread; each sample is a lane of the kernels.
+    """Solve every position for one of the ``chunks`` of samples on this thread; each sample is a lane of the kernels.
 
     Parameters
     ----------
