@@ -14,8 +14,9 @@ from collections.abc import Iterable, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
-#: Transitions closer than this count as one [mesh periods]; indexed by rank, so that the last is for the rank −1.
-CLOSE = (1e-3, 5e-3, 2e-4)
+#: Transitions closer than this count as one [mesh periods]; indexed by rank, so that the last is for the rank −1. A
+#: jump of the stiffness that is misplaced by d changes each harmonic by up to 2d of the jump.
+CLOSE = (5e-4, 5e-3, 2e-4)
 #: Maximum length of a panel next to a load transfer [mesh periods].
 FIRST_PANEL = 0.04
 #: Maximum ratio of the distances from a load transfer to the far and to the near end of a panel.

@@ -86,8 +86,16 @@ def test_the_noise_floor_sees_how_few_points_resolve_the_deflections(share):
     for curve in ("transmission_error", "mesh_stiffness"):
         error = np.sqrt(np.mean((getattr(solved.cycle, curve) - getattr(fine, curve)) ** 2))
         # an estimate from four phases
-        assert 0.5 < error / solved.unresolved[curve] < 4, curve
+        assert 0.4 < error / solved.unresolved[curve] < 2.5, curve
         assert np.all(output(solved, f"{curve}_amplitude_noise_floor")[1] >= solved.unresolved[curve]), curve
+
+
+def test_a_load_transfer_next_to_an_end_of_the_path_ends_a_panel():
+    """A thousandth of the cycle apart, both were one, and k jumped within a panel."""
+    scene = example("nasa_28")
+    scene = replace(scene, effects=(*scene.effects, OffLineContact()), load=Load(torque=1.381 * scene.load.torque))
+    found, exact = (solve_scene(replace(scene, resolution=Resolution(gauss_points=n))).cycle for n in (5, 12))
+    assert misses(found, exact, "mesh_stiffness")[0] < 0.6
 
 
 def test_wide_flanks_that_touch_all_along_have_the_nodes_that_their_teeth_need():
