@@ -195,6 +195,7 @@ def _train_rows(dataset: xr.Dataset) -> Iterator[tuple[str, str, str]]:
     ]
     for text, curve, unit in curves:
         if not np.isnan(curve).all():
+            curve = curve.max("sweep") if "sweep" in curve.dims else curve
             index = int(np.nanargmax(curve.values))
             yield f"{text}, at {float(dataset['speed'][index]):.5g} 1/min", f"{float(curve[index]):.4g}", unit
     kinds, frequency = dataset["mode_kind"].values, dataset["natural_frequency"].values

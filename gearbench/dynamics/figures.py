@@ -53,11 +53,14 @@ def draw_response(dataset: xr.Dataset, folder: Path) -> list[Path]:
         for_all += (("ripples", _ripples),) if "ripple" in dataset.dims else ()
     set_figures: list[tuple[str, Any, xr.Dataset]] = []
     if "mode_kind" in dataset:  # a planetary set: figures of all meshes, then of the mesh with the largest factor
-        for_set = [("modes", draw_modes), ("sharing", draw_sharing), ("bearings", _bearings)]
-        for_set += [("ring", draw_ring)] if "lobes" in dataset.dims else []
+        for_set = [("modes", draw_modes)]
+        if "sweep" not in dataset.dims:
+            for_set += [("sharing", draw_sharing), ("bearings", _bearings)]
+            for_set += [("ring", draw_ring)] if "lobes" in dataset.dims else []
         set_figures = [(name, draw, dataset) for name, draw in for_set]
         per_mesh = tuple((name, draw) for name, draw in per_mesh if name != "bearings")
-        dataset = dataset.isel(mesh=[int(np.argmax(dataset["dynamic_factor"].max("speed").fillna(0.0).values))])
+        factor = dataset["dynamic_factor"].fillna(0.0)
+        dataset = dataset.isel(mesh=[int(factor.max([dim for dim in factor.dims if dim != "mesh"]).argmax("mesh"))])
     meshes = file_parts([str(mesh) for mesh in dataset["mesh"].values])
     drawn = [(f"{name}_{mesh}", draw, dataset.isel(mesh=k)) for k, mesh in enumerate(meshes) for name, draw in per_mesh]
     written = []

@@ -44,7 +44,9 @@ PER_ORDER, LEAST = 8, 128
 #: Directions in which the speed changes; their RMS forces differ if by more than this share of the mean force.
 SWEEPS, APART = ("up", "down"), 0.01
 #: Change of the motion over its largest order at which it is in balance, and maximum number of steps.
-SETTLED, STEPS = 1e-9, 60
+SETTLED, STEPS = 1e-9, 40
+#: Maximum number of times that a step in speed is halved.
+HALVINGS = 4
 #: Largest force of a mesh, relative to equal sharing, up to which its contact is solved; it is linear above.
 MOST = 6.0
 #: Maximum number of steps for the local approach of meshes on a common body.
@@ -125,26 +127,54 @@ class NonlinearTrain:
             before = change
         return None
 
+    def reach(
+        self, speed: float, start: tuple[float, NDArray], halvings: int = HALVINGS
+    ) -> tuple[NDArray, Excitation, NDArray] | None:
+        """``settle`` at a speed from the ``start``, another speed and its motion. A step that fails is halved."""
+        before, motion = start
+        h = self.model.receptances(self.model.groups[0], np.array([speed]), self.harmonics)
+        found = self.settle(h, motion)
+        if found is not None or halvings == 0 or speed == before:
+            return found
+        middle = (before + speed) / 2
+        half = self.reach(middle, start, halvings - 1)
+        return None if half is None else self.reach(speed, (middle, half[0]), halvings - 1)
+
+    def growth(self, excitation: Excitation, speed: float) -> float:
+        """Largest Floquet multiplier of small motions about that with this ``excitation``."""
+        model, (group,) = self.model, self.model.groups
+        points = max(256, waves.points(excitation.orders[-1]))
+        stiffness = np.moveaxis(waves.curve(excitation.stiffness, points), -1, 0)[None]
+        omega = model.omega(group, np.array([speed]))
+        return float(multipliers(model.modes, np.arange(len(model.names)), omega, stiffness)[0])
+
     def over(self, speeds: NDArray, sequence: NDArray) -> Variables:
-        """Variables over ``speeds``; in the ``sequence`` of their indices, each starts from the motion before."""
+        """Variables over ``speeds``, in the ``sequence`` of their indices.
+
+        Each starts from the motion before; if none, or an unstable one, is found, from the quasi-static motion.
+        """
         model, (group,), motion = self.model, self.model.groups, self.at_rest.motion
         kept, count = self.at_rest.orders, len(self.model.names)
         equivalent = np.zeros((len(speeds), count, len(kept)), dtype=complex)
         touching = np.zeros((len(speeds), count), dtype=bool)
-        stability, static = np.full((len(speeds), count), np.nan), self.at_rest
-        points, mean = max(256, waves.points(kept[-1])), model.stiffness
+        stability, static, mean = np.full((len(speeds), count), np.nan), self.at_rest, model.stiffness
+        begin = float(speeds[sequence[0]])
         for s in sequence:
-            h = model.receptances(group, speeds[s : s + 1], self.harmonics)
-            found = self.settle(h, motion) or self.settle(h, static.motion)
-            if found is None:
+            speed, chosen = float(speeds[s]), None
+            for start in (begin, motion), (speed, static.motion):
+                if (found := self.reach(speed, start)) is None:
+                    continue
+                chosen, stability[s] = found, self.growth(found[1], speed)
+                if stability[s, 0] <= 1 + GROWTH:
+                    break
+            begin = speed
+            if chosen is None:
                 equivalent[s], motion = np.nan, static.motion
                 continue
-            motion, excitation, F = found
+            motion, excitation, F = chosen
             equivalent[s] = excitation.force - mean @ motion
             equivalent[s, :, 0] -= static.force[:, 0] - mean @ static.motion[:, 0]
             touching[s] = (F > 0).all(axis=0)
-            stiffness = np.moveaxis(waves.curve(excitation.stiffness, points), -1, 0)[None]
-            stability[s] = multipliers(model.modes, np.arange(count), model.omega(group, speeds[s : s + 1]), stiffness)
         steady = Steady(
             index=kept[:, None],
             omega=model.omega(group, speeds)[:, None] * kept,

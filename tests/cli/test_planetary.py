@@ -76,3 +76,14 @@ def test_uneven_spacing_and_planets_without_load_are_reported(run, scene):
     scene.write_text(SET.replace("= 36", "= 37").replace("= -96", "= -97").replace("centre_distance = 66.0\n", ""))
     _, said, _ = run("simulate", scene)
     assert "planets are up to 0.896° away from even spacing: teeth fit at 134 angles, not a multiple of 3" in said
+
+
+@pytest.mark.slow
+def test_loss_of_contact_is_printed_and_drawn(run, scene, tmp_path):
+    scene.write_text(SET.replace("positions = 4", "positions = 8"))
+    options = ("--speed", "1000:2000:2", "--harmonics", "1", "--nonlinear", "--plots", tmp_path / "plots")
+    code, said, _ = run("response", scene, *options)
+    assert code == 0
+    assert said.count("RMS of the transmission error of the train") == 1
+    names = {path.stem for path in (tmp_path / "plots").iterdir()}
+    assert {name.split("_")[0] for name in names} == {"force", "modes"}
