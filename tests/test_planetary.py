@@ -373,9 +373,9 @@ def test_planets_that_part_leave_the_rest_in_balance(floating):
     F, q, B = found.balance.force, found.balance.motion, found.linkage.rows
     assert (F == 0).any()
     size = np.abs(B).max(axis=0)
-    assert_allclose((found.own.force - q @ found.own.stiffness - F @ B) / size / F.max(), 0.0, atol=1e-10)
+    assert_allclose((found.coupling.force - q @ found.coupling.stiffness - F @ B) / size / F.max(), 0.0, atol=1e-10)
     approach = np.stack([own.solution.approach for own in found.meshes.values()], axis=1)
-    pressed = q @ B.T + found.own.offset
+    pressed = q @ B.T + found.coupling.offset
     loaded = 1e-6 * F.max() < F
     assert_allclose(pressed[loaded], approach[loaded], rtol=1e-8)
     assert (pressed[F == 0] <= approach[F == 0] + 1e-9).all()

@@ -75,7 +75,7 @@ def dense(whole, position):
     ones = np.repeat(np.eye(len(sizes)), sizes, axis=0)
     B, motions = ones @ whole.linkage.rows, len(whole.linkage.motions)
     matrix = np.block([[H, -B], [B.T, whole.linkage.stiffness]])
-    right = np.concatenate([ones @ whole.own.offset, whole.own.force])
+    right = np.concatenate([ones @ whole.coupling.offset, whole.coupling.force])
     found = np.linalg.solve(matrix, right)
     assert (found[: first[-1]] > 0).all()
     return ones.T @ found[: first[-1]], found[-motions:]
@@ -98,7 +98,7 @@ def test_all_meshes_and_bodies_are_one_linear_system(keys):
 
 def test_without_coupling_teeth_move_by_themselves():
     apart = made({**EFFECTS, "gear_body": {"coupled": False}})
-    assert solve_train(apart).own.between is None
+    assert solve_train(apart).coupling.between is None
 
 
 def test_a_planet_is_twisted_less_than_by_both_meshes_one_by_one():
@@ -106,7 +106,7 @@ def test_a_planet_is_twisted_less_than_by_both_meshes_one_by_one():
     share = []
     for bore in (30.0, 20.0, 14.0):
         whole = solve_train(made(planets=1, planet=(30, bore)))
-        share.append(float((whole.own.between[:, 0, 1] * whole.balance.stiffness[:, 0]).mean()))
+        share.append(float((whole.coupling.between[:, 0, 1] * whole.balance.stiffness[:, 0]).mean()))
     assert share[0] < -0.005
     assert share == sorted(share, reverse=True)
     assert share[2] < -0.15
@@ -121,7 +121,7 @@ def test_planets_lobe_a_ring_on_springs():
             given["planetary"][name]["bore_diameter"] = 30.0
         given["planetary"]["ring"] |= {"outer_diameter": 215.0, "support": {"radial": 2.0, "tangential": 2000.0}}
         found[planets] = solve_train(parse_scene(given))
-    C = found[3].own.between[0]
+    C = found[3].coupling.between[0]
     ring, sun = C[3:, 3:], C[:3, :3]
     assert_allclose(ring[np.triu_indices(3, 1)], ring[0, 1], rtol=1e-9)
     # in phase, so that all three have the same: the ring yields by the sum of a row beside what one planet bends
@@ -155,7 +155,7 @@ def test_a_set_without_errors_is_solved_for_a_part_of_its_cycle_only(teeth, plan
     for name in ("force", "motion", "stiffness"):
         own, exact = getattr(found.balance, name), getattr(whole.balance, name)
         assert_allclose(own, exact, rtol=0, atol=1e-9 * np.abs(exact).max())
-    assert_allclose(found.own.between, whole.own.between, atol=1e-9 * np.abs(whole.own.between).max())
+    assert_allclose(found.coupling.between, whole.coupling.between, atol=1e-9 * np.abs(whole.coupling.between).max())
     for own, exact in zip(found.meshes.values(), whole.meshes.values(), strict=True):
         assert_allclose(own.solution.force, exact.solution.force, atol=1e-8 * exact.solution.force.max())
     assert_allclose(found.spread, whole.spread, atol=1e-8 * np.abs(whole.spread).max())
@@ -193,7 +193,7 @@ def test_samples_on_bodies_are_solved_as_single_sets_are():
     at = {name: (mesh.lines, own) for (name, mesh), own in zip(whole.meshes.items(), whole.contacts, strict=True)}
     bodies = yielding_bodies(whole.linkage.train, scenes, at, coast=False)
     for n, offset in enumerate(offsets(whole, train.names, errors)):
-        exact = balance(whole.contacts, replace(whole.own, offset=whole.own.offset + offset), bodies)
+        exact = balance(whole.contacts, replace(whole.coupling, offset=whole.coupling.offset + offset), bodies)
         # samples take how the load is spread from the set without errors
         assert_allclose(cycle.force[n], exact.force, rtol=1e-4)
 

@@ -216,7 +216,7 @@ class TrainModel(LinearModel):
             return np.moveaxis(np.tensordot(rows, values, (1, axis)), 0, -1)
 
         return Excitation(
-            stiffness=orders(self.solved.own.tangent(k), rows, -3),
+            stiffness=orders(self.solved.coupling.tangent(k), rows, -3),
             motion=orders(x, rows[kept], -2),
             force=orders(F, rows[kept], -2),
             kept=kept,

@@ -161,7 +161,7 @@ def _some_cycles(
     """Motions q (cycle, position, motion) and forces F (cycle, position, mesh) in the mesh cycles ``cycles``."""
     offset = eccentric(solved, _times(solved, cycles))
     statics = solved.statics(offset)
-    _, F = statics.balanced(forces, *solved.begun(offset), FORCE_TOLERANCE)
+    _, F = statics.balanced(forces, *solved.first_guess(offset), FORCE_TOLERANCE)
     meshes_under = partial(flanks.under, [of_mesh[cycles] for of_mesh in amounts])
     search = ForceSearch(meshes_under=meshes_under, nominal=flanks.force, least=LEAST, tolerance=FORCE_CHANGE)
     F, q, _, _ = search.solve(statics, F)

@@ -29,7 +29,7 @@ def revolution_columns(solved: SolvedTrain) -> tuple[Columns, Columns]:
     period = train.periods[train.meshes[0].name] / train.periods[last]  # mesh period at the ring over that at the sun
     offset = eccentric(solved, abs(train[last].pair.wheel.teeth) * period * turns)[:, None]
     forces = curves(solved, float(planetary.keys.number))
-    _, F = solved.statics(offset).balanced(forces, *solved.begun(offset), FORCE_TOLERANCE)
+    _, F = solved.statics(offset).balanced(forces, *solved.first_guess(offset), FORCE_TOLERANCE)
     sharing: NDArray = (F / solved.even).max(axis=1).T
     coords: Columns = {"revolution": (("revolution",), turns)}
     return coords, {"load_sharing_over_revolution": (("mesh", "revolution"), sharing)}

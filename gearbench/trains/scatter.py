@@ -126,7 +126,7 @@ def curves(solved: SolvedTrain, most: float) -> Curves:
     tables = {key: _table(mesh, shares) for key, mesh in known.items()}
     each = (tables[id(mesh)] for mesh in solved.contacts)
     approach, force, slope = (np.stack(arrays) for arrays in zip(*each, strict=True))
-    return Curves(approach=approach, force=force, slope=slope, statics=solved.own)
+    return Curves(approach=approach, force=force, slope=slope, statics=solved.coupling)
 
 
 def _table(mesh: MeshAt, shares: NDArray) -> tuple[NDArray, NDArray, NDArray]:
@@ -264,7 +264,7 @@ class SampledTrain:
         solved, count = self.solved, len(self.names)
         offset = offsets(solved, self.names, errors)[:, None]
         statics = solved.statics(offset)
-        q, F = statics.balanced(self.forces, *solved.begun(offset), FORCE_TOLERANCE)
+        q, F = statics.balanced(self.forces, *solved.first_guess(offset), FORCE_TOLERANCE)
         if self.flanks is None:
             return q, F, self.forces.stiffness(F)
         under = partial(self.flanks.under, errors[:, count:])

@@ -35,9 +35,11 @@ from gearbench.threads import single_threaded_blas
 from gearbench.trains import symmetry
 from gearbench.trains.bodies import yielding_bodies
 
-#: Contact lines off the line of action are built for an assumed load. If the load of a mesh exceeds the assumed load by
-#: more than the factor ``HEAVIER``, they are rebuilt, at most ``ROUNDS`` times.
-HEAVIER, ROUNDS = 1.2, 4
+#: Contact lines off the line of action are built for an assumed load. They are rebuilt if the load of a mesh exceeds
+#: the assumed load by more than this factor.
+HEAVIER = 1.2
+#: Largest number of times that contact lines are rebuilt.
+ROUNDS = 4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -56,7 +58,7 @@ class SolvedTrain:
         Name of a mesh → its contact under the mesh force at each position.
     contacts
         Contact problem of each mesh at its phases.
-    own
+    coupling
         Equations that couple the meshes, including the compliance of the gear bodies.
     balance
         Mesh forces and motions in equilibrium.
@@ -69,23 +71,23 @@ class SolvedTrain:
     phases: Phases
     meshes: Mapping[str, Solved]
     contacts: tuple[MeshAt, ...]
-    own: Statics
+    coupling: Statics
     balance: Balance
     even: NDArray
 
     def statics(self, more: NDArray) -> Statics:
         """Coupling of the meshes for samples: the offset g minus ``spread``, plus ``more`` (…, mesh) [mm]."""
-        return replace(self.own, offset=self.own.offset - self.spread + more)
+        return replace(self.coupling, offset=self.coupling.offset - self.spread + more)
 
-    def begun(self, more: NDArray) -> tuple[NDArray, NDArray]:
+    def first_guess(self, more: NDArray) -> tuple[NDArray, NDArray]:
         """Motions and forces (sample, position, …) from which Newton's method starts, by the tangents of the solution.
 
         ``more`` (…, mesh) is the offset of the samples, as for ``statics``.
         """
-        own, k = self.own, self.balance.stiffness
+        coupling, k = self.coupling, self.balance.stiffness
         k = np.maximum(k, SEPARATED_STIFFNESS * k.max())
-        W, B = own.tangent(k), own.rows
-        change = -(np.linalg.solve(own.matrix(k), B.T @ W) @ more[..., None])[..., 0]
+        W, B = coupling.tangent(k), coupling.rows
+        change = -(np.linalg.solve(coupling.matrix(k), B.T @ W) @ more[..., None])[..., 0]
         force = self.balance.force + (W @ (change @ B.T + more)[..., None])[..., 0]
         return self.balance.motion + change, force
 
@@ -95,14 +97,14 @@ class SolvedTrain:
 
         Samples use this value unchanged, as if they had the load distribution of this solution.
         """
-        own, F = self.own, self.balance.force
-        if own.between is None:
+        coupling, F = self.coupling, self.balance.force
+        if coupling.between is None:
             return 0.0
         F = np.maximum(F, LEAST * np.array([mesh.nominal for mesh in self.contacts]))
         contacts = zip(self.contacts, F.T, self.balance.fields, strict=True)
         both = [[m.under(f, Guess.empty(m.problem), e)[0] for e in (field, None)] for m, f, field in contacts]
-        yielded = [one - other for one, other in both]
-        return np.stack(yielded, axis=1) - (own.between @ F[..., None])[..., 0]
+        by_bodies = [with_bodies - without_bodies for with_bodies, without_bodies in both]
+        return np.stack(by_bodies, axis=1) - (coupling.between @ F[..., None])[..., 0]
 
     @cached_property
     def cycle(self) -> TrainCycle:
@@ -119,7 +121,7 @@ class SolvedTrain:
     @cached_property
     def input_stiffness(self) -> NDArray:
         """Torque on the input shaft per unit of its rotation, (position,) [N·mm/rad]."""
-        matrix = self.own.matrix(self.balance.stiffness)
+        matrix = self.coupling.matrix(self.balance.stiffness)
         return 1 / np.linalg.pinv(matrix, hermitian=True)[:, self.linkage.input, self.linkage.input]
 
     @property
@@ -140,8 +142,8 @@ class SolvedTrain:
         by_mesh = zip(self.meshes.values(), self.contacts, strict=True)
         change = [(m.solution.approach - m.solution.coarse_approach) / contact.cos_b for m, contact in by_mesh]
         k = self.balance.stiffness
-        pulled = self.linkage.rows.T @ self.own.tangent(k) @ np.stack(change, axis=1)[..., None]
-        motion = (np.linalg.pinv(self.own.matrix(k), hermitian=True) @ pulled)[..., 0]
+        load = self.linkage.rows.T @ self.coupling.tangent(k) @ np.stack(change, axis=1)[..., None]
+        motion = (np.linalg.pinv(self.coupling.matrix(k), hermitian=True) @ load)[..., 0]
         return replace(self.cycle, motion=motion).transmission_error
 
     @property
@@ -172,21 +174,22 @@ def check_train(scene: Scene) -> Linkage:
             allowed = "differs from tooth to tooth, and needs a train whose meshes have one frequency"
             raise InputError(f"effects.{tooth_effects[0].name}", "given", allowed)
     assert scene.train is not None
-    short = scene.train.planetary
+    planetary = scene.train.planetary
     try:
         train.check_assembly(coast=scene.load.coast)
     except InputError as error:
-        if short is None:
+        if planetary is None:
             raise
-        raise InputError("planetary.positions", short.keys.positions, f"{error.allowed}; {short.fitting}") from None
+        allowed = f"{error.allowed}; {planetary.fitting}"
+        raise InputError("planetary.positions", planetary.keys.positions, allowed) from None
     linkage = scene.train.linkage(train, coast=scene.load.coast)
     try:
         linkage.check()
     except InputError as error:
-        if short is None:
+        if planetary is None:
             raise
         allowed = f"nothing holds {error.value}, neither meshes nor a stiffness"
-        raise InputError("planetary.floating", list(short.keys.floating), allowed) from None
+        raise InputError("planetary.floating", list(planetary.keys.floating), allowed) from None
     return linkage
 
 
@@ -258,7 +261,7 @@ def solve_train(
         )
     }
     contacts = tuple(mesh for _, mesh in contact_at.values())
-    parts = {"meshes": contact_of, "contacts": contacts, "own": balanced.statics, "balance": balanced}
+    parts = {"meshes": contact_of, "contacts": contacts, "coupling": balanced.statics, "balance": balanced}
     return SolvedTrain(scene=scene, linkage=linkage, phases=phases, even=even, **parts)
 
 
@@ -281,10 +284,10 @@ def _balanced(
     parts = symmetry.parts(train, [unnamed(scene) for scene in scenes.values()], phases_of_meshes, statics)
     first = contact_at
     if len(parts) > 1:
-        own = slice(len(phases.phase) // len(parts))
+        positions = slice(len(phases.phase) // len(parts))  # of the first part of the cycle
         # meshes in phase share one contact problem
-        known = {id(mesh): replace(mesh, problem=part_of(mesh.problem, own)) for _, mesh in contact_at.values()}
-        first = {name: (lines.part(own), known[id(mesh)]) for name, (lines, mesh) in contact_at.items()}
+        known = {id(mesh): replace(mesh, problem=part_of(mesh.problem, positions)) for _, mesh in contact_at.values()}
+        first = {name: (lines.part(positions), known[id(mesh)]) for name, (lines, mesh) in contact_at.items()}
     bodies = yielding_bodies(train, scenes, first, coast=coast)
     balanced = balance([mesh for _, mesh in first.values()], statics, bodies)
     return contact_at, symmetry.whole(balanced, parts, statics)
@@ -296,6 +299,7 @@ def unnamed(scene: Scene) -> Scene:
 
 
 def _under(scene: Scene, share: float) -> Scene:
+    """Return the scene under ``share`` times its torque."""
     return scene if share == 1.0 else changed(scene, load=Load(torque=share * scene.load.torque))
 
 
@@ -304,7 +308,7 @@ def _phases(scenes: Mapping[str, Scene], train: Train, coast: bool) -> Phases:
     first, *_ = scenes.values()
     shift, periods = train.phases(coast=coast), train.periods
     length, most = next(iter(periods.values())), max(periods.values())
-    orders = {n * Fraction(own, length) for own in periods.values() for n in range(1, HARMONICS + 1)}
+    orders = {n * Fraction(count, length) for count in periods.values() for n in range(1, HARMONICS + 1)}
     length_and_orders = {
         "length": length,
         "orders": tuple(float(n) if n.denominator > 1 else int(n) for n in sorted(orders)),
@@ -323,14 +327,14 @@ def _phases(scenes: Mapping[str, Scene], train: Train, coast: bool) -> Phases:
     exact = size > GAUSS_POINTS
     changes = []
     for name, scene in scenes.items():
-        own = transitions(changed(unnamed(scene), resolution=Resolution()), exact=exact)
-        shifted = ((each, (each.phase - shift[name]) % 1.0 % 1.0) for each in own)
-        each_period = [
-            own._replace(phase=(phase + p) * most / periods[name] % most)
-            for own, phase in shifted
+        of_mesh = transitions(changed(unnamed(scene), resolution=Resolution()), exact=exact)
+        shifted = ((transition, (transition.phase - shift[name]) % 1.0 % 1.0) for transition in of_mesh)
+        # the same in every mesh period of the cycle
+        changes += [
+            transition._replace(phase=(phase + p) * most / periods[name] % most)
+            for transition, phase in shifted
             for p in range(periods[name])
         ]
-        changes += each_period
     longest = LONGEST if first.pair.meshing.overlap_ratio else 1.0
     ends = [end / most for end in panel_starts(changes, longest, CLOSER if exact else CLOSE, most)]
     # panels that repeat as the meshes do: harmonics that cancel do so in the quadrature too

@@ -17,8 +17,9 @@ from gearbench.contact.problem import ContactSolution
 from gearbench.geometry.train import Train
 from gearbench.scene import Scene
 
-#: Tolerance for places (relative to the largest), phases [mesh periods] and the coupling (relative).
-_ALIKE = 1e-9
+#: Tolerance at which two states count as equal: places (relative to the largest), phases [mesh periods], coupling
+#: (relative).
+_EQUAL = 1e-9
 
 
 def parts(train: Train, scenes: Sequence[Scene], phase: NDArray, statics: Statics) -> NDArray:
@@ -45,17 +46,18 @@ def parts(train: Train, scenes: Sequence[Scene], phase: NDArray, statics: Static
     for n in (n for n in range(count, 1, -1) if positions % n == 0):
         by_part = phase.reshape(count, n, -1)
         for other in np.flatnonzero(kind == kind[0])[1:]:
+            # a rotation that takes the first mesh to the place of the other one
             turned = place * (place[other, 1] / place[0, 1])
-            away = np.abs(turned[:, None] - place).max(axis=-1) / np.abs(place).max()
-            takes = (kind[:, None] == kind) & (away < _ALIKE)
-            order = takes.argmax(axis=1)
-            if not (takes.sum(axis=1) == 1).all() or np.abs(by_part[:, 1:] - by_part[order, :-1]).max() > _ALIKE:
+            distance = np.abs(turned[:, None] - place).max(axis=-1) / np.abs(place).max()
+            takes_place = (kind[:, None] == kind) & (distance < _EQUAL)
+            order = takes_place.argmax(axis=1)
+            if not (takes_place.sum(axis=1) == 1).all() or np.abs(by_part[:, 1:] - by_part[order, :-1]).max() > _EQUAL:
                 continue
             if _couples_alike(statics, order):
-                found = [np.arange(count)]
+                orders = [np.arange(count)]
                 for _ in range(n - 1):
-                    found.append(order[found[-1]])
-                return np.array(found)
+                    orders.append(order[orders[-1]])
+                return np.array(orders)
     return np.arange(count)[None]
 
 
@@ -68,7 +70,7 @@ def _couples_alike(statics: Statics, order: NDArray) -> bool:
     under = B @ np.linalg.solve(statics.stiffness + B.T @ B, np.column_stack([B.T, statics.force]))
     approach, load = under[:, :-1], under[:, -1]
     pairs = (approach[np.ix_(order, order)], approach), (load[order], load), (offset[order], offset)
-    return all(np.abs(one - other).max() <= _ALIKE * np.abs(other).max() for one, other in pairs)
+    return all(np.abs(one - other).max() <= _EQUAL * np.abs(other).max() for one, other in pairs)
 
 
 def whole(first: Balance, parts: NDArray, statics: Statics) -> Balance:
@@ -80,28 +82,29 @@ def whole(first: Balance, parts: NDArray, statics: Statics) -> Balance:
         """(position, mesh) of all parts."""
         return np.concatenate([values[:, order] for order in parts])
 
-    own, B = first.statics, statics.rows
+    coupling, B = first.statics, statics.rows
     force, approach = joined(first.force), joined(first.motion @ B.T)
-    # of any stiffness k, best that of the meshes: (K + k Bᵀ B) q = f − Bᵀ F + k Bᵀ (B q)
+    # motions q from the approaches B q: (K + k Bᵀ B) q = f − Bᵀ F + k Bᵀ (B q), for any k, best that of the meshes
     k = first.stiffness.max()
     right = statics.force + (k * approach - force) @ B
     motion = np.linalg.solve(statics.stiffness + k * B.T @ B, right[..., None])[..., 0]
-    if own.between is not None:
-        between = np.concatenate([own.between[:, order][:, :, order] for order in parts])
-        own = replace(own, between=between, shifted=joined(np.asarray(own.shifted)))
-    opened = [[first.fields[m] for m in of_mesh] for of_mesh in parts.T]
+    if coupling.between is not None:
+        between = np.concatenate([coupling.between[:, order][:, :, order] for order in parts])
+        coupling = replace(coupling, between=between, shifted=joined(np.asarray(coupling.shifted)))
+    fields_of_parts = [[first.fields[m] for m in of_mesh] for of_mesh in parts.T]
     return replace(
         first,
         force=force,
         motion=motion,
         stiffness=joined(first.stiffness),
         solutions=tuple(_in_a_row([first.solutions[m] for m in of_mesh]) for of_mesh in parts.T),
-        statics=own,
-        fields=tuple(None if each[0] is None else np.concatenate(each) for each in opened),
+        statics=coupling,
+        fields=tuple(None if each[0] is None else np.concatenate(each) for each in fields_of_parts),
     )
 
 
 def _in_a_row(solutions: Sequence[ContactSolution]) -> ContactSolution:
+    """Join the solutions of the parts of a cycle, position after position."""
     names = [field.name for field in fields(ContactSolution) if field.name != "corrected"]
     arrays = {name: np.concatenate([getattr(one, name) for one in solutions]) for name in names}
     return ContactSolution(**arrays, corrected=sum(one.corrected for one in solutions))

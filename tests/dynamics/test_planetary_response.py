@@ -166,7 +166,7 @@ def test_with_loss_of_contact_the_balance_is_what_time_integration_ends_in():
     pins = {"pin_tangential": [8.0, 0.0, -5.0, 2.0], "ring_support": 400.0}
     whole = scene(**{"planets": 4, "phases": 16, "damping": 0.03, "torque": 25.0} | ELASTIC | pins)
     model, H = smooth(TrainModel(scene=whole, solved=solve_train(whole)), phases=512), 16
-    own, balance = model.solved.own, model.solved.balance
+    own, balance = model.solved.coupling, model.solved.balance
     level = np.linspace(0.0, 3.0, 4) * balance.force.max()
     approach = (model.approach(balance.motion) + own.offset)[..., None] + (
         level - balance.force[..., None]
@@ -214,7 +214,7 @@ def test_contact_at_the_quasi_static_motion_has_its_forces_and_their_slopes():
         x, small = model.approach(model.solved.balance.motion), 1e-6
         F, k = train.contact(x)
         assert_allclose(F, model.solved.balance.force, rtol=1e-5)
-        tangent = model.solved.own.tangent(k)
+        tangent = model.solved.coupling.tangent(k)
         for mesh in range(x.shape[1]):
             step = small * np.eye(x.shape[1])[mesh]
             change = (train.contact(x + step)[0] - train.contact(x - step)[0]) / (2 * small)
