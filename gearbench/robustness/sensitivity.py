@@ -251,8 +251,7 @@ def _orthonormal(x: NDArray, scale: float) -> tuple[NDArray, NDArray]:
     """Polynomials (sample, degree) from degree 1, orthonormal over the samples and without mean, at x and scale · x."""
     low, high = x.min(), x.max()
     degree = min(DEGREE, len(np.unique(x)) - 1)
-    powers, scaled = (
-        np.polynomial.legendre.legvander((2 * at - low - high) / (high - low), degree) for at in (x, scale * x)
-    )
+    at = (2 * np.concatenate([x, scale * x]) - low - high) / (high - low)
+    powers, scaled = np.split(np.polynomial.legendre.legvander(at, degree), 2)
     basis = math.sqrt(len(x)) * np.linalg.inv(np.linalg.qr(powers, mode="r"))[:, 1:]
     return powers @ basis, scaled @ basis
