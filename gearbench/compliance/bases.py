@@ -127,9 +127,9 @@ def sampled(most: int, ratio: float) -> NDArray:
 
 
 def spline_weights(knots: NDArray, points: NDArray, degree: int) -> NDArray:
-    """Weights of values at ``knots`` in their not-a-knot spline of a ``degree``, (at, knots).
+    """Weights of values at ``knots`` in the values at ``points`` of their not-a-knot spline, (point, knot).
 
-    With too few knots the degree is reduced to the next odd one.
+    The ``degree`` is odd; with too few knots it is reduced to the next lower odd one.
     """
     from scipy.interpolate import make_interp_spline
 

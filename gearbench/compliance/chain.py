@@ -102,8 +102,8 @@ class Chain:
 
         sides = right if isinstance(right, Sides) else self._one_group(right)
         count, most = len(self.sizes), int(self.sizes.max(initial=0))
-        there = sides.blocks.factors.any(axis=2)
-        begins = np.where(there.any(axis=0), there.argmax(axis=0), count)
+        nonzero = sides.blocks.factors.any(axis=2)
+        begins = np.where(nonzero.any(axis=0), nonzero.argmax(axis=0), count)
         order = np.argsort(begins, kind="stable")
         begun = np.searchsorted(begins[order], np.arange(count), side="right")
         starts = np.cumsum([0, *sides.widths[order]])
@@ -125,6 +125,7 @@ class Chain:
         return result
 
     def _one_group(self, right: NDArray) -> Sides:
+        """Right-hand sides (n, m) as a single group of columns."""
         which = np.repeat(np.arange(len(self.sizes))[:, None, None], 2, axis=2)
         factors = np.broadcast_to([1.0, 0.0], which.shape)
         rows = np.split(right, np.cumsum(self.sizes)[:-1])

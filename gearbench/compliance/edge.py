@@ -21,6 +21,7 @@ from gearbench.compliance.local import flank_functions
 from gearbench.compliance.wedge import softness, spread_table, strip_softening
 from gearbench.geometry.gear import Gear
 
+#: Number of Gauss points along the flank, which cluster at the edge.
 _POINTS = 40
 
 

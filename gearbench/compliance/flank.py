@@ -163,6 +163,7 @@ class FlankCompliance:
         return self._same_tooth[pairs, tolerance, first]
 
     def _of_one(self, basis: NDArray, block: NDArray) -> NDArray:
+        """``same_tooth`` of one pair, from its block (k, k) of ``between``."""
         if self.own is not None:
             return _positive_root(self.own + basis @ block @ basis.T, self.rank_tolerance)
         if _is_diagonal(block):
@@ -175,8 +176,8 @@ class FlankCompliance:
         With ``negative``, compliances as far below zero are included.
         """
         value, vector = np.linalg.eigh(self.at(0, 0))
-        felt = (np.abs(value) if negative else value) > tolerance * value[-1]
-        return value[felt], vector[:, felt]
+        significant = (np.abs(value) if negative else value) > tolerance * value[-1]
+        return value[significant], vector[:, significant]
 
     @lazy
     def _roots(self) -> dict[tuple[int, float], NDArray]:
@@ -202,14 +203,14 @@ class FlankCompliance:
 
         Directions that ``factor`` drops are left out, because C of a solid tooth of low order has negative ones.
         """
-        _, felt = self._significant(self.rank_tolerance)
-        block = felt.T @ self.block(d) @ felt
-        return np.einsum("...a,ab,...b->...", self.shapes(x, y) @ felt, block, self.shapes(x0, y0) @ felt)
+        _, basis = self._significant(self.rank_tolerance)
+        block = basis.T @ self.block(d) @ basis
+        return np.einsum("...a,ab,...b->...", self.shapes(x, y) @ basis, block, self.shapes(x0, y0) @ basis)
 
 
 @lru_cache(maxsize=256)
 def joined(tooth: FlankCompliance, shared: FlankCompliance) -> FlankCompliance:
-    """Sum of the compliance ``tooth`` of each tooth and a compliance ``shared`` by the teeth, on one flank.
+    """Sum of a compliance ``tooth`` that each tooth has by itself, and one ``shared`` by all teeth of a gear.
 
     Close to the root a clamped tooth yields less than the half-space of the contact law, so its compliance has negative
     directions, which the body compensates. Negative directions of the sum are raised to zero (``docs/theory.md``).
@@ -271,8 +272,8 @@ def flank_matrix(flanks: Sequence[FlankCompliance], lines: ContactLines) -> NDAr
     size = pairs * segments * max(len(flank.block(0)) for flank in flanks)
     together = max(1, TOGETHER // size)
     for first in range(0, positions, together):
-        some = slice(first, first + together)
-        _fill(H[some], flanks, lines.part(some))
+        chunk = slice(first, first + together)
+        _fill(H[chunk], flanks, lines.part(chunk))
     return H.reshape(positions, pairs * segments, -1)
 
 
@@ -280,20 +281,22 @@ def _fill(H: NDArray, flanks: Sequence[FlankCompliance], lines: ContactLines) ->
     """``flank_matrix`` of a few positions, into zeros."""
     positions, pairs, _ = lines.shape
     both_gears = [_directions_on_lines(flanks[index], lines, index) for index in (0, 1)]
+    # number of each line in the arrays of ``_directions_on_lines``
     number = np.cumsum(lines.active.T.ravel()).reshape(pairs, positions) - 1
     for i in range(pairs):
         for j in range(i + 1):
-            both = np.flatnonzero(lines.active[:, i] & lines.active[:, j])
-            if not both.size:
+            # positions at which both pairs have a line
+            shared = np.flatnonzero(lines.active[:, i] & lines.active[:, j])
+            if not shared.size:
                 continue
-            mine, other = _run(number[i, both]), _run(number[j, both])
+            of_i, of_j = _run(number[i, shared]), _run(number[j, shared])
             if i == j:
-                block = sum(gram(S[mine]) for _, _, S in both_gears)
+                block = sum(gram(S[of_i]) for _, _, S in both_gears)
             else:
-                block = sum(_times(X[mine], C[i, :, j]) @ np.swapaxes(X[other], 1, 2) for X, C, _ in both_gears)
-            H[both, i, :, j] = block
+                block = sum(_times(X[of_i], C[i, :, j]) @ np.swapaxes(X[of_j], 1, 2) for X, C, _ in both_gears)
+            H[shared, i, :, j] = block
             if i != j:
-                H[both, j, :, i] = np.swapaxes(block, 1, 2)
+                H[shared, j, :, i] = np.swapaxes(block, 1, 2)
 
 
 def _directions_on_lines(flank: FlankCompliance, lines: ContactLines, index: int) -> tuple[NDArray, NDArray, NDArray]:
@@ -318,12 +321,12 @@ def _directions_on_lines(flank: FlankCompliance, lines: ContactLines, index: int
 
 
 def _wide(root: NDArray, width: int) -> NDArray:
-    """A square root with columns of zeros up to a ``width``."""
+    """A square root (n, rank), with columns of zeros appended up to a ``width``."""
     return np.pad(root, ((0, 0), (0, width - root.shape[1])))
 
 
 def _times(X: NDArray, C: NDArray) -> NDArray:
-    """X C, (…, k), as one product; between the loads on a single tooth C is diagonal as a rule."""
+    """X C, (…, k), as one product; C of a single tooth is usually diagonal."""
     if _is_diagonal(C):
         return X * np.diagonal(C)
     return (X.reshape(-1, len(C)) @ C).reshape(*X.shape[:-1], C.shape[1])
@@ -339,6 +342,6 @@ def _on_lines(flank: FlankCompliance, lines: ContactLines, index: int) -> NDArra
 
     Lines of a pair follow one another.
     """
-    there = lines.active.T
-    height = lines.radii[index].swapaxes(0, 1)[there] - flank.gear.root_radius
-    return flank.shapes(height, lines.gear_y(index).swapaxes(0, 1)[there])
+    exists = lines.active.T
+    height = lines.radii[index].swapaxes(0, 1)[exists] - flank.gear.root_radius
+    return flank.shapes(height, lines.gear_y(index).swapaxes(0, 1)[exists])

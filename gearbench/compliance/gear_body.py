@@ -155,10 +155,10 @@ class ToothedRing:
         k, l = np.triu_indices(across)
         squares = np.swapaxes(bessel[:, :, k] * bessel[:, :, l], 1, 2)
         spacing = RING_APART if self.support is None else APART_ON_SPRINGS
-        some, weights = harmonic_weights(int(np.abs(n).max()), spacing)
-        c = rim_harmonics(self.ring, tuple(some))
+        computed, weights = harmonic_weights(int(np.abs(n).max()), spacing)
+        c = rim_harmonics(self.ring, tuple(computed))
         odd = ((-1.0) ** (np.array([1, 0, 1])[:, None] + np.arange(axis))).ravel()
-        c = np.concatenate([c, np.conj(c) * (odd[:, None] * odd)]).reshape(2 * len(some), -1)
+        c = np.concatenate([c, np.conj(c) * (odd[:, None] * odd)]).reshape(2 * len(computed), -1)
         below = (n < 0)[:, :, None]
         weights = np.concatenate(
             [np.where(below, 0.0, weights[np.abs(n)]), np.where(below, weights[np.abs(n)], 0.0)], axis=2
@@ -319,7 +319,8 @@ class _SprungTooth:
 
         (S + B⁻¹)⁻¹ = S_σ⁻¹ − S_σ⁻¹ (S_σ⁻¹ + B_σ)⁻¹ S_σ⁻¹.
 
-    The functions of the root belong to two phases, ±1 and ±i, which S does not couple.
+    The functions of the root belong to two phases, ±1 and ±i, which S does not couple. ``yields`` is S_σ⁻¹, ``moved``
+    S_σ⁻¹ Φᵀ of each phase, ``alone`` Φ S_σ⁻¹ Φᵀ, and ``spring`` σ.
     """
 
     yields: NDArray
@@ -335,11 +336,11 @@ class _SprungTooth:
         yields, alone, moved = np.zeros((n, n)), np.zeros(2 * (len(phi[0]),)), []
         for part, shapes, start in zip(S, phi, sizes, strict=True):
             sprung = part.copy()
-            mine = low[(low >= start) & (low < start + len(part))] - start
-            sprung[mine, mine] += spring
-            soft = np.linalg.inv(sprung)
-            yields[start : start + len(part), start : start + len(part)] = soft
-            moved.append(soft @ shapes.T)
+            low_in_part = low[(low >= start) & (low < start + len(part))] - start
+            sprung[low_in_part, low_in_part] += spring
+            inverse = np.linalg.inv(sprung)
+            yields[start : start + len(part), start : start + len(part)] = inverse
+            moved.append(inverse @ shapes.T)
             alone += shapes @ moved[-1]
         return cls(yields=yields, moved=moved, alone=(alone + alone.T) / 2, low=low, spring=spring)
 
@@ -399,8 +400,8 @@ def _coupled_functions(across: int, axis: int, split: bool) -> list[tuple[list[N
     number = (j + (field == 2)) % 2 if split else np.zeros(len(order), dtype=int)
     side = np.abs(np.imag(_phases(across, axis))).astype(int)
     groups = []
-    for mine in range(number.max() + 1):
-        parts = [np.flatnonzero((number == mine) & (side == k)) for k in range(2)]
+    for group in range(number.max() + 1):
+        parts = [np.flatnonzero((number == group) & (side == k)) for k in range(2)]
         both = np.concatenate(parts)
         groups.append((parts, np.ascontiguousarray(order[np.ix_(both, both)])))
     return groups
@@ -428,17 +429,18 @@ def wave_weights(teeth: int, spacing: float = APART) -> tuple[NDArray, NDArray]:
 
     Such a function, multiplied by sin(πm/z), is smooth in ln tan(πm/2z).
     """
-    some, most = waves_computed(teeth, spacing), teeth // 2
-    if len(some) == most + 1:
+    with_zero, most = waves_computed(teeth, spacing), teeth // 2
+    if len(with_zero) == most + 1:
         return np.eye(most + 1), np.eye(most + 1)
-    computed = some[1:]
+    computed = with_zero[1:]
+    # the splines continue beyond z/2, even or odd
     below = computed[2 * computed < teeth][::-1]
     knots, waves = np.append(computed, teeth - below), np.arange(1, most + 1)
     splines = spline_weights(_abscissa(knots, teeth), _abscissa(waves, teeth), DEGREE)
     both = []
     for sign in (1.0, -1.0):
         values = np.concatenate([np.eye(len(computed)), sign * np.eye(len(computed))[: len(below)][::-1]])
-        weights = np.eye(most + 1, len(some))
+        weights = np.eye(most + 1, len(with_zero))
         weights[1:, 1:] = (
             splines @ values * np.sin(math.pi * computed / teeth) / np.sin(math.pi * waves / teeth)[:, None]
         )

@@ -40,6 +40,7 @@ def kink_softening(s: NDArray, k: NDArray) -> NDArray:
 
 
 def _on_kink(s: NDArray, k: NDArray) -> NDArray:
+    """Λ of strips that reach the kink: D minus Hertz's approach and minus the least separation."""
     phi = _part_behind(s, k)
     L = _half_width(phi, k)
     m = -L * np.cos(phi)

@@ -70,8 +70,8 @@ def half_space_compression(gear: Gear, E: float, nu: float, order: tuple[int, in
     """
     p, q = order
     waves = WAVES * q + 1
-    some, weights = _wave_weights(waves, FARTHER)
-    G = np.tensordot(weights, _projected_waves(gear, E, nu, p, some, points), 1)
+    computed, weights = _wave_weights(waves, FARTHER)
+    G = np.tensordot(weights, _projected_waves(gear, E, nu, p, computed, points), 1)
     T = _cosines(q, TAIL * q)
     products = T[:, None, :waves] * T[:, :waves]
     near = (products.reshape(q * q, waves) @ G.reshape(waves, p * p)).reshape(q, q, p, p).transpose(2, 0, 3, 1)
@@ -117,13 +117,13 @@ def _wave_weights(waves: int, farther: float) -> tuple[NDArray, NDArray]:
     """
     from scipy.interpolate import make_interp_spline
 
-    some, m = sampled(waves - 1, farther), np.arange(1, waves)
-    weights = np.eye(waves, len(some))
-    if len(some) < waves:
-        smooth = make_interp_spline(np.log(some[1:]), np.diag(some[1:]), k=5)
+    computed, m = sampled(waves - 1, farther), np.arange(1, waves)
+    weights = np.eye(waves, len(computed))
+    if len(computed) < waves:
+        smooth = make_interp_spline(np.log(computed[1:]), np.diag(computed[1:]), k=5)
         weights[1:, 1:] = smooth(np.log(m)) / m[:, None]
     weights.flags.writeable = False
-    return some, weights
+    return computed, weights
 
 
 def flank_functions(count: int, radius: NDArray, low: float, high: float) -> NDArray:

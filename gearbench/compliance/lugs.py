@@ -89,12 +89,12 @@ class LugReduction:
     def grip(self) -> NDArray:
         """(C + K⁻¹)⁻¹; zero for tractions that do no work on the few functions of the ring along its axis."""
         size = np.abs(self.own).max(axis=1)
-        felt = np.flatnonzero(size > 1e-9 * size.max())
-        scale = 1 / np.sqrt(size[felt])
-        both, out = scale[:, None] * scale, np.zeros_like(self.own)
-        own = self.own[np.ix_(felt, felt)]
-        out[np.ix_(felt, felt)] = both * np.linalg.inv(both * (own + own.T) / 2)
-        return out
+        working = np.flatnonzero(size > 1e-9 * size.max())
+        scale = 1 / np.sqrt(size[working])
+        both, inverse = scale[:, None] * scale, np.zeros_like(self.own)
+        own = self.own[np.ix_(working, working)]
+        inverse[np.ix_(working, working)] = both * np.linalg.inv(both * (own + own.T) / 2)
+        return inverse
 
     def between(self, i: int, j: int) -> NDArray:
         """Change, due to the lugs, of the displacement of tooth i under loads on tooth j, (p·q, p·q) [mm/N]."""

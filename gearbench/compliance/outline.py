@@ -39,6 +39,7 @@ def roll_angles(gear: Gear) -> tuple[float, float]:
 
 
 def _fillet(gear: Gear, points: int) -> Outline:
+    """Panel of the fillet."""
     end = float(gear.fillet.parameter(np.array(gear.form_radius)))
     tau, weight = gauss(points, 0.0, math.tan(end / 2))
     x, dR, psi, d_psi = gear.fillet.along(2 * np.arctan(tau))
@@ -47,6 +48,7 @@ def _fillet(gear: Gear, points: int) -> Outline:
 
 
 def _involute(gear: Gear, points: int) -> Iterator[Outline]:
+    """Panels of the involute: one, or several that shrink towards a pointed tip."""
     r_b = gear.base_radius
     form, tip = roll_angles(gear)
     if gear.pointed_radius is None:

@@ -87,12 +87,12 @@ class Ring:
         n, rim = np.asarray(n, dtype=float), 3 * self.order[1]
         result = np.zeros((len(n), rim, rim))
         (along, edge), across = self._along(n), self._across(n)
-        for mine in self._classes:
-            condensed = np.empty((len(n), len(mine), len(mine)))
-            seen = np.ascontiguousarray(across[:, :, mine[:, None], mine])
-            if not condense(along, seen, edge[-1], condensed, addresses()):
+        for chosen in self._classes:
+            condensed = np.empty((len(n), len(chosen), len(chosen)))
+            of_class = np.ascontiguousarray(across[:, :, chosen[:, None], chosen])
+            if not condense(along, of_class, edge[-1], condensed, addresses()):
                 raise np.linalg.LinAlgError("the stiffness of a ring is not positive definite")
-            result[:, mine[:, None], mine] = condensed
+            result[:, chosen[:, None], chosen] = condensed
         return result
 
     def _on_springs(self, n: NDArray) -> NDArray:
@@ -210,8 +210,8 @@ class Ring:
         dR = math.copysign(1.0, self.radius) * weight * slope
         M, M1, M2 = (integral(f, f, factor) for factor in (dR * R, dR, dR / R))
         X, X1 = integral(f, df, dR * R), integral(f, df, dR)
-        found = M, M1, M2, X, _transposed(X), X1, _transposed(X1), integral(df, df, dR * R)
-        return np.stack(found, axis=-1), edge
+        integrals = M, M1, M2, X, _transposed(X), X1, _transposed(X1), integral(df, df, dR * R)
+        return np.stack(integrals, axis=-1), edge
 
     def _axial(self, n: NDArray) -> tuple[NDArray, NDArray]:
         """Products ⟨φ_j, dφ_l⟩ and ⟨dφ_j, dφ_l⟩ of φ_j = i^j g_j, (harmonic, q, q) each."""
@@ -237,16 +237,16 @@ def _axial_products(q: int) -> tuple[NDArray, NDArray]:
 @lru_cache(maxsize=64)
 def harmonic_weights(most: int, spacing: float = APART) -> tuple[NDArray, NDArray]:
     """Numbers of the computed harmonics, and their weights (n, computed) in the ĉ_n for n = 0 … ``most``."""
-    some = sampled(most, spacing)
-    if len(some) > most:
+    computed = sampled(most, spacing)
+    if len(computed) > most:
         weights = np.eye(most + 1)
     else:
         n = np.arange(1, most + 1)
-        weights = np.zeros((most + 1, len(some)))
+        weights = np.zeros((most + 1, len(computed)))
         weights[0, 0] = 1.0
-        weights[1:, 1:] = spline_weights(np.log(some[1:]), np.log(n), 5) * some[1:] / n[:, None]
+        weights[1:, 1:] = spline_weights(np.log(computed[1:]), np.log(n), 5) * computed[1:] / n[:, None]
     weights.flags.writeable = False
-    return some, weights
+    return computed, weights
 
 
 def rigid_motions(free: NDArray, q: int) -> NDArray:

@@ -31,6 +31,7 @@ class Ritz:
 
     @cached_property
     def _scale(self) -> NDArray:
+        """Factors that give the stiffness a unit diagonal, (n,)."""
         return 1 / np.sqrt(np.diagonal(self.stiffness))
 
     @cached_property

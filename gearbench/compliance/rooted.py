@@ -36,7 +36,7 @@ def root_parts(solid: Solid, flank: Functionals, count: int) -> RootParts:
     """Parts of a ``solid`` with free root, its ``flank`` functionals, and ``count`` polynomials in z."""
     field, across, along, axis = solid.shape
     number = np.arange(field * across * count).reshape(field * across, count)
-    S, phi = _own(solid, flank, count)
+    S, phi = _of_root(solid, flank, count)
     clamped = np.zeros(2 * (len(phi),))
     for inner, root, chain in zip(solid.classes, solid.root_classes, solid.chains, strict=True):
         position = np.concatenate([number[root[j % 2] // along, j] for j in range(count)])
@@ -52,8 +52,11 @@ def root_parts(solid: Solid, flank: Functionals, count: int) -> RootParts:
     return RootParts(held=flank.by_rows(flank.by_rows(clamped).T), stiffness=(S + S.T) / 2, moved=phi)
 
 
-def _own(solid: Solid, flank: Functionals, count: int) -> tuple[NDArray, NDArray]:
-    """Stiffness of motions of the root, and the displacement of the flank under them, rows as in a chain."""
+def _of_root(solid: Solid, flank: Functionals, count: int) -> tuple[NDArray, NDArray]:
+    """Stiffness between the functions that move the root, and the displacement of the flank under them.
+
+    The other functions are held at zero; rows are ordered as in a chain.
+    """
     field, across, along, _ = solid.shape
     n, (p, _), (q, _) = field * across, flank.rows.shape, flank.along.shape
     Z = solid.of_axis[:, :, :count, :count].reshape(4, -1)

@@ -36,7 +36,7 @@ from gearbench.compliance.bases import (
 from gearbench.compliance.outline import Outline
 from gearbench.threads import lazy
 
-#: A panel of an outline has this many quadrature points more than there are functions along the height.
+#: Quadrature points of a panel of an outline, in addition to the number of functions along the height.
 POINTS = 16
 #: From ``JOINTED`` functions along the height on, there are two families. The share of the lower family is
 #: ``LEAST_SHARE`` plus half its share of the height, because the stress is singular at the root.
@@ -51,14 +51,17 @@ _P, _SDP, _DP = range(3)
 
 
 def _radial(field: int) -> tuple[Term, ...]:
+    """∂_R of a field."""
     return (1.0, field, _DF, _P, 0), (-1.0, field, _FA, _SDP, 0)
 
 
 def _axial(field: int) -> tuple[Term, ...]:
+    """D of a field."""
     return (1.0, field, _F, _P, 1), (-1.0, field, _FK, _DP, 0)
 
 
 def _around(field: int) -> tuple[Term, ...]:
+    """∂_s of a field over e."""
     return ((1.0, field, _FE, _DP, 0),)
 
 

@@ -52,7 +52,7 @@ class SolidTooth:
     order
         Numbers of functions across the thickness, along the height, along the face width, of each displacement.
     measured_at
-        See above.
+        Displacement counted as deflection: "smooth", "mid" or "flank", see the module.
     rooted
         Whether the tooth will be joined to a body. One system, with moving root, then serves for tooth and joint.
     heights

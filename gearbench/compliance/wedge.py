@@ -56,15 +56,16 @@ def _waves(angle: float) -> tuple[NDArray, NDArray]:
     return eta, (m - 2 / np.tanh(math.pi * eta)) / eta * weight
 
 
-def strip_at_edge(angle: float, offset: float, room: float = 2.1) -> float:
+def strip_at_edge(angle: float, offset: float, length: float = 2.1) -> float:
     """Approach of a parabola pressed on a wedge near its edge, in units of c₁ q and half-widths a_H (E3).
 
     The parabola (ξ + σ)²/(2ρ) has its vertex at the ``offset`` σ beyond the edge; the other body is a half-space. Far
-    inside the edge the strip is Hertz's, with the approach 4 (ln 2 + ½) + W. If σ ≥ 0, the elements cover the length
-    ``room``/(1 + 1.5 σ) from the edge, which is a fifth more than the loaded length.
+    inside the edge the strip is Hertz's, with the approach 4 (ln 2 + ½) + W. If σ ≥ 0, the elements cover
+    ``length``/(1 + 1.5 σ) from the edge, which is a fifth more than the loaded length. Elements under tension are
+    released, and those that would penetrate are loaded, until neither occurs.
     """
     near = max(0.0, -offset - 1.4)
-    far = max(-offset, 0.0) + (1.4 if offset < 0 else room / (1 + 1.5 * offset))
+    far = max(-offset, 0.0) + (1.4 if offset < 0 else length / (1 + 1.5 * offset))
     t = np.linspace(0.0, 1.0, _ELEMENTS + 1)
     # elements crowd at both ends of the strip
     edge = near + (far - near) * (1 - np.cos(math.pi * t)) / 2
@@ -99,6 +100,7 @@ def strip_at_edge(angle: float, offset: float, room: float = 2.1) -> float:
 
 @lru_cache(maxsize=16)
 def _spread_nodes(angle: float) -> tuple[NDArray, NDArray]:
+    """x from 0 to 14, and ω(x)."""
     eta, factor = _waves(angle)
     step = 14.0 / 699
     # 700 cosines cos(α + β) from 28 α and 25 β

@@ -61,7 +61,7 @@ class ContactLines:
     span
         Range of u [mm]; by default the path of contact.
     coast
-        Whether these are lines of the coast flanks; u and y then belong to the mirror image (G10).
+        Whether these are lines of the coast flanks; u and y then belong to the mirrored pair (G10 of docs/theory.md).
     """
 
     pair: Pair
@@ -165,7 +165,7 @@ class ContactLines:
 
     @property
     def rolls(self) -> tuple[NDArray, NDArray]:
-        """Roll lengths of the segment centres on pinion and wheel [mm]."""
+        """Roll lengths of the nodes on pinion and wheel [mm]."""
         if self.touch is not None:
             return self.touch.rolls[0], self.touch.rolls[1]
         return self.u, self.pair.meshing.tangent_length - self.u
@@ -232,7 +232,7 @@ def contact_lines(
     cells
         Whether segments are equal cells on each panel, as needed if flanks may separate, instead of Gauss points.
     coast
-        Whether these are lines of the coast flanks; u and y belong to the mirror image.
+        Whether these are lines of the coast flanks; u and y belong to the mirrored pair.
     separation, span
         Separation of the flanks, and range of u [mm] of the lines, which may exceed the path of contact.
     """
@@ -240,13 +240,13 @@ def contact_lines(
     meshing, b = pair.meshing, pair.meshing.face_width
     u_a, u_e = ends = (meshing.path_start, meshing.path_end) if span is None else span
     tan_b = math.tan(meshing.beta_b)
-    cuts = sorted({u for u in kinks if u_a < u < u_e}), sorted({y for y in face_kinks if 0 < y < b})
+    kinks_within = sorted({u for u in kinks if u_a < u < u_e}), sorted({y for y in face_kinks if 0 < y < b})
     index = pair_indices(pair, span)
     if np.any(tau >= 1.0):
         index = np.append(index[0] - 1, index)
     start = meshing.path_start + (tau[:, None] + index) * meshing.base_pitch  # u at y = 0
-    edges = _panel_edges(pair, start, ends, *cuts)
-    widest = _widest(pair, ends, *map(tuple, cuts))
+    edges = _panel_edges(pair, start, ends, *kinks_within)
+    widest = _widest(pair, ends, *map(tuple, kinks_within))
     y, width, panel = _on_panels(edges, np.sqrt(widest), segments, pair, cells=cells)
     # lines of zero length, up to rounding
     absent = (edges[-1] - edges[0] <= NEGLIGIBLE_WIDTH * b)[..., None]
@@ -300,11 +300,12 @@ def _on_panels(
     Segments are shared in proportion to the ``sizes`` (panel,) of the panels that a line has. Their numbers are
     constant between two transitions of the mesh cycle, so that sums over the nodes are as smooth as the integrals.
     """
-    real = np.diff(edges, axis=0) > NEGLIGIBLE_WIDTH * pair.meshing.face_width
+    exists = np.diff(edges, axis=0) > NEGLIGIBLE_WIDTH * pair.meshing.face_width
     y, width = np.zeros((2, *edges.shape[1:], segments))
-    on = np.zeros(y.shape, dtype=np.intp)
-    for pattern in np.unique(real.reshape(len(real), -1), axis=1).T:
-        alike = np.all(real == pattern[:, None, None], axis=0)
+    number = np.zeros(y.shape, dtype=np.intp)
+    # lines with the same panels are treated together
+    for pattern in np.unique(exists.reshape(len(exists), -1), axis=1).T:
+        alike = np.all(exists == pattern[:, None, None], axis=0)
         panel = np.flatnonzero(pattern)
         if not panel.size:
             continue
@@ -313,13 +314,13 @@ def _on_panels(
         else:
             counts = _shares(segments, tuple(sizes[panel]), last=pair.wheel.teeth > pair.pinion.teeth)
             ends = edges[np.append(panel, panel[-1] + 1)][:, alike]
-        on[alike] = np.repeat(np.arange(len(counts)), counts)
+        number[alike] = np.repeat(np.arange(len(counts)), counts)
         rules = [_rule(count, cells) for count in counts]
         half = [np.diff(pair_of_ends, axis=0).T / 2 for pair_of_ends in pairwise(ends)]
         parts = zip(ends[:-1], half, rules, strict=True)
         y[alike] = np.concatenate([low[:, None] + h * (1 + node) for low, h, (node, _) in parts], axis=1)
         width[alike] = np.concatenate([h * weight for h, (_, weight) in zip(half, rules, strict=True)], axis=1)
-    return y, width, on
+    return y, width, number
 
 
 @lru_cache(maxsize=256)
@@ -331,13 +332,13 @@ def _shares(segments: int, sizes: tuple[float, ...], *, last: bool = False) -> t
     fewest = min(MIN_SEGMENTS, segments // len(sizes))
     exact = segments * np.array(sizes) / sum(sizes)
     counts = np.maximum(fewest, np.floor(exact + 1e-9)).astype(int)
-    while left := segments - int(counts.sum()):
-        step = 1 if left > 0 else -1
+    while missing := segments - int(counts.sum()):
+        step = 1 if missing > 0 else -1
         remainder = np.where(counts > (0 if step > 0 else fewest), np.round(step * (exact - counts), 6), -np.inf)
         # equal panels get equal shares if possible: a line and its mirror image are cut alike
         groups = [np.flatnonzero(remainder == value) for value in np.unique(remainder[np.isfinite(remainder)])[::-1]]
-        chosen = next((group for group in groups if group.size <= abs(left)), groups[0][-1:] if last else groups[0][:1])
-        counts[chosen] += step
+        one = groups[0][-1:] if last else groups[0][:1]
+        counts[next((group for group in groups if group.size <= abs(missing)), one)] += step
     return tuple(counts.tolist())
 
 

@@ -110,7 +110,10 @@ class RackCut:
         return curve
 
     def is_undercut(self, gear: Gear) -> bool:
-        """Whether the rack tip cuts away part of the involute (G7: its flank ends beyond the interference point)."""
+        """Whether the rack tip cuts away part of the involute: its flank ends beyond the interference point.
+
+        Equation (G7) of docs/theory.md.
+        """
         eta = gear.normal_module * gear.profile_shift - _rack(gear).flank_depth
         return eta < -gear.pitch_radius * math.sin(gear.alpha_t) ** 2
 
@@ -121,8 +124,9 @@ class RackCut:
             return end
         from scipy.optimize import root_scalar
 
-        def excess(p: ArrayLike) -> NDArray:
-            return curve.half_angle(p) - gear.involute_half_angle(curve.radius(p))
+        def excess(phi: ArrayLike) -> NDArray:
+            """Half-angle of the fillet minus that of the involute; 0 where they meet."""
+            return curve.half_angle(phi) - gear.involute_half_angle(curve.radius(phi))
 
         low = float(curve.parameter(max(gear.base_radius, gear.root_radius)))
         if gear.protuberance:
@@ -148,6 +152,7 @@ class RackCut:
 
 
 def _rack(gear: Gear) -> Rack:
+    """Rack that generates the gear."""
     m = gear.normal_module
     h_f, rho, s_pr = gear.dedendum * m, gear.fillet_radius * m, gear.protuberance
     return Rack(module=m, alpha=gear.alpha_n, dedendum=h_f, fillet=rho, protuberance=s_pr)

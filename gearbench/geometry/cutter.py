@@ -32,8 +32,9 @@ if TYPE_CHECKING:
 
 #: Default tip rounding of a cutter [modules], if it fits.
 STANDARD_ROUNDING = 0.2
-#: Default number of cutter teeth: ``FEWER`` than the ring, so that it can be fed radially, within ``STANDARD_TEETH``.
-FEWER, STANDARD_TEETH = 20, (15, 60)
+#: Default number of cutter teeth: ``FEWER`` than the ring, so that it can be fed radially, within ``STANDARD_TEETH``,
+#: but always at least ``LEAST_FEWER`` than the ring.
+FEWER, STANDARD_TEETH, LEAST_FEWER = 20, (15, 60), 8
 
 
 @checked(frozen=True, kw_only=True, config=STRICT)
@@ -55,7 +56,7 @@ class Cutter:
 def standard_cutter(teeth: int) -> Cutter:
     """Default cutter for a ring of ``teeth``: 20 teeth fewer, within 15 to 60, at least 8 fewer; no profile shift."""
     low, high = STANDARD_TEETH
-    return Cutter(teeth=min(max(abs(teeth) - FEWER, low), high, abs(teeth) - 8))
+    return Cutter(teeth=min(max(abs(teeth) - FEWER, low), high, abs(teeth) - LEAST_FEWER))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -123,10 +124,10 @@ def standard_rounding(ring: TransverseSection, cutter: Cutter, height: float) ->
         raise InputError("dedendum", height, f"the cutter with {cutter.teeth} teeth is pointed: must be smaller")
     from scipy.optimize import root_scalar
 
-    def room(radius: float) -> float:
+    def half_angle(radius: float) -> float:
         return rounding(ring, cutter, (height, radius)).half_angle
 
-    largest = root_scalar(room, bracket=(0.0, STANDARD_ROUNDING), method="brentq", xtol=1e-14).root
+    largest = root_scalar(half_angle, bracket=(0.0, STANDARD_ROUNDING), method="brentq", xtol=1e-14).root
     return max(float(largest) - 1e-12, 0.0)
 
 
@@ -178,7 +179,7 @@ class CutterPath:
         return -math.hypot(self.base_radius, self.distance * math.sin(self.pressure_angle))
 
     def _lengths(self, phi: NDArray) -> tuple[NDArray, NDArray, NDArray]:
-        """t + ρ, its derivative, and its increase since φ = 0, without cancellation."""
+        """T = t + ρ, dT/dφ and the increase of T since φ = 0, without cancellation."""
         (r_w0, _), r_c = self._pitch_radii, self.tool.centre_radius
         sin, cos = np.sin(phi), np.cos(phi)
         root = np.sqrt(r_c**2 - (r_w0 * sin) ** 2)
@@ -190,8 +191,8 @@ class CutterPath:
         """R² − r_f² and its derivative, without cancellation at the root circle."""
         (r_w0, r_w2), half = self._pitch_radii, np.sin(phi / 2) ** 2
         T, dT, grown = self._lengths(phi)
-        first = self.tool.tip_radius - r_w0
-        rise = grown * (T + first) - 2 * r_w2 * (grown - 2 * T * half)
+        T_0 = self.tool.tip_radius - r_w0
+        rise = grown * (T + T_0) - 2 * r_w2 * (grown - 2 * T * half)
         return rise, 2 * T * dT - 2 * r_w2 * (dT * np.cos(phi) - T * np.sin(phi))
 
     def radius(self, phi: ArrayLike) -> NDArray:
@@ -210,18 +211,18 @@ class CutterPath:
         R = self.radius(phi)
         x, y = -T * sin, r_w2 - T * cos
         dx, dy = -dT * sin - T * cos, T * sin - dT * cos
-        # centre of the rounding relative to the axis of the cutter
+        # centre of the rounding relative to the axis of the cutter; its direction tells how far the cutter has turned
         t = T - rho
         c_x, c_y = -t * sin, r_w0 + t * cos
-        turned = np.arctan2(c_x, c_y)
-        d_turned = ((-dT * sin - t * cos) * c_y - c_x * (dT * cos - t * sin)) / (c_x**2 + c_y**2)
+        direction = np.arctan2(c_x, c_y)
+        d_direction = ((-dT * sin - t * cos) * c_y - c_x * (dT * cos - t * sin)) / (c_x**2 + c_y**2)
         ratio = self.tool.section.teeth / self.teeth
-        psi = np.arctan2(-x, -y) - (turned + self.tool.half_angle) * ratio + math.pi / self.teeth
-        d_psi = (dx * y - x * dy) / R**2 - d_turned * ratio
+        psi = np.arctan2(-x, -y) - (direction + self.tool.half_angle) * ratio + math.pi / self.teeth
+        d_psi = (dx * y - x * dy) / R**2 - d_direction * ratio
         return rise / (R + self.root_radius), d_rise / (2 * R), psi, d_psi
 
     def parameter(self, radius: ArrayLike) -> NDArray:
-        """φ [rad] of the point at R [mm]; clipped beyond the ends."""
+        """φ [rad] of the point at R [mm]; clipped beyond the ends. Newton's method from a table, to rounding."""
         R, r_f = np.asarray(radius, dtype=float), self.root_radius
         target = np.sqrt(np.maximum((r_f - R) * (r_f + R), 0.0))
         table = np.linspace(0.0, self.phi_end, 65)
@@ -274,6 +275,7 @@ LEAST_OUTSIDE = 1.001
 
 
 def _path(gear: Gear) -> CutterPath:
+    """Path of the gear's cutter; refuses cutters that leave no root, overlap, trim the tips or foul them."""
     cutter = gear.cutter or standard_cutter(gear.teeth)
     total = gear.teeth + cutter.teeth
     if total >= 0:

@@ -21,25 +21,25 @@ class Faces:
     ----------
     width
         Default face width b [mm].
-    own
-        Face widths b_1, b_2 given for the gears [mm].
+    given
+        Face widths b_1, b_2 given for the gears [mm]; None for the default.
     offsets
         Middle of each face [mm].
     """
 
     width: float
-    own: tuple[float | None, float | None]
+    given: tuple[float | None, float | None]
     offsets: tuple[float, float]
 
     def check(self, module: float) -> None:
         """Refuse, with an ``InputError``, widths out of range for this normal module [mm] and separate faces."""
         low, high = WIDTHS
-        of_gears = {f"{gear}.face_width": width for gear, width in zip(GEARS, self.own, strict=True)}
+        of_gears = {f"{gear}.face_width": width for gear, width in zip(GEARS, self.given, strict=True)}
         for key, width in {"face_width": self.width, **of_gears}.items():
             if width is not None and not low <= width / module <= high:
                 allowed = f"must be {low:g} to {high:g} normal modules ({module:g} mm); lengths are in mm"
                 raise InputError(key, width, allowed)
-        if None not in self.own and self.width not in self.own:
+        if None not in self.given and self.width not in self.given:
             raise InputError("face_width", self.width, "must equal that of one of the gears: both have a face_width")
         if self.common[1] - self.common[0] < low * module:
             index = max((0, 1), key=lambda index: abs(self.offsets[index]))
@@ -50,7 +50,7 @@ class Faces:
     @property
     def widths(self) -> tuple[float, float]:
         """b_1, b_2 [mm]."""
-        one, two = self.own
+        one, two = self.given
         return self.width if one is None else one, self.width if two is None else two
 
     @property

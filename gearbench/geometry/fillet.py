@@ -65,14 +65,8 @@ class Fillet:
 
     def along(self, phi: NDArray) -> tuple[NDArray, NDArray, NDArray, NDArray]:
         """R − r_f [mm], dR/dφ, ψ and dψ/dφ at φ [rad]; free of cancellation at the root circle."""
-        sin, cos, cos_b, rho, r, r_f = (
-            np.sin(phi),
-            np.cos(phi),
-            math.cos(self.beta),
-            self.rack.fillet,
-            self.pitch_radius,
-            self.root_radius,
-        )
+        sin, cos, cos_b = np.sin(phi), np.cos(phi), math.cos(self.beta)
+        rho, r, r_f = self.rack.fillet, self.pitch_radius, self.root_radius
         eta, d_eta = self._height(phi), rho * sin
         x, dx = -eta * cos_b * sin / cos, -cos_b * (d_eta * sin / cos + eta / cos**2)
         y = r + eta
@@ -85,7 +79,10 @@ class Fillet:
         return height / (R + r_f), (x * dx + y * d_eta) / R, psi, d_psi
 
     def parameter(self, radius: ArrayLike) -> NDArray:
-        """Parameter φ [rad] of the fillet point at radius R [mm], r_f ≤ R ≤ R(φ_end); clipped outside."""
+        """Parameter φ [rad] of the fillet point at radius R [mm], r_f ≤ R ≤ R(φ_end); clipped outside.
+
+        Newton's method from a table, to rounding.
+        """
         radius = np.asarray(radius, dtype=float)
         r_f = self.root_radius
         target = np.sqrt(np.maximum((radius - r_f) * (radius + r_f), 0.0))
@@ -105,7 +102,7 @@ class Fillet:
         return self.shift - self.rack.corner[1] - self.rack.fillet * np.cos(phi)
 
     def _contact(self, phi: NDArray) -> tuple[NDArray, NDArray]:
-        """Point of the envelope at the moment it is cut, from the gear's centre, pitch point on +y."""
+        """Point (x, y) [mm] of the envelope at the moment it is cut, from the gear's centre, pitch point on +y."""
         eta = self._height(phi)
         return -eta * math.cos(self.beta) * np.tan(phi), self.pitch_radius + eta
 

@@ -37,7 +37,8 @@ class Gear(TransverseSection):
     tip_rounding, tip_chamfer
         Radius of the rounding, height of the chamfer (at 45° to the flank) of the tip edge [mm].
     protuberance
-        s_pr = pr_P0 − q, by which the fillet is cut deeper than the flank [mm].
+        s_pr = pr_P0 − q, protuberance of the tool minus grinding stock: how much deeper the fillet is cut than the
+        flank [mm].
     cutter
         Cutter of an internal gear; by default ``standard_cutter``.
     blank
@@ -78,7 +79,7 @@ class Gear(TransverseSection):
             raise InputError("addendum", self.addendum, f"{below}: a smaller addendum or more teeth")
         if self.root_radius * self.sign <= 0:
             raise InputError("dedendum", self.dedendum, f"root radius {self.root_radius:.4g} mm must be positive")
-        _ = self.fillet  # refused where its cutter leaves no tooth
+        _ = self.fillet  # raises an error if the cutter leaves no tooth
         if self.sign * self._half_angle_at_base <= 0 < self.sign:
             limit = -(math.pi / 2 + self.teeth * inv(self.alpha_t)) / (2 * math.tan(self.alpha_n))
             raise InputError("profile_shift", self.profile_shift, f"must be above {limit:.4g} (no tooth left)")
@@ -98,7 +99,7 @@ class Gear(TransverseSection):
     # -- sizes [mm] ---------------------------------------------------------------------------------------------------
     @property
     def tip_radius(self) -> float:
-        """Tip radius r_a = r + m_n (h_a* + x) [mm] (G4)."""
+        """Tip radius r_a = r + m_n (h_a* + x) [mm] (G4 of docs/theory.md)."""
         return self.pitch_radius + self.normal_module * (self.addendum + self.profile_shift)
 
     @property
@@ -155,6 +156,7 @@ class Gear(TransverseSection):
 
     @cached_property
     def _half_angle_at_base(self) -> float:
+        """Half tooth-thickness angle of the involute at the base circle [rad]."""
         s_over_2r = (math.pi / 2 + 2 * self.profile_shift * math.tan(self.alpha_n)) / self.teeth
         return s_over_2r + inv(self.alpha_t)
 

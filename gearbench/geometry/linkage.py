@@ -48,6 +48,8 @@ class Motion:
 class Linkage:
     """Coupling of the meshes by free motions q: approach δ = B q + g, equilibrium K q + Bᵀ F = f, F ≥ 0 (M2).
 
+    F are the mesh forces, f the external forces, K the stiffness of the supports. Errors give g; it is not kept here.
+
     Parameters
     ----------
     train
@@ -116,6 +118,7 @@ class Linkage:
         for row, mesh in zip(rows, self.train.meshes, strict=True):
             turn = self.train.turn(mesh.name) * (-1 if self.coast else 1)
             x, y = self.train.across(mesh.name)
+            # direction of the interference point, the foot of the perpendicular from the driver's centre to the line n
             foot = math.atan2(y, x) - turn * mesh.pair.meshing.alpha_wt
             n = turn * np.array([-math.sin(foot), math.cos(foot)])
             for gear, body, sign in zip(mesh.gears, mesh.pair.gears, (1, -1), strict=True):
@@ -189,9 +192,10 @@ class Linkage:
             With the name of the least supported motion.
         """
         B, K = self.rows, self.stiffness
-        size = np.sqrt(np.einsum("mq,mq->q", B, B) + np.diag(K) / max(np.diag(K).max(initial=0.0), 1.0))
-        size = np.where(size > 0, size, 1.0)
+        # meshes of unit stiffness, and supports relative to the stiffest; scaled to a unit diagonal
         total = B.T @ B + K / max(np.diag(K).max(initial=0.0), 1.0)
+        size = np.sqrt(np.diag(total))
+        size = np.where(size > 0, size, 1.0)
         values, vectors = np.linalg.eigh(total / np.outer(size, size))
         if values[0] < _HELD * values[-1]:
             # shafts turn freely too if the gears that hold them float, which are the cause

@@ -116,15 +116,15 @@ class Meshing:
 
         A negative value for the pinion of a ring is involute interference.
         """
-        (enters, leaves), (first, last) = self.tip_path, self._form_path
-        return min(enters - first, last - leaves)
+        (enters, leaves), (pinion_form, wheel_form) = self.tip_path, self._form_path
+        return min(enters - pinion_form, wheel_form - leaves)
 
     @cached_property
     def has_interference(self) -> tuple[bool, bool]:
         """Whether the mate's tip reaches the fillet of pinion, wheel (contact below the form circle)."""
-        (enters, leaves), (first, last) = self.tip_path, self._form_path
-        room = 1e-12 * abs(self.centre_distance)
-        return enters < first - room, leaves > last + room
+        (enters, leaves), (pinion_form, wheel_form) = self.tip_path, self._form_path
+        rounding = 1e-12 * abs(self.centre_distance)
+        return enters < pinion_form - rounding, leaves > wheel_form + rounding
 
     def path_coordinate(self, index: int, radius: float) -> float:
         """Position u [mm] on the path of contact of a radius R [mm] of one gear, at least its base radius."""

@@ -75,7 +75,7 @@ class Member:
     bore_diameter, outer_diameter
         Where the body is held: the bore of an external gear, the outside of an internal gear [mm].
     support
-        Springs at the outside of an internal gear; by default it is held rigidly.
+        Springs or lugs at the outside of an internal gear; by default it is held rigidly.
     rim_thickness, web_thickness, web_offset, hub_diameter
         Rim below the root circle, axial width of the web, its offset from the middle of the face towards y = b, and
         diameter of the hub [mm]. Without hub the web reaches the bore; without rim and web the body is solid.
@@ -308,6 +308,7 @@ class Pair:
 
     @cached_property
     def _given_shifts(self) -> tuple[float | None, float | None]:
+        """Profile shifts that are given, directly or by a measured size of the teeth [normal modules]."""
         one, two = (
             given_shift(self.sections[index], index, member.profile_shift, member.thickness)
             for index, member in enumerate(self.members)
@@ -316,9 +317,11 @@ class Pair:
 
     @cached_property
     def profile_shifts(self) -> tuple[float, float]:
-        """Profile shifts x_1, x_2 [normal modules], derived from the centre distance where not given (G3).
+        """Profile shifts x_1, x_2 [normal modules], derived from the centre distance where not given.
 
-        They ignore the backlash, which thins the teeth but leaves the tip circles.
+        They follow from (G3) of docs/theory.md.
+
+        The backlash does not change them: it thins the teeth but leaves the tip circles.
         """
         total = profile_shift_sum(self.sections, self.centre_distance)
         x1, x2 = self._given_shifts
@@ -345,6 +348,8 @@ class Pair:
         return self._generating_shifts("middle")
 
     def _generating_shifts(self, limit: str) -> tuple[float, float]:
+        """x_E1, x_E2 at the "upper" or "lower" limit of the tooth thickness, or in the "middle" of both."""
+
         def deviation(thickness: Thickness | None, section: TransverseSection) -> float:
             if thickness is None:
                 return 0.0
@@ -363,7 +368,7 @@ class Pair:
     def faces(self) -> Faces:
         """Faces of both gears."""
         widths, offsets = ((getattr(self.pinion, k), getattr(self.wheel, k)) for k in ("face_width", "axial_offset"))
-        return Faces(width=self.face_width, own=widths, offsets=offsets)
+        return Faces(width=self.face_width, given=widths, offsets=offsets)
 
     @cached_property
     def overhangs(self) -> tuple[Ends, Ends]:
@@ -394,7 +399,7 @@ class Pair:
         return strain(self.temperature.pinion, one), strain(self.temperature.wheel, two)
 
     def working_distance(self, deviation: float) -> float:
-        """a′ [mm] with a ``deviation`` [µm], at the temperatures given, divided by the growth of the gears (G16).
+        """a′ [mm] with a ``deviation`` [µm], at the given temperatures, for gears with their sizes at 20 °C (G16).
 
         A positive deviation moves the axes apart, whatever the sign of a′.
         """
@@ -409,7 +414,7 @@ class Pair:
     def actual_backlash(self) -> float:
         """Circumferential backlash j_wt [mm] at the working pitch circles that follows from the profile shifts.
 
-        Negative by no more than the rounding of the data.
+        It may be slightly negative, because data are rounded (``ROUNDING``).
         """
         return backlash(self.sections, self.generating_shifts, self._working_distance)
 
@@ -473,7 +478,7 @@ class Pair:
             )
             if member.root_diameter is None:
                 return gear
-            # a dedendum deepens all roots alike
+            # the root radius decreases by as much as the dedendum increases
             deeper = gear.root_radius - math.copysign(member.root_diameter, member.teeth) / 2
             dedendum = gear.dedendum + deeper / self.normal_module
             return replace(gear, dedendum=dedendum, fillet_radius=self._fillet_radius(index, dedendum))
@@ -481,8 +486,8 @@ class Pair:
             shift = self.profile_shifts[index]
             if self._given_shifts[index] is None and abs(shift) > LARGEST_SHIFT:
                 plain = sum(section.pitch_radius for section in self.sections)
-                asked = f"needs a sum of profile shifts of {shift:.3g}: without profile shift it is {plain:.6g} mm"
-                raise InputError("centre_distance", self.centre_distance, asked) from None
+                allowed = f"needs a sum of profile shifts of {shift:.3g}: without profile shift it is {plain:.6g} mm"
+                raise InputError("centre_distance", self.centre_distance, allowed) from None
             raise error.within(GEARS[index]) from None
 
     def _cutter(self, index: int) -> Cutter | None:

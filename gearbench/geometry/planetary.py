@@ -27,7 +27,7 @@ MEMBERS = (SUN, PLANET, AT_RING, RING)
 SHARED = ("normal_module", "pressure_angle", "helix_angle")
 #: Keys that give one deviation per planet.
 DEVIATIONS = ("pin_tangential", "pin_radial", "planet_thickness", "planet_timing")
-#: A planet given closer than this to an angle at which its teeth fit is moved there [steps between these angles].
+#: A given planet position this close to an angle at which the teeth fit is moved there [steps between these angles].
 _NEAR = 2e-3
 
 #: Deviation of a member [µm].
@@ -204,7 +204,7 @@ class PlanetarySet:
     keys
         The table ``[planetary]``.
     teeth
-        z_s, z_p at the sun, z_p at the ring, z_r.
+        z_s, z_p of the gear at the sun, z_q of the gear at the ring (z_p if not stepped), z_r.
     modules
         Transverse modules of the meshes with sun and ring [mm].
     stepped
@@ -218,7 +218,10 @@ class PlanetarySet:
 
     @property
     def steps(self) -> int:
-        """Number of angles around the axis at which the teeth of a planet fit (M5): z_s + |z_r| if not stepped."""
+        """Number of angles around the axis at which the teeth of a planet fit: z_s + |z_r| if not stepped.
+
+        Equation (M5) of docs/theory.md.
+        """
         z_s, z_p, z_q, z_r = self.teeth
         return (z_s * z_q - z_r * z_p) // math.gcd(z_p, z_q)
 
@@ -234,8 +237,8 @@ class PlanetarySet:
         if self.keys.positions is None:
             even = (Fraction(n * self.steps, self.keys.planets) for n in range(self.keys.planets))
             return tuple(2 * math.pi * math.ceil(step - Fraction(1, 2)) / self.steps for step in even)
-        near = [angle * self.steps / 360.0 for angle in self.keys.positions]
-        return tuple(2 * math.pi * (round(x) if abs(x - round(x)) < _NEAR else x) / self.steps for x in near)
+        given = [angle * self.steps / 360.0 for angle in self.keys.positions]
+        return tuple(2 * math.pi * (round(x) if abs(x - round(x)) < _NEAR else x) / self.steps for x in given)
 
     @property
     def fitting(self) -> str:
@@ -350,11 +353,11 @@ class PlanetarySet:
 
 
 def _of_planet(table: Mapping[str, Any], number: int) -> dict[str, Any]:
-    """Table of one planet: random pitch errors get a seed of their own."""
-    drawn = table.get("random_pitch")
-    if not isinstance(drawn, Mapping) or not isinstance(drawn.get("seed", 0), int):
+    """Table of one planet: random pitch errors get the seed of the first planet plus ``number``."""
+    pitch = table.get("random_pitch")
+    if not isinstance(pitch, Mapping) or not isinstance(pitch.get("seed", 0), int):
         return dict(table)
-    return {**table, "random_pitch": {**drawn, "seed": drawn.get("seed", 0) + number}}
+    return {**table, "random_pitch": {**pitch, "seed": pitch.get("seed", 0) + number}}
 
 
 def expanded(given: Any) -> tuple[PlanetarySet, dict[str, Any]]:
@@ -380,9 +383,9 @@ def expanded(given: Any) -> tuple[PlanetarySet, dict[str, Any]]:
         if name != RING and (not isinstance(teeth, int) or teeth < 1):
             raise InputError(f"planetary.{name}.teeth", str(teeth), "must be a whole number, 1 or more")
     keys, stepped = read(Planetary, table_of_set, "planetary"), AT_RING in members
-    of_stepped = {key: getattr(keys, key) for key in ("planet_timing", "planet_torsional_stiffness")}
-    of_stepped["scatter.planet_timing"] = keys.scatter and keys.scatter.planet_timing
-    if alone := [key for key, value in of_stepped.items() if value and not stepped]:
+    only_stepped = {key: getattr(keys, key) for key in ("planet_timing", "planet_torsional_stiffness")}
+    only_stepped["scatter.planet_timing"] = keys.scatter and keys.scatter.planet_timing
+    if alone := [key for key, value in only_stepped.items() if value and not stepped]:
         raise InputError(f"planetary.{alone[0]}", "given", "is for stepped planets: give planetary.planet_at_ring too")
     second = {key: members[AT_RING].pop(key) for key in SHARED if key in members.get(AT_RING, {})}
     at_ring = read(Planetary, table_of_set | second, f"planetary.{AT_RING}") if stepped else keys

@@ -64,7 +64,7 @@ class Modification:
         return math.copysign(math.sqrt(max(self.start**2 - base_radius**2, 0.0)), base_radius)
 
     def is_on(self, roll: float, base_radius: float) -> bool:
-        """Whether material is missing at a roll length."""
+        """Whether a roll length lies within the modification: always, unless it is one-sided."""
         x = roll if self.along == "roll" else math.copysign(math.hypot(roll, base_radius), base_radius)
         return not self.one_sided or (x - self.start) / self.length > 0
 
@@ -83,7 +83,7 @@ class Modification:
         """f, f′, f″ of t."""
         n = self.power
         if self.arc:
-            # κ²t² reaches 1 only where the arc has turned by 90°
+            # κ²t² reaches 1 only where the arc has turned by 90°, far beyond the flank: 1e-3 keeps the root real
             w = np.sqrt(np.maximum(1 - (self.arc * t) ** 2, 1e-3))
             scale = 1 + math.sqrt(1 - self.arc**2)
             return scale * t**2 / (1 + w), scale * t / w, scale / w**3
@@ -92,7 +92,7 @@ class Modification:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Piece:
-    """A smooth part of a profile between the roll lengths ``low`` and ``high``."""
+    """A smooth part of a profile between the roll lengths ``low`` and ``high``; ``parts`` give its deviations."""
 
     low: float
     high: float
@@ -128,10 +128,10 @@ class Piece:
         return roll
 
     def normal(self, roll: NDArray) -> tuple[NDArray, NDArray, NDArray, NDArray, NDArray, NDArray]:
-        """Normal line at ℓ in the frame of its tangent.
+        """Normal line at ℓ in the frame of its tangent (T2).
 
         Returns its angle ε to the tangent, the radius of curvature ρ of the modified profile, the distances c along the
-        normal and d across it from the centre to the point (T2), and the derivatives of c and d by ℓ.
+        normal and d across it from the gear's centre to the point, and the derivatives of c and d by ℓ.
         """
         r_b, sign = self.base_radius, math.copysign(1.0, self.base_radius)
         e, de, dde = self.deviation(roll)
@@ -175,7 +175,10 @@ class Profile:
 
     @property
     def corners(self) -> list[tuple[float, Piece]]:
-        """Roll lengths of corners, kinks and both ends, each with a piece that reaches it."""
+        """Roll lengths of kinks and of both ends, where a corner may touch, each with a piece that reaches it.
+
+        A rounded tip has no corner.
+        """
         inner = [(after.low, after) for after in self.pieces[1:] if not after.is_rounding]
         ends = [(self.low, self.pieces[0])]
         return [*ends, *inner, *([(self.high, self.pieces[-1])] if self.has_edge else [])]

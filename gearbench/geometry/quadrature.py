@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 @lru_cache(maxsize=256)
 def gauss(count: int) -> tuple[NDArray, NDArray]:
-    """Nodes and weights on [−1, 1]."""
+    """Nodes and weights of the Gauss–Legendre rule with ``count`` points on [−1, 1]."""
     return legendre.leggauss(count)
 
 

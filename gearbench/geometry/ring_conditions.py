@@ -38,9 +38,10 @@ def fouling_room(
     crosses = np.abs(cosine) < 1
     if not crosses.any():
         return math.inf
+    # turned by t = ±s the point crosses the ring's tip circle; there it has this angle from the middle of the space
     R, angle, s = R[crosses], angle[crosses], np.arccos(cosine[crosses])
-    behind = [np.arctan2(R * np.sin(t), distance + R * np.cos(t)) - (t - angle) * ratio for t in (-s, s)]
-    return tip_radius * (half_space - float(np.max(behind)))
+    crossings = [np.arctan2(R * np.sin(t), distance + R * np.cos(t)) - (t - angle) * ratio for t in (-s, s)]
+    return tip_radius * (half_space - float(np.max(crossings)))
 
 
 def tip_room(pair: Pair) -> float:
@@ -62,12 +63,12 @@ def radial_room(pair: Pair, starts: tuple[float, ...] = (0.0, 0.5)) -> float:
     """
     ring, pinion = sorted(pair.gears, key=lambda gear: gear.teeth)
     r_1, r_2, a = pinion.tip_radius, -ring.tip_radius, abs(pair.meshing.centre_distance)
-    thick = float(pinion.involute_half_angle(r_1))
+    half_tooth = float(pinion.involute_half_angle(r_1))
     half_space = math.pi / -ring.teeth + float(ring.involute_half_angle(ring.tip_radius))
     rooms = []
     for start in starts:
         k = np.arange(start, pinion.teeth / 4)
-        angle = 2 * math.pi * k / pinion.teeth + thick
+        angle = 2 * math.pi * k / pinion.teeth + half_tooth
         x, y = r_1 * np.sin(angle), a + r_1 * np.cos(angle)
         enters = (np.hypot(x, y) > r_2) & (angle < math.pi / 2)
         if enters.any():

@@ -1,4 +1,4 @@
-"""Earlier name of the gears of a pair."""
+"""Earlier name of the gears of a pair, kept for one version with a warning."""
 
 from enum import IntEnum
 from typing import Any

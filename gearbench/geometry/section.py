@@ -12,7 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 
 @dataclass(frozen=True, kw_only=True)
 class TransverseSection:
-    """An involute gear, spur or helical, as far as number of teeth, module and angles determine it (G1).
+    """An involute gear, spur or helical, as far as number of teeth, module and angles determine it.
+
+    Equations: (G1) of docs/theory.md.
 
     Parameters
     ----------

@@ -1,7 +1,8 @@
 """Kinematic separation of two flanks in the transverse plane, and their point of first contact.
 
 Points keep their y when a gear turns. Flanks of helical gears therefore approach each other section by section: every
-section is a pair of profiles at a nominal coordinate u.
+section is a pair of profiles at a nominal coordinate u. At each u the separation is the lowest of all curves on which
+two parts of the profiles touch (``touching``); it is tabulated and interpolated.
 """
 
 from __future__ import annotations
@@ -55,7 +56,7 @@ class Touch:
     def gap(self) -> NDArray:
         """Separation along the transverse line of action [mm]; infinite if the flanks cannot touch."""
         t, (width, y, a, b, c) = self.t, self.columns[1:6, self.row]
-        # in a hole of the table no point of one flank reaches the other
+        # between intervals of the table no point of one flank reaches the other
         beyond = np.maximum(t - 1, -t) * width
         return np.where(beyond <= _ROUNDING, y + t * (a + t * (b + t * c)), np.inf)
 
@@ -85,7 +86,7 @@ class Touch:
         return self.columns[20, self.row].astype(int)
 
     def _linear(self, number: slice) -> NDArray:
-        """Interpolate the rows ``number`` linearly in their interval; constant in a hole."""
+        """Interpolate the rows ``number`` linearly in their interval; constant between intervals."""
         low, rise = self.columns[6:13][number], self.columns[13:20][number]
         return low[:, self.row] + np.clip(self.t, 0.0, 1.0) * rise[:, self.row]
 
@@ -132,15 +133,15 @@ class Separation:
                 curves.append(self._resolved(partial(self.plane.piece_on_piece, k, own, mate), roll))
         for k, (own, mate) in enumerate(((first, second), (second, first))):
             for roll, piece in own.corners:
-                # the path of contact ends at a corner, or passes it
+                # the corner touches close to the position at which it lies on the line of action, v = roll
                 far = self.path[0] - self.low
                 v = self._nodes(roll - far, roll + far)
                 meetings = [
-                    at
+                    meeting
                     for other in mate.pieces
                     for end in (other.low, other.high)
-                    for at in self.plane.meeting(k, roll, piece, end, other)
-                    if abs(at - roll) < far
+                    for meeting in self.plane.meeting(k, roll, piece, end, other)
+                    if abs(meeting - roll) < far
                 ]
                 v = np.unique([*v, roll, *meetings])
                 touch = self.plane.corner_on_piece
@@ -185,17 +186,17 @@ class Separation:
         # if curves are equal, smooth contact takes precedence over an edge
         order = np.array([c.edge >= 0 for c in curves])[:, None] * 1.0
         near = values <= least + 1e-13 * self.plane.size
-        winner = np.argmin(np.where(near, order, np.inf), axis=0)
-        winner = np.where(np.isfinite(least), winner, -1)
+        lowest = np.argmin(np.where(near, order, np.inf), axis=0)
+        lowest = np.where(np.isfinite(least), lowest, -1)
         pieces, start = [], grid[0]
-        for i in np.flatnonzero(np.diff(winner)):
-            a, b = winner[i], winner[i + 1]
+        for i in np.flatnonzero(np.diff(lowest)):
+            a, b = lowest[i], lowest[i + 1]
             crossing = self._crossing(a, b, grid[i], grid[i + 1])
             if a >= 0:
                 pieces.append((start, crossing, curves[a]))
             start = crossing
-        if winner[-1] >= 0:
-            pieces.append((start, grid[-1], curves[winner[-1]]))
+        if lowest[-1] >= 0:
+            pieces.append((start, grid[-1], curves[lowest[-1]]))
         return pieces
 
     def _crossing(self, a: int, b: int, low: float, high: float) -> float:
@@ -203,12 +204,12 @@ class Separation:
         if a < 0 or b < 0:
             return high if a < 0 else low
         first, second = self.curves[a], self.curves[b]
-        room = 1e-13 * self.plane.size
+        rounding = 1e-13 * self.plane.size
         begin, end = second.u[:1], first.u[-1:]
         # one curve begins or ends on the other: they meet without crossing
-        if begin[0] > low and hermite(second, begin)[0] <= hermite(first, begin)[0] + room:
+        if begin[0] > low and hermite(second, begin)[0] <= hermite(first, begin)[0] + rounding:
             return float(begin[0])
-        if end[0] < high and hermite(first, end)[0] <= hermite(second, end)[0] + room:
+        if end[0] < high and hermite(first, end)[0] <= hermite(second, end)[0] + rounding:
             return float(end[0])
         low, high = max(low, begin[0]), min(high, end[0])
         from scipy.optimize import root_scalar
@@ -228,7 +229,8 @@ class Separation:
     def kinks(self) -> tuple[float, ...]:
         """u [mm] where the touching point moves to another part of a flank, within the range that load can reach.
 
-        The gap has no kink there, but its curvature jumps. Neighbours around a short corner contact count as one.
+        The gap has no kink there, but its curvature jumps. Neighbours closer than a twentieth of the base pitch, around
+        a short corner contact, count as one.
         """
         base_pitch = self.step * NODES
         groups: list[list[float]] = []
@@ -241,9 +243,12 @@ class Separation:
 
     @cached_property
     def changes(self) -> tuple[float, ...]:
-        """All u [mm] where the touching point moves to another part of a flank, without merging neighbours."""
-        room = 0.25 / REACH * (self.path[0] - self.low)
-        return tuple(start for start, *_ in self._pieces[1:] if self.path[0] - room < start < self.path[1] + room)
+        """All u [mm] where the touching point moves to another part of a flank, without merging neighbours.
+
+        They lie within 0.25 base pitches of the path of contact, proportionally farther if flanks part slowly.
+        """
+        beyond = 0.25 / REACH * (self.path[0] - self.low)
+        return tuple(start for start, *_ in self._pieces[1:] if self.path[0] - beyond < start < self.path[1] + beyond)
 
     @cached_property
     def _table(self) -> NDArray:
@@ -304,6 +309,7 @@ def _coefficients(width: NDArray, y0: NDArray, y1: NDArray, d0: NDArray, d1: NDA
 
 
 def _interval(c: TouchingCurve, u: NDArray) -> tuple[NDArray, NDArray, NDArray]:
+    """Interval of the curve that contains u, its width, and the relative position in it."""
     i = np.clip(np.searchsorted(c.u, u, side="right") - 1, 0, len(c.u) - 2)
     width = c.u[i + 1] - c.u[i]
     return i, width, (u - c.u[i]) / width

@@ -43,6 +43,7 @@ def generating_shifts(
 def _of_thickness(
     section: TransverseSection, index: int, thickness: Thickness, nominal: float, deviation: float
 ) -> float:
+    """``Thickness.shift``; errors name the gear."""
     with naming(below=f"{GEARS[index]}.thickness"):
         return thickness.shift(section, nominal, deviation)
 

@@ -47,9 +47,9 @@ class Support:
         given = [value is not None for value in (self.radial, self.tangential)]
         if any(given) != all(given) or not (self.lugs or all(given)):
             key = "radial" if not given[0] else "tangential"
-            alone = "radial and tangential stiffness, or lugs"
-            both = "both stiffnesses, or neither for rigid lugs" if self.lugs else alone
-            raise InputError(key, "missing", f"give {both}")
+            without_lugs = "radial and tangential stiffness, or lugs"
+            needed = "both stiffnesses, or neither for rigid lugs" if self.lugs else without_lugs
+            raise InputError(key, "missing", f"give {needed}")
         if not self.lugs:
             for key, value in (("lug_length", self.lug_length), ("tooth", self.tooth or None)):
                 if value is not None:

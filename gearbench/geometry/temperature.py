@@ -17,7 +17,7 @@ Temperature = Annotated[float, Field(ge=-100.0, le=500.0)]
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Temperatures:
-    """Temperatures in operation (G16); sizes hold at 20 °C (ISO 1).
+    """Temperatures in operation (G16); the sizes of the scene are those at 20 °C (ISO 1).
 
     The expansion of the gears is ``material.thermal_expansion``.
 

@@ -78,11 +78,12 @@ class Thickness:
 
         Between balls in an internal gear a larger size means a thinner tooth.
         """
-        turned = section.teeth < 0 and self._over is not None
-        return (self.lower, self.upper) if turned else (self.upper, self.lower)
+        larger_is_thinner = section.teeth < 0 and self._over is not None
+        return (self.lower, self.upper) if larger_is_thinner else (self.upper, self.lower)
 
     @property
     def _over(self) -> float | None:
+        """Dimension over balls or pins, whichever is given [mm]."""
         return self.over_balls if self.over_pins is None else self.over_pins
 
     def shift(self, section: TransverseSection, nominal: float, deviation: float = 0.0) -> float:
@@ -99,13 +100,14 @@ class Thickness:
         if self.span is not None and self.span_teeth is not None:
             if section.teeth < 0:
                 raise InputError("span", self.span, "is for external gears: give over_balls (between balls)")
-            without = span(section, 0.0, self.span_teeth)
-            return (self.span + change - without) / (2 * m * math.sin(alpha))
+            unshifted = span(section, 0.0, self.span_teeth)
+            return (self.span + change - unshifted) / (2 * m * math.sin(alpha))
         if self._over is not None and self.measuring_diameter is not None:
             return self._shift_over(section, self._over + change, self.measuring_diameter)
         return nominal + change / (2 * m * math.tan(alpha))
 
     def _shift_over(self, section: TransverseSection, size: float, diameter: float) -> float:
+        """Profile shift from the ``size`` [mm] over balls or pins of a ``diameter`` [mm]."""
         key = "over_balls" if self.over_pins is None else "over_pins"
         chord = _chord(section, pins=self.over_pins is not None)
         radius = (math.copysign(size, section.teeth) - diameter) / 2 / chord

@@ -1,4 +1,4 @@
-"""Teeth of both gears in mesh, in the transverse section at the middle of the face width.
+"""Outlines of the teeth of both gears in mesh, for drawings: transverse section at the middle of the face width.
 
 The pinion's centre is the origin, the wheel's lies a′ above it. The pinion turns clockwise and drives; the contact
 moves along the line of action, P(u) = r_b1 (−sin α_wt, cos α_wt) + u (cos α_wt, sin α_wt). A tooth of the pinion that

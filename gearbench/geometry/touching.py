@@ -1,4 +1,4 @@
-"""Touching curves of two flanks in the transverse plane: all ways in which they can just touch.
+"""Touching curves of two flanks in the transverse plane: all ways in which two parts of the profiles can just touch.
 
 The rotation of a gear counts as a length v along the line of action: v_1 = u_1 from T1, v_2 = T1T2 − u_2 from T2. The
 point of roll length ℓ then lies on the line of action at v = ℓ. Seen from either gear the mate is on the right, so both
@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from gearbench.geometry.profile import Piece, Profile
 
-#: Largest number of Newton steps; a step is clipped to a twentieth of the reference length.
+#: Largest number of Newton steps.
 _STEPS = 40
 #: Fraction of a rounding that can touch, and number of nodes on it.
 _USED, _ARC_NODES = 0.3, 400
@@ -86,7 +86,11 @@ class Plane:
         return self.tangent_length, self.profiles[0].base_radius + self.profiles[1].base_radius
 
     def corner_on_piece(self, k: int, roll: float, own: Piece, mate: Piece, v: NDArray) -> TouchingCurve | None:
-        """Contact of a corner of gear k, at roll length ``roll``, with a piece of the mate, at the rotations v of k."""
+        """Contact of a corner of gear k (0 or 1), at the roll length ``roll``, with a piece of the mate.
+
+        ``own`` is the piece of gear k that ends in the corner, v are its rotations (node,) [mm]. None if they never
+        touch.
+        """
         r_b, r_m = own.base_radius, mate.base_radius
         (x, y), sign = self._wheel_centre, math.copysign(1.0, r_m)
         corner = np.array(roll)
@@ -108,8 +112,8 @@ class Plane:
         if least > mate.high + far or most < mate.low - far:
             return None
         other = mate.at_tangent_length(tangent)
-        room = 1e-9 * self.size
-        keep = reached & (other >= mate.low - room) & (other <= mate.high + room)
+        rounding = 1e-9 * self.size
+        keep = reached & (other >= mate.low - rounding) & (other <= mate.high + rounding)
         chi = np.arctan2(-r_m, -tangent) - np.arctan2(w_y, w_x)
         chi = (chi + math.pi) % (2 * math.pi) - math.pi
         v_mate = other + r_m * chi
@@ -171,6 +175,7 @@ class Plane:
             across = d1 + d2
             left = math.copysign(1.0, x) * np.sqrt(np.maximum(x**2 + y**2 - across**2, 1e-6 * x**2))
             step = (c1 + c2 - left) / (dc2 + across * dd2 / left)
+            # limited to a twentieth of the reference length, since steps from far away may go astray
             step = np.clip(np.where(np.isfinite(step), step, 0.0), -0.05 * self.size, 0.05 * self.size)
             other = other - step
             if not np.any(np.abs(step) > 4e-16 * self.size):
@@ -185,17 +190,17 @@ class Plane:
         """
         T = self.tangent_length
         if own.is_involute and mate.is_involute:
-            room = 1e-12 * self.size
-            keep = (T - roll >= mate.low - room) & (T - roll <= mate.high + room)
+            rounding = 1e-12 * self.size
+            keep = (T - roll >= mate.low - rounding) & (T - roll <= mate.high + rounding)
             rolls = np.stack([roll, T - roll])
             return self._curve(k, roll, np.stack([rolls, rolls, np.ones_like(rolls), rolls]), keep)
         x, y = self._wheel_centre
         eps1, rho1, c1, d1, _, _ = own.normal(roll)
         other = self._partner(own, mate, roll)
         eps2, rho2, c2, d2, _, _ = mate.normal(other)
-        room = 1e-9 * self.size
+        rounding = 1e-9 * self.size
         keep = (np.abs(np.hypot(c1 + c2, d1 + d2) - math.hypot(x, y)) < 1e-12 * self.size) & (
-            (other >= mate.low - room) & (other <= mate.high + room)
+            (other >= mate.low - rounding) & (other <= mate.high + rounding)
         )
         theta = math.atan2(y, x) - np.arctan2(d1 + d2, c1 + c2)
         v = roll - own.base_radius * (theta - eps1), other - mate.base_radius * (theta - eps2)

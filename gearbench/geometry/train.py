@@ -165,13 +165,14 @@ class Train:
             rows.append(self._row(shafts, factors, 0))
         rates = _solved(rows)
         if None in rates:
-            list(self._walk(shafts[0]))
+            list(self._walk(shafts[0]))  # raises an error if a shaft is not connected with the first
             name = shafts[rates.index(None)]
             raise InputError("meshes", f"speed of {name}", "is not determined by the speed of the first driver")
         return dict(zip(shafts, (rate for rate in rates if rate is not None), strict=True))
 
     @staticmethod
     def _row(shafts: Sequence[str], factors: Mapping[str, int], right: int) -> list[Fraction]:
+        """Row of a linear system in the speeds of the ``shafts``: their factors, and the right side."""
         return [*(Fraction(factors.get(name, 0)) for name in shafts), Fraction(right)]
 
     def mesh_rate(self, name: str) -> float:
@@ -307,7 +308,7 @@ class Train:
         return phases
 
     def middle(self, name: str, gear: str, phase: float, *, coast: bool = False) -> float:
-        """Angle of the middle of the tooth whose leading flank has the angle ``leading`` [pitches]."""
+        """Angle of the middle of the tooth behind the leading flank, see ``leading`` [pitches]."""
         mesh = self[name]
         body = mesh.pair.gears[mesh.gears.index(gear)]
         half = body.teeth * float(body.involute_half_angle(body.base_radius)) / (2 * math.pi)
@@ -351,9 +352,9 @@ class Train:
         phases, leads, begun = self.phases(coast=coast), {}, {}
         for mesh in self.meshes:
             lead = [self.leading(mesh.name, gear, phases[mesh.name], coast=coast) for gear in mesh.gears]
-            first = [leads.setdefault(gear, own_lead) for gear, own_lead in zip(mesh.gears, lead, strict=True)]
-            sense = -1 if coast else 1  # in the mirror image later teeth are ahead
-            begun[mesh.name] = tuple(sense * round(one - own_lead) for one, own_lead in zip(first, lead, strict=True))
+            first = [leads.setdefault(gear, angle) for gear, angle in zip(mesh.gears, lead, strict=True)]
+            sense = -1 if coast else 1  # coast flanks are those of a mirrored train, in which later teeth are ahead
+            begun[mesh.name] = tuple(sense * round(a - b) for a, b in zip(first, lead, strict=True))
         return begun
 
     def leading(self, name: str, gear: str, phase: float, *, coast: bool = False) -> float:
@@ -362,6 +363,7 @@ class Train:
         return phase + mesh.lead(gear, self._towards(mesh, coast), coast=coast)
 
     def _towards(self, mesh: Mesh, coast: bool) -> float:
+        """Direction from the driver's axis to the pitch point, in the driver's sense of rotation [rad]."""
         x, y = self.across(mesh.name)
         return self.turn(mesh.name) * (-1 if coast else 1) * math.atan2(y, x)
 

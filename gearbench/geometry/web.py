@@ -29,11 +29,11 @@ class Web:
 
     @property
     def thickness(self) -> float:
-        """b_s [mm]."""
+        """Thickness of the web b_s [mm]."""
         return self.stop - self.start
 
     def mirrored(self, face_width: float) -> Web:
-        """The web with the axis reversed."""
+        """The web seen from the other end of the face, of the ``face_width`` [mm]."""
         return replace(self, start=face_width - self.stop, stop=face_width - self.start)
 
 

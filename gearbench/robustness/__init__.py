@@ -1,1 +1,1 @@
-"""Robustness of a design under random manufacturing errors."""
+"""Robustness of a design under random manufacturing errors: ``run.robust`` draws, solves and evaluates the samples."""

@@ -20,7 +20,7 @@ from gearbench.scene import Scene
 RESOLUTION_SHARE = 0.4
 #: Estimated error of a run over its difference from a coarser run. It is above 1 because the contact of a sample may
 #: change inside a panel.
-LEFT = 1.5
+ERROR_OVER_CHANGE = 1.5
 #: Number of samples for the choice of the resolution; all runs use the same samples, so that their scatter cancels.
 TRIAL_SAMPLES = 128
 #: Minimum and maximum number of samples, and number of standard errors that count as the error of a mean.
@@ -28,7 +28,7 @@ FEWEST, MOST, STANDARD_ERRORS = 64, 2**20, 3.0
 
 
 def choose_robust(scene: Scene, *, seed: int, sampler: Sampler, threads: int) -> tuple[Choice[NDArray], int]:
-    """Settings whose estimated error is within the accuracy of ``scene``, and the number of samples.
+    """Settings whose estimated error is within the accuracy that ``scene`` asks for, and the number of samples.
 
     A sample has four responses: mean and RMS of STE and of stiffness. The error is the largest relative error of their
     means over the samples, under any load.
@@ -38,7 +38,7 @@ def choose_robust(scene: Scene, *, seed: int, sampler: Sampler, threads: int) ->
     InputError
         If no settings meet the accuracy.
     """
-    trial = choose(scene, partial(_means, seed=seed, sampler=sampler), share=RESOLUTION_SHARE, left=LEFT)
+    trial = choose(scene, partial(_means, seed=seed, sampler=sampler), share=RESOLUTION_SHARE, left=ERROR_OVER_CHANGE)
     budget = trial.requested - trial.estimated
     problems, count = [prepare_scene(each) for each in trial.scene.each_load], FEWEST
     parts: list[list[Responses]] = [[] for _ in problems]

@@ -26,7 +26,7 @@ from gearbench.scene import Scene
 
 #: Number of samples that are solved on their patches.
 CHECKED = 8
-#: A warning names a mean if the cells leave an error above its standard error and above this share of it.
+#: A warning names a mean if the cells leave an error above its standard error and above this share of the mean.
 WORTH_SAYING = 0.01
 
 
@@ -40,16 +40,16 @@ class Checked:
     @property
     def cell_correction(self) -> NDArray:
         """Mean addend of the approach [mm] and mean factor of the stiffness, (2, position)."""
-        more, factor = self.on_patches[0] - self.on_cells[0], self.on_patches[1] / self.on_cells[1]
-        return np.stack([more.mean(axis=0), factor.mean(axis=0)])
+        addend, factor = self.on_patches[0] - self.on_cells[0], self.on_patches[1] / self.on_cells[1]
+        return np.stack([addend.mean(axis=0), factor.mean(axis=0)])
 
     def errors(self, scene: Scene, phases: Phases, names: Sequence[str]) -> Mapping[str, float]:
         """Estimated error that cells leave in the mean of the responses ``names`` after the correction, in their units.
 
         It is √(d̄² + s²/n), if corrected cells minus patches has the mean d̄ and standard deviation s over n samples.
         """
-        more, factor = self.cell_correction
-        corrected = self.on_cells[0] + more, self.on_cells[1] * factor
+        addend, factor = self.cell_correction
+        corrected = self.on_cells[0] + addend, self.on_cells[1] * factor
         answers = MeshCycle.of(scene, phases, *corrected), MeshCycle.of(scene, phases, *self.on_patches)
         errors = {}
         for name in names:
@@ -70,6 +70,7 @@ def check_cells(
     assert cells is not None
     at_nodes = modes(cells.smooth_lines) / np.expand_dims(cells.smooth_lines.lever, -1)
     field = np.einsum("pkim,sm->spki", at_nodes, amounts).reshape(-1, *at_nodes.shape[1:-1])
+    # the positions of all samples, one sample after the other, as a single problem
     tiled = with_field(part_of(problem, np.tile(np.arange(positions), count)), field)
     guess = Guess.empty(tiled)
     solve_roughly(tiled, guess, ON_CELLS)
@@ -80,12 +81,14 @@ def check_cells(
 
 
 def cell_warning(variables: Columns) -> str | None:
-    """Warning that names the means in which cells leave too large an error, see ``WORTH_SAYING``; None if none."""
-    loud = []
+    """Warning that names the means in which cells leave too large an error (``WORTH_SAYING``); None without one."""
+    named = []
     for name in (each.removesuffix("_cell_error") for each in variables if each.endswith("_cell_error")):
-        mean, left, standard = (float(variables[name + end][1]) for end in ("", "_cell_error", "_standard_error"))
-        if left > max(standard, WORTH_SAYING * abs(mean)):
-            loud.append(f"{name} {100 * left / abs(mean):.1f} %")
-    if not loud:
+        mean, cell_error, standard = (float(variables[name + end][1]) for end in ("", "_cell_error", "_standard_error"))
+        if cell_error > max(standard, WORTH_SAYING * abs(mean)):
+            named.append(f"{name} {100 * cell_error / abs(mean):.1f} %")
+    if not named:
         return None
-    return f"segments may leave more of a mean than samples do: {', '.join(loud)}; more resolution.segments leave less"
+    return (
+        f"too few segments change means more than the choice of samples: {', '.join(named)}; raise resolution.segments"
+    )

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from gearbench.robustness.sampling import Sampler
 
 #: Maximum number of samples for the Sobol indices; more would cost memory without changing the result.
-ENOUGH = 8192
+MOST_FOR_SHARES = 8192
 #: Reason why shares of the variance, or standard errors, may be NaN.
 MISSING = "NaN where the samples are too few to tell, or the response does not vary"
 #: Responses that always get statistics and sensitivities.
@@ -99,8 +99,8 @@ def robust_columns(
     values = {name: responses[name] for name in studied}
     variables |= statistic_columns(values, sampler)
     if problem.checked is not None:
-        left = problem.checked.errors(problem.scene, problem.phases, studied)
-        variables |= {f"{name}_mean_cell_error": ((), np.array(error)) for name, error in left.items()}
+        cell_errors = problem.checked.errors(problem.scene, problem.phases, studied)
+        variables |= {f"{name}_mean_cell_error": ((), np.array(error)) for name, error in cell_errors.items()}
     variables |= share_columns(values, errors) if shares else {}
     return {"error_name": (("error_name",), np.array(problem.names, dtype=str))}, variables
 
@@ -123,7 +123,8 @@ def share_columns(values: Mapping[str, NDArray], errors: NDArray) -> Columns:
     from gearbench.robustness.tightening import FINER
 
     columns: Columns = {}
-    by_response = sensitivities(errors[:ENOUGH], [samples[:ENOUGH] for samples in values.values()], FINER)
+    n = MOST_FOR_SHARES
+    by_response = sensitivities(errors[:n], [samples[:n] for samples in values.values()], FINER)
     for name, sensitivity in zip(values, by_response, strict=True):
         for part in ("first_order", "total", "tightened"):
             value, uncertainty = getattr(sensitivity, part)

@@ -45,7 +45,7 @@ _LOG = logging.getLogger(__name__)
 
 #: Default number of error samples.
 SAMPLES = 1000
-#: Function from the mesh cycles of a chunk (sample, position) to one number per sample.
+#: Function from the mesh cycles of a chunk of samples (sample, position) to one number per sample.
 Reduction = Callable[[MeshCycle], NDArray]
 #: Function from a chunk solved with the forces of its segments to one number per sample.
 OfSegments = Callable[["RobustProblem", BatchSolution], NDArray]
@@ -62,7 +62,7 @@ class RobustProblem:
     batch
         The contact problem at the mean errors prepared for samples, with the gap of each error.
     expansion
-        Gap modes of the errors, and the amplitudes of these modes in a sample.
+        Gap modes of the errors, and the amounts of these modes in a sample.
     phases
         Mesh phases and their weights.
     lines
@@ -143,14 +143,14 @@ def prepare_problem(
     )
     if problem.cells is None:
         return prepared
-    amounts = expansion.amounts(prepared.errors.draw(_points(len(prepared.names)), scene.pair))
+    amounts = expansion.amounts(prepared.errors.draw(_checked_points(len(prepared.names)), scene.pair))
     checked = check_cells(batch, problem, _modes(scene), amounts)
     return replace(prepared, batch=replace(batch, cell_correction=checked.cell_correction), checked=checked)
 
 
 @lru_cache(maxsize=16)
-def _points(dimension: int) -> NDArray:
-    """Points of the unit cube (sample, dimension) for the samples of ``Checked``."""
+def _checked_points(dimension: int) -> NDArray:
+    """Points of the unit cube (sample, dimension), from which the samples of ``Checked`` are drawn."""
     return unit_samples("sobol", CHECKED, dimension, 0)
 
 
@@ -170,7 +170,7 @@ def prepare_batch(
 ) -> tuple[Batch, Expansion]:
     """Prepare ``problem``, at the mean errors, for error samples; also return the expansion of their gaps.
 
-    ``at_mean`` as for ``prepare``.
+    ``at_mean`` is that of ``gearbench.contact.batch.prepare``.
     """
     errors = require_errors(scene)
     positions, pairs, segments = lines.shape
@@ -244,12 +244,14 @@ def respond(
     column, done = problem.names.index("centre_distance"), np.zeros(len(errors), dtype=bool)
     values, rescued = {name: np.full(len(errors), np.nan) for name in (*reductions, *more)}, 0
     for distance in np.unique(errors[:, column]):
-        mine, before = np.flatnonzero(errors[:, column] == distance), int(done.sum())
-        there = problem.at_distance(float(distance))
-        answer, complete = _respond(there, errors[mine], threads, lambda n, b=before: progress(b + n), reductions, more)
+        rows, before = np.flatnonzero(errors[:, column] == distance), int(done.sum())
+        at_distance = problem.at_distance(float(distance))
+        answer, complete = _respond(
+            at_distance, errors[rows], threads, lambda n, b=before: progress(b + n), reductions, more
+        )
         for name in values:
-            values[name][mine[: len(answer)]] = answer[name]
-        rescued, done[mine[: len(answer)]] = rescued + answer.rescued, True
+            values[name][rows[: len(answer)]] = answer[name]
+        rescued, done[rows[: len(answer)]] = rescued + answer.rescued, True
         if not complete:
             break
     count = len(errors) if done.all() else int(np.argmin(done))

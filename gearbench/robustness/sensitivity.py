@@ -37,7 +37,7 @@ class Fit:
 
     Parameters
     ----------
-    owner
+    variables
         Variables of each term, (term, 2): the same variable twice, or the two of a product; −1 for the constant.
     coefficients, influence
         β (term,), and the influence of each sample on β, (sample, term).
@@ -47,15 +47,18 @@ class Fit:
         Residuals (sample,).
     """
 
-    owner: NDArray
+    variables: NDArray
     coefficients: NDArray
     influence: NDArray
     terms: NDArray
     residual: NDArray
 
-    def of(self, variables: int, *, total: bool) -> NDArray:
-        """Whether a term contains a variable, (term, variable): alone or, if ``total``, also in a product."""
-        first, second = (self.owner[:, [i]] == np.arange(variables) for i in (0, 1))
+    def contains(self, count: int, *, total: bool) -> NDArray:
+        """Whether a term contains each of ``count`` variables: alone or, if ``total``, also in a product.
+
+        Shape (term, variable).
+        """
+        first, second = (self.variables[:, [i]] == np.arange(count) for i in (0, 1))
         return first | second if total else first & second
 
 
@@ -82,7 +85,7 @@ class Candidates:
 
     Parameters
     ----------
-    owner
+    variables
         Variables of each term, (term, 2).
     values, scaled
         Values of all terms (sample, term), and of the terms of a single variable at the scaled errors.
@@ -90,7 +93,7 @@ class Candidates:
         Indices of the terms that every expansion contains, so that each index has an error estimate.
     """
 
-    owner: NDArray
+    variables: NDArray
     values: NDArray
     scaled: NDArray
     low: NDArray
@@ -140,48 +143,54 @@ def sensitivities(errors: NDArray, responses: Sequence[NDArray], scale: float = 
     return by_response
 
 
-def _indices(fit: Fit, variables: int, *, total: bool) -> tuple[NDArray, NDArray]:
-    """Indices corrected for bias, and their standard errors from the influence of each sample, both (variable,)."""
+def _indices(fit: Fit, count: int, *, total: bool) -> tuple[NDArray, NDArray]:
+    """Indices of ``count`` variables, corrected for bias, and their standard errors, both (variable,).
+
+    An index is S = A/V, with the variance A of the effects of a variable, and the variance V of the response.
+    """
     n, p = fit.influence.shape
     β, ψ = fit.coefficients, fit.influence
     correction = n / (n - p)
     var_β = correction * (ψ**2).mean(axis=0) / n
-    constant = fit.owner[:, 0] < 0
-    mine, alone = fit.of(variables, total=total), fit.of(variables, total=False)
+    constant = fit.variables[:, 0] < 0
+    of_index, alone = fit.contains(count, total=total), fit.contains(count, total=False)
     σ2 = correction * (fit.residual**2).mean()
-    A = (β**2 - var_β) @ mine
+    A = (β**2 - var_β) @ of_index
     V = (β**2 - var_β)[~constant].sum() + σ2
-    # a sample influences A through β, and through the variance of the effect over the samples
 
     def on(terms: NDArray) -> NDArray:
+        """Influence of each sample on A: through β, and through the variance of the effect over the samples."""
         effect = (fit.terms * β) @ terms
         return 2 * (ψ * β) @ terms + (effect**2 - (effect**2).mean(axis=0))
 
-    on_A = on(mine)
+    on_A = on(of_index)
     products = ~alone.any(axis=1) & ~constant
     on_V = on(alone).sum(axis=1) + 2 * ψ[:, products] @ β[products] + correction * fit.residual**2 - σ2
     S = A / V
     on_S = (on_A - S * on_V[:, None]) / V
     # With v = Var β̂: Var β̂² = 4 β² v + 2 v². The estimate 4 β̂² v − 2 v² is unbiased; it must be at least 2 v².
-    second_order = 2 * (var_β**2 @ mine) / V**2
+    second_order = 2 * (var_β**2 @ of_index) / V**2
     variance = np.maximum(correction * (on_S**2).mean(axis=0) / n - second_order, second_order)
     return S, np.sqrt(variance)
 
 
-def _change(fit: Fit, scaled: NDArray, variables: int) -> tuple[NDArray, NDArray]:
-    """E f_i(s x_i) − E f_i(x_i) and its standard error; ``scaled`` holds the terms of single variables at s x_i."""
+def _change(fit: Fit, scaled: NDArray, count: int) -> tuple[NDArray, NDArray]:
+    """E f_i(s x_i) − E f_i(x_i) of ``count`` variables, and its standard error, both (variable,).
+
+    ``scaled`` holds the terms of single variables at s x_i.
+    """
     n, p = fit.influence.shape
-    mine = fit.of(variables, total=False)
-    change = (scaled - fit.terms) * mine.any(axis=1)
-    step = (change * fit.coefficients) @ mine  # f_i(s x_i) − f_i(x_i), (sample, variable)
-    influence = (fit.influence * change.mean(axis=0)) @ mine + step - step.mean(axis=0)
+    alone = fit.contains(count, total=False)
+    change = (scaled - fit.terms) * alone.any(axis=1)
+    step = (change * fit.coefficients) @ alone  # f_i(s x_i) − f_i(x_i), (sample, variable)
+    influence = (fit.influence * change.mean(axis=0)) @ alone + step - step.mean(axis=0)
     return step.mean(axis=0), np.sqrt(n / (n - p) * (influence**2).mean(axis=0) / n)
 
 
 def _fit(candidates: Candidates, y: NDArray) -> tuple[Fit, NDArray]:
     """Least-squares fit on the terms that matching pursuit chooses, and these terms at the scaled x (sample, term)."""
-    n, owner, terms = len(y), candidates.owner, candidates.values
-    alone = owner[:, 0] == owner[:, 1]
+    n, variables, terms = len(y), candidates.variables, candidates.values
+    alone = variables[:, 0] == variables[:, 1]
     chosen = _pursue(terms, y, candidates.low)
     X = np.column_stack([np.ones(n), terms[:, chosen]])
     Q, R = np.linalg.qr(X)
@@ -191,19 +200,19 @@ def _fit(candidates: Candidates, y: NDArray) -> tuple[Fit, NDArray]:
     influence = n * e[:, None] * (Q @ inverse.T)
     # products do not change the mean if one variable is scaled
     single = [candidates.scaled[:, i] if alone[i] else terms[:, i] for i in chosen]
-    of = np.concatenate([[[-1, -1]], owner[chosen]])
+    chosen_variables = np.concatenate([[[-1, -1]], variables[chosen]])
     at_scale = np.column_stack([np.ones(n), *single])
-    return Fit(owner=of, coefficients=β, influence=influence, terms=X, residual=e), at_scale
+    return Fit(variables=chosen_variables, coefficients=β, influence=influence, terms=X, residual=e), at_scale
 
 
-def _pursue(terms: NDArray, y: NDArray, first: NDArray) -> list[int]:
-    """Orthogonal matching pursuit: indices of the terms ``first`` and of further terms that explain y significantly."""
+def _pursue(terms: NDArray, y: NDArray, low: NDArray) -> list[int]:
+    """Orthogonal matching pursuit: indices of the terms ``low`` and of further terms that explain y significantly."""
     n = len(y)
-    chosen = list(first)
+    chosen = list(low)
     most = max(min(n // 4, terms.shape[1]), len(chosen))
     Q = np.empty((n, most + 1), order="F")
     p = len(chosen) + 1
-    Q[:, :p] = np.linalg.qr(np.column_stack([np.ones(n), terms[:, first]]))[0]
+    Q[:, :p] = np.linalg.qr(np.column_stack([np.ones(n), terms[:, low]]))[0]
     r = y - Q[:, :p] @ (Q[:, :p].T @ y)
     floor = NEGLIGIBLE * float(((y - y.mean()) ** 2).sum())
     # a term must reduce n log(residual) by this much: extended Bayesian information criterion (Chen & Chen 2008)
@@ -227,7 +236,7 @@ def _candidates(x: NDArray, scale: float) -> Candidates:
     n, d = x.shape
     both = [_orthonormal(column, scale) for column in x.T]
     single = [basis for basis, _ in both]
-    owner = [(i, i) for i, basis in enumerate(single) for _ in range(basis.shape[1])]
+    variables = [(i, i) for i, basis in enumerate(single) for _ in range(basis.shape[1])]
     degree = [k + 1 for basis in single for k in range(basis.shape[1])]
     terms = single
     if d <= MOST_WITH_PRODUCTS:
@@ -237,10 +246,10 @@ def _candidates(x: NDArray, scale: float) -> Candidates:
         ]
         terms = [*single, *pairs]
         couples = zip(combinations(range(d), 2), pairs, strict=True)
-        owner += [couple for couple, products in couples for _ in range(products.shape[1])]
+        variables += [couple for couple, products in couples for _ in range(products.shape[1])]
     low = np.flatnonzero(np.array(degree) <= (2 if n >= 8 * d else 1))
     return Candidates(
-        owner=np.array(owner).reshape(-1, 2),
+        variables=np.array(variables).reshape(-1, 2),
         values=np.concatenate(terms, axis=1),
         scaled=np.concatenate([at for _, at in both], axis=1),
         low=low,

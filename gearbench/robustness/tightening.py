@@ -1,4 +1,4 @@
-"""Tolerance to tighten first: reduction of the mean RMS of the STE by one finer class, per unit of cost.
+"""Which tolerance to tighten first: the one whose next finer class reduces the mean RMS of the STE most, per cost.
 
 One ISO class finer divides a tolerance, and thus the errors drawn within it, by √2 (ISO 1328-1:2013). The change of the
 mean and its standard error follow from the samples that are already computed (``sensitivity``).
@@ -83,9 +83,10 @@ def tighten_first(dataset: xr.Dataset) -> str:
         return "no tolerance lowers the mean STE RMS significantly when it is tightened: draw more samples"
     best = significant[0]
     mean = float(_over_loads(dataset, "transmission_error_rms_mean"))
-    rivals = [g.name for g in listed if g is not best and best.per_cost - g.per_cost <= APART * _of_difference(best, g)]
+    others = [gain for gain in listed if gain is not best]
+    equal = [gain.name for gain in others if best.per_cost - gain.per_cost <= APART * _of_difference(best, gain)]
     costs = "" if all(gain.cost == best.cost for gain in listed) else f", {best.per_cost:.2g} µm for each unit of cost"
-    among = f"; not distinguishable from {', '.join(map(_words, rivals))}" if rivals else ""
+    among = f"; not distinguishable from {', '.join(map(_words, equal))}" if equal else ""
     return (
         f"tighten {_words(best.name)} first: one class finer changes the mean STE RMS by {best.change:.2g} ± "
         f"{best.error:.1g} µm ({100 * best.change / mean:.1f} %){costs}{among}"

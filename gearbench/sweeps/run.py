@@ -22,7 +22,7 @@ from gearbench.results.points import Point, of_each_load
 from gearbench.results.provenance import beyond_elasticity, provenance
 from gearbench.results.responses import is_response
 from gearbench.results.solved import Solved
-from gearbench.robustness.adaptive import LEFT
+from gearbench.robustness.adaptive import ERROR_OVER_CHANGE
 from gearbench.robustness.dataset import robust_columns
 from gearbench.robustness.montecarlo import respond
 from gearbench.scene import Load, Resolution, Scene, check_scene
@@ -204,7 +204,9 @@ class _Solver:
         def run(scene: Scene) -> list[Solved]:
             return list(solve_group([scene.under(each.load) for each in group], self._shared))
 
-        choice = choose(group[0], run, lambda found: np.vstack([covered(each.cycle).T for each in found]), left=LEFT)
+        choice = choose(
+            group[0], run, lambda found: np.vstack([covered(each.cycle).T for each in found]), left=ERROR_OVER_CHANGE
+        )
         self._note(choice)
         return choice.run
 
