@@ -55,9 +55,9 @@ BESIDE_SOLID = 1.5
 #: runs are lower.
 COARSER, LOWER = (0.6, 0.7), 1
 #: Ratio of the error to the difference from the companion run, for convergence of order 2 in the segments.
-LEFT = 0.6
-#: Factor on ``LEFT`` for peak-to-peak values: their extremes lie where the stiffness rises steeply, as a pair takes
-#: load.
+ERROR_OVER_CHANGE = 0.6
+#: Factor on ``ERROR_OVER_CHANGE`` for peak-to-peak values: their extremes lie where the stiffness rises steeply, as a
+#: pair takes up its load.
 PEAKS = 2.0
 #: Convergence order of solid teeth in the number of functions along the height: the first value up to COARSE_HEIGHT
 #: functions, the second beyond. The root is singular, and the last digits also depend on the other directions.
@@ -130,7 +130,7 @@ def choose(
     numbers: Callable[[R], NDArray] = np.asarray,
     *,
     share: float = 1.0,
-    left: float = LEFT,
+    error_over_change: float = ERROR_OVER_CHANGE,
 ) -> Choice[R]:
     """Choose the resolution of ``scene`` for its requested accuracy; the answer of the final run is in the result.
 
@@ -143,7 +143,7 @@ def choose(
         must be accurate: the first entries of ``COVERED``, of one cycle or of many, (…, number).
     share
         Share of the accuracy that may be used here; the caller uses the rest.
-    left
+    error_over_change
         Ratio of the error to the difference from the companion run, which has 0.6 of the segments and 0.7 of the Gauss
         points; use 1.5 if errors fall only like 1/n.
 
@@ -159,7 +159,7 @@ def choose(
     scene, meshed = _finite_elements(with_resolution(scene), budget)
     if meshed:
         settings["tooth_bending.accuracy"] = label(meshed)
-    search = _Search(run=run, numbers=numbers, scene=scene, requested=requested, left=left)
+    search = _Search(run=run, numbers=numbers, scene=scene, requested=requested, error_over_change=error_over_change)
     setting, errors, answer = search.search(budget - meshed)
     return Choice(
         scene=search.scene_at(setting),
@@ -178,7 +178,13 @@ def first_settings(scene: Scene) -> Scene:
     requested = scene.resolution.accuracy
     assert requested is not None
     scene, meshed = _finite_elements(with_resolution(scene), requested)
-    search = _Search(run=lambda _: np.empty(0), numbers=np.asarray, scene=scene, requested=requested, left=LEFT)
+    search = _Search(
+        run=lambda _: np.empty(0),
+        numbers=np.asarray,
+        scene=scene,
+        requested=requested,
+        error_over_change=ERROR_OVER_CHANGE,
+    )
     return search.scene_at(search.first(requested - meshed))
 
 
@@ -212,7 +218,7 @@ class _Search(Generic[R]):
     numbers: Callable[[R], NDArray]
     scene: Scene
     requested: float
-    left: float
+    error_over_change: float
     values: dict[_At, NDArray] = field(default_factory=dict)
     seconds: dict[_At, float] = field(default_factory=dict)
     reached: dict[_At, float] = field(default_factory=dict)
@@ -257,7 +263,7 @@ class _Search(Generic[R]):
         """Search over segments and Gauss points only, until their error is within ``budget``; returns as ``search``."""
         for _ in range(ROUNDS):
             answer = self._solve(setting)
-            errors = self.left * largest_errors(self(self._coarse(setting)), self(setting))
+            errors = self.error_over_change * largest_errors(self(self._coarse(setting)), self(setting))
             errors[[name.endswith("peak_to_peak") for name in COVERED[: errors.size]]] *= PEAKS
             error = float(errors.max())
             if not self.orders:

@@ -38,7 +38,9 @@ def choose_robust(scene: Scene, *, seed: int, sampler: Sampler, threads: int) ->
     InputError
         If no settings meet the accuracy.
     """
-    trial = choose(scene, partial(_means, seed=seed, sampler=sampler), share=RESOLUTION_SHARE, left=ERROR_OVER_CHANGE)
+    trial = choose(
+        scene, partial(_means, seed=seed, sampler=sampler), share=RESOLUTION_SHARE, error_over_change=ERROR_OVER_CHANGE
+    )
     budget = trial.requested - trial.estimated
     problems, count = [prepare_scene(each) for each in trial.scene.each_load], FEWEST
     parts: list[list[Responses]] = [[] for _ in problems]

@@ -1,4 +1,4 @@
-"""Which tolerance to tighten first: the one whose next finer class reduces the mean RMS of the STE most, per cost.
+"""Recommendation of the tolerance to tighten first: the largest decrease of the mean RMS of the STE per unit of cost.
 
 One ISO class finer divides a tolerance, and thus the errors drawn within it, by √2 (ISO 1328-1:2013). The change of the
 mean and its standard error follow from the samples that are already computed (``sensitivity``).

@@ -205,7 +205,10 @@ class _Solver:
             return list(solve_group([scene.under(each.load) for each in group], self._shared))
 
         choice = choose(
-            group[0], run, lambda found: np.vstack([covered(each.cycle).T for each in found]), left=ERROR_OVER_CHANGE
+            group[0],
+            run,
+            lambda found: np.vstack([covered(each.cycle).T for each in found]),
+            error_over_change=ERROR_OVER_CHANGE,
         )
         self._note(choice)
         return choice.run

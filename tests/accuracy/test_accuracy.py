@@ -86,7 +86,7 @@ def test_made_up_errors_are_found_out(accuracy):
         n, g = scene.resolution.segments, scene.resolution.gauss_points
         return np.array([1.0, 1.0, 1.0, 100.0]) * (1 + 0.1 / n + 0.05 * 0.5**g)
 
-    choice = choose(asking(case(1), accuracy), answers, left=1.5)
+    choice = choose(asking(case(1), accuracy), answers, error_over_change=1.5)
     true = relative_errors(answers(choice.scene), [1.0, 1.0, 1.0, 100.0]).max()
     assert true <= 1.02 * choice.estimated <= accuracy  # relative to the answer itself, not to the limit
     assert np.array_equal(choice.run, answers(choice.scene))
