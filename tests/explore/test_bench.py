@@ -20,6 +20,7 @@ from gearbench.explore.bench.session import example
 from gearbench.scene import Load, Resolution
 from gearbench.scene_file import parse_scene, read_scene
 from gearbench.simulation import simulate
+from tests.support.paths import EXAMPLES
 
 
 @pytest.fixture(scope="module")
@@ -139,6 +140,17 @@ def test_answers_are_coarse_then_those_of_simulate(scene):
         assert_allclose(orders["amplitude"], known, rtol=1e-5, atol=1e-7)
         assert parse_scene(tomllib.loads(tables["scene"]["text"][0])) == moved
     assert [list(t) for t in found[2:]] == [["warnings"], ["harris", "torque"]]
+
+
+def test_a_ring_is_answered_like_a_wheel():
+    ring = read_scene(EXAMPLES / "ring.toml")
+    found = [answer["now"][0] for answer in Answers(ring)(asked(ring, load__torque=50.0))]
+    numbers = dict(zip(found[1]["numbers"]["label"], found[1]["numbers"]["value"], strict=True))
+    dataset = simulate(replace(ring, load=Load(torque=50.0)))
+    assert numbers["peak-to-peak STE [µm]"] == f"{float(dataset['transmission_error_peak_to_peak']):.3f}"
+    assert {"pinion", "wheel", "path", "motion"} <= set(found[1])
+    (fault,) = Answers(ring)(asked(ring, pair__wheel__teeth=-2))
+    assert "pair.wheel.teeth" in fault["message"][0]
 
 
 def test_teeth_that_are_new_are_sketched_with_few_functions_until_they_are_known(scene):
