@@ -73,11 +73,6 @@ class SolidTooth:
         """The Ritz system of the tooth held at its root circle."""
         return self.build(free=False)
 
-    @lazy
-    def free_solid(self) -> Solid:
-        """The Ritz system of the tooth with moving root (polynomials of s and y)."""
-        return self.build(free=True)
-
     def build(self, *, free: bool) -> Solid:
         """A new Ritz system, with held or moving root; not cached, because it takes megabytes at high order.
 

@@ -119,7 +119,7 @@ def test_turn_of_the_root_about_the_axis_of_the_gear(helix):
 def test_parts_of_the_tooth_are_the_schur_complement_of_the_whole(helix, order):
     """Springs of any kind below the root: tooth and springs solved together = clamped tooth + Φ (S + B⁻¹)⁻¹ Φᵀ."""
     b = body(gear(helix), order=order)
-    solid, n = b.tooth.free_solid, b.axis_order
+    solid, n = b.tooth.build(free=True), b.axis_order
     S, phi = b.tooth_parts
     # amplitudes of root polynomials in the Ritz functions: field, across, height (first), axis
     eta, w = gauss(order[2] + 2)

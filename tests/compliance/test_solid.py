@@ -141,7 +141,7 @@ def test_quadrature_is_exact_enough():
 @pytest.mark.parametrize("axis", [1, 4, 5])
 def test_chains_are_all_there_is(helix, axis):
     """Every amplitude is in one class; the stiffness is zero between classes and outside the chains."""
-    solid = tooth(gear(helix), order=(3, 2, axis)).free_solid
+    solid = tooth(gear(helix), order=(3, 2, axis)).build(free=True)
     inner, root = (
         np.concatenate([solid.amplitudes(c) for c in found]) for found in (solid.classes, solid.root_classes)
     )
