@@ -3,12 +3,14 @@
 A coarse solution at uniform phases tells which lines touch, and where. Pair k is at x = τ + k, which increases while
 the pair passes through the mesh; the compressions of its line are curves of x. Where the greatest compression changes
 sign, a contact patch appears or vanishes. Where the compression at an end of the line changes sign, a patch reaches or
-leaves this end. The geometry determines further transitions, at which an end of the face passes an end of the path of
-contact or a kink of the gap. They count only if the flanks touch there.
+leaves this end; short patches on helical lines reach and leave kinks of the gap in the same way. The geometry
+determines further transitions, at which an end of the face passes an end of the path of contact or a kink of the gap.
+They count only if the flanks touch there.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from functools import lru_cache
@@ -24,9 +26,12 @@ from gearbench.contact.panels import CLOSE, LONGEST, Transition, panel_starts
 from gearbench.contact.patches import compression
 from gearbench.contact.phases import gauss_phases, uniform_phases
 from gearbench.errors import InputError
+from gearbench.geometry.action import ContactLines
 from gearbench.scene import Resolution, Scene
 from gearbench.threads import single_threaded_blas
 
+#: Distance of the beginning of a cell from a kink at which it is cut, over the base pitch: rounding only.
+ON_KINK = 1e-9
 #: Default number of Gauss points on each panel.
 GAUSS_POINTS = 5
 #: With more than five Gauss points: number of uniform phases of the coarse solution, and ``close`` of ``panel_starts``.
@@ -107,10 +112,10 @@ def transitions_of_loads(scene: Scene, shares: NDArray, *, exact: bool = False) 
     coarse = coarse_solution(scene, MORE_PHASES if exact else COARSE_PHASES)
     coarse = coarse if np.array_equal(shares, coarse.shares) else coarse.under(shares)
     lines, s = coarse.lines, compression(coarse.problem, coarse.lines, coarse.guess)
-    # curves over x for each load: the greatest compression on a line, and the compressions at both its ends
-    on_line = np.stack([peak_compression(s), s[:, :, 0, 0], s[:, :, -1, -1]])
-    on_line = np.where(lines.active, on_line, np.nan).reshape(3, len(shares), len(coarse.phase), -1)
-    on_line = on_line.transpose(1, 0, 3, 2).reshape(len(shares), 3, -1)
+    # curves over x for each load: the greatest compression on a line, and those at both its ends and at its kinks
+    on_line = np.stack([peak_compression(s), s[:, :, 0, 0], s[:, :, -1, -1], *_at_kinks(scene, lines, s)])
+    on_line = np.where(lines.active, on_line, np.nan).reshape(len(on_line), len(shares), len(coarse.phase), -1)
+    on_line = on_line.transpose(1, 0, 3, 2).reshape(len(shares), len(on_line), -1)
     x = (lines.index[:, None] + coarse.phase).ravel()
     transfers = load_transfers(scene, coarse, x, on_line[:, 0], exact=exact)
     of_loads = _at_passages(scene, x, on_line)
@@ -172,11 +177,29 @@ def _steep_side(scene: Scene, passage: Passage) -> int:
     return int((u, y) == (meshing.path_start, meshing.face_width)) - int((u, y) == (meshing.path_end, 0.0))
 
 
+def _at_kinks(scene: Scene, lines: ContactLines, s: NDArray) -> list[NDArray]:
+    """Compressions where a helical line has the kinks of its gap in u, each (position, pair).
+
+    NaN if the line has no such kink, or if its patch reaches an end: curves bend where a short patch passes a kink.
+    """
+    meshing = scene.pair.meshing
+    if not (meshing.overlap_ratio and lines.cells):
+        return []
+    inside = np.maximum(s[:, :, 0, 0], s[:, :, -1, -1]) <= 0
+    begin, at_kinks = lines.u - lines.length * math.sin(meshing.beta_b) / 2, []
+    for kink in gap_kinks(scene)[0]:
+        distance = np.abs(begin - kink)
+        nearest = distance.argmin(axis=2)[..., None]
+        value = np.take_along_axis(s[..., 0], nearest, axis=2)[..., 0]
+        at_kinks.append(np.where(inside & (distance.min(axis=2) < ON_KINK * meshing.base_pitch), value, np.nan))
+    return at_kinks
+
+
 def _at_passages(scene: Scene, x: NDArray, on_line: NDArray) -> list[list[Transition]]:
     """Transitions at passages through an end of the path (rank 0) or a kink, if the flanks touch there.
 
-    One list for each load case of ``on_line`` (load, 3, x), which holds the greatest compression on a line and the
-    compressions at its ends.
+    One list for each load case of ``on_line`` (load, curve, x), which holds the greatest compression on a
+    line, the compressions at its ends, and further ones.
     """
     meshing, flanks = scene.pair.meshing, flank_separation(scene)
     kinks, face = gap_kinks(scene)
