@@ -51,7 +51,10 @@ def key_tables(owner: type, shown: Shown | None = None, here: str = "above") -> 
         text += f"- {names}: {_markdown(meaning)}{noted and f' ({noted})'}\n"
     rows = {(key.name, key.meaning) for key in keys(owner).values()}
     for table, holders in below.items():
-        text += f"\n**{', '.join(holders)}.** {prose(table)}"
+        heading = f"\n**{', '.join(holders)}.** {prose(table)}"
+        if heading in text:  # a table below has the same key, so that it is described already
+            continue
+        text += heading
         if table in shown:
             text += f" Keys: see {shown[table]}.\n"
         elif rows >= {(key.name, key.meaning) for key in keys(table).values()}:

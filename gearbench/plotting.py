@@ -349,11 +349,11 @@ def draw_simulation(dataset: xr.Dataset, folder: Path, *, scale: float | None = 
     over_two_periods(dataset, "mesh_stiffness", axes[1], ORANGE)
     axes[0].set_xlabel("")
     axes[0].set_title(
-        f"{name}\nSTE {float(dataset['transmission_error_mean']):.3g} µm in the mean, "
+        f"{name}\nSTE {float(dataset['transmission_error_mean']):.3g} µm on average, "
         f"{float(dataset['transmission_error_rms']):.3g} µm RMS"
     )
     axes[1].set_title(
-        f"mesh stiffness {float(dataset['mesh_stiffness_mean']):.4g} N/µm in the mean, "
+        f"mesh stiffness {float(dataset['mesh_stiffness_mean']):.4g} N/µm on average, "
         f"{float(dataset['mesh_stiffness_rms']):.3g} % RMS"
     )
     written = [write_figure(figure, folder / "ste_and_stiffness.png")]

@@ -1,7 +1,7 @@
-"""Run-out, wobble and pitch errors: all mesh cycles until the same teeth meet again, and side bands of the mesh orders.
+"""Run-out, wobble and pitch errors: all mesh cycles until the same teeth meet again, and sidebands of the mesh orders.
 
 Run-out that is even over the face turns the gear, once in a revolution, and nothing else. Wobble sends the load from
-one end of the face to the other; on spur gears either end counts alike, so that side bands stand two orders of the
+one end of the face to the other; on spur gears either end counts alike, so that sidebands stand two orders of the
 gear away from each mesh order. Pitch errors have all orders of their gear.
 """
 

@@ -26,7 +26,7 @@ def hunting(
     threads: Threads = None,
     plots: Plots = None,
 ) -> None:
-    """Side bands of pitch errors, run-out and waviness of SCENE, over all mesh cycles until the same teeth meet again.
+    """Sidebands of pitch errors, run-out and waviness of SCENE, over all mesh cycles until the same teeth meet again.
 
     Example: gearbench hunting SCENE -o hunting.nc --plots plots
     """

@@ -35,7 +35,7 @@ Nonlinear = Annotated[bool, typer.Option("--nonlinear", help="Follow loss of con
 
 
 Revolution = Annotated[
-    bool, typer.Option("--revolution", help="Compute whole revolutions: side bands of pitch errors and waviness.")
+    bool, typer.Option("--revolution", help="Compute whole revolutions: sidebands of pitch errors and waviness.")
 ]
 Samples = Annotated[int | None, typer.Option(metavar="N", help="Number of samples of the manufacturing errors.")]
 Housing = Annotated[

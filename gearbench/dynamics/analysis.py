@@ -239,7 +239,7 @@ def notes(model: LinearModel, speeds: NDArray, harmonics: int, variables: Variab
     lines = model.remarks(speeds, harmonics)
     if tooth_to_tooth_effects(model.scene):
         lines.append(
-            "teeth differ from one another: the response uses one mesh cycle for all; side bands need a revolution"
+            "teeth differ from one another: the response uses one mesh cycle for all; sidebands need a revolution"
         )
     if len(model.groups) > 1:
         lines.append("meshes of different frequencies: force peaks are maxima over all relative phases")

@@ -35,7 +35,7 @@ def draw_response(dataset: xr.Dataset, folder: Path) -> list[Path]:
     over speed; ``orders_…`` the amplitude of every order over speed; ``campbell_…`` orders and the modes they meet,
     coloured by the mesh force; ``waterfall_…`` the mesh force over frequency and speed; ``bearings_…`` the forces on
     the bearings and ``housing_…`` the motion of points of the housing over speed; ``bands_…`` mesh orders and their
-    side bands. One plot for all meshes: ``modes`` shows mode shapes of the shafts and energies of the parts,
+    sidebands. One plot for all meshes: ``modes`` shows mode shapes of the shafts and energies of the parts,
     ``ripples`` the mesh forces that torque ripples cause, ``scatter`` the percentiles over error samples.
     """
     if "percentile" in dataset.dims:
@@ -217,7 +217,7 @@ def _waterfall(figure: Any, data: xr.Dataset) -> str:
 
 
 def _bands(figure: Any, data: xr.Dataset) -> str:
-    """Mesh orders and their side bands over speed, on a logarithmic scale."""
+    """Mesh orders and their sidebands over speed, on a logarithmic scale."""
     axes = figure.subplots()
     force = data["mesh_force_amplitude"].values
     level = np.log10(np.maximum(force, max(force.max() * 1e-5, 1e-300)))
@@ -225,7 +225,7 @@ def _bands(figure: Any, data: xr.Dataset) -> str:
     figure.colorbar(image, ax=axes, label="log₁₀ of the mesh force [N]")
     axes.set(xlabel="order of the mesh frequency", ylabel=speed_label(data))
     order = float(data["order"].values[force.max(axis=0).argmax()])
-    return f"orders and side bands, the largest of order {order:.4g}"
+    return f"orders and sidebands, the largest of order {order:.4g}"
 
 
 def _scatter(figure: Any, data: xr.Dataset) -> str:

@@ -1,4 +1,4 @@
-"""Response over whole revolutions: differing teeth and flank waves excite side bands of the mesh orders (D11)."""
+"""Response over whole revolutions: differing teeth and flank waves excite sidebands of the mesh orders (D11)."""
 
 from __future__ import annotations
 
@@ -224,7 +224,7 @@ def _over_speed(
 def revolution_response(
     scene: Scene, *, speed: ArrayLike, harmonics: int = HARMONICS, error: ArrayLike | None = None
 ) -> xr.Dataset:
-    """Response of the scene's own pair over whole revolutions, with side bands from differences between teeth.
+    """Response of the scene's own pair over whole revolutions, with sidebands from differences between teeth.
 
     The model is the same as in ``response``. The stiffness over a mesh cycle is the mean over all teeth. Other meshes
     are replaced by springs with their mean stiffness.

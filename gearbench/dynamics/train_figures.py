@@ -1,4 +1,4 @@
-"""Pictures of the response of a planetary set: mode shapes, load sharing over speed, side bands at the ring."""
+"""Pictures of the response of a planetary set: mode shapes, load sharing over speed, sidebands at the ring."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ DRAWN, ROW = 8, 4
 TWIN = 0.02
 #: Largest drawn motion as a share of the radius of the smallest gear.
 DRAWN_MOTION = 0.45
-#: Number of mesh orders whose side bands are drawn.
+#: Number of mesh orders whose sidebands are drawn.
 PANELS = 3
 #: Smallest drawn amplitude as a share of the largest.
 FAINT = 1e-4
@@ -87,7 +87,7 @@ def draw_sharing(figure: Any, dataset: xr.Dataset) -> str:
 
 
 def draw_ring(figure: Any, dataset: xr.Dataset) -> str:
-    """Draw the side bands of the first mesh orders at a point of the ring, at the speed where they are largest."""
+    """Draw the sidebands of the first mesh orders at a point of the ring, at the speed where they are largest."""
     train, wave = scene_of(dataset).geometry, dataset["ring_wave_amplitude"]
     ratio = train.periods[train.meshes[-1].name] / train.periods[train.meshes[0].name]
     first = ratio * np.arange(1, 1 + min(PANELS, int(wave["harmonic"].max() / ratio)))
@@ -108,7 +108,7 @@ def draw_ring(figure: Any, dataset: xr.Dataset) -> str:
         axes.set_title(title, loc="left", fontsize="small")
     last = grid[-1]
     last.set(
-        xlabel="side band k at n f_z + k f_c: |k| lobes that overtake the planets (k > 0) or fall behind them (k < 0)"
+        xlabel="sideband k at n f_z + k f_c: |k| lobes that overtake the planets (k > 0) or fall behind them (k < 0)"
     )
     last.set_xticks(lobes)
     legend(figure, last.get_legend_handles_labels()[0])

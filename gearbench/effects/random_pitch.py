@@ -87,7 +87,7 @@ class RandomPitch(IndexDeviations):
     name: ClassVar[str] = "random_pitch"
     summary: ClassVar[str] = "gap: pitch errors of all teeth, drawn within tolerances"
     source: ClassVar[str] = "ISO 1328-1, single pitch and cumulative pitch"
-    use: ClassVar[str] = "Side bands of gears of a class, with `gearbench hunting`; one seed is one gear."
+    use: ClassVar[str] = "Sidebands of gears of a class, with `gearbench hunting`; one seed is one gear."
     example: ClassVar[dict[str, Any]] = {"pinion": {"iso_class": 6, "seed": 1}}
 
     def check(self, pair: Pair, effects: Effects) -> None:

@@ -1,1 +1,1 @@
-"""Contact over all mesh cycles until the same teeth meet again: side bands of pitch errors, run-out and waviness."""
+"""Contact over all mesh cycles until the same teeth meet again: sidebands of pitch errors, run-out and waviness."""

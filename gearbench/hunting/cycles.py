@@ -1,4 +1,4 @@
-"""Contact over all mesh cycles until the same teeth meet again: side bands of pitch errors, run-out and waviness.
+"""Contact over all mesh cycles until the same teeth meet again: sidebands of pitch errors, run-out and waviness.
 
 Mesh cycles differ only in their gaps. Compliance and contact lines are computed once, and each cycle is one gap vector
 for the batch solver. The solver starts from the solution without the errors and its derivatives. Nothing is linearised:

@@ -1,4 +1,4 @@
-"""Figures of hunting cycles: amplitudes over mesh orders with their side bands."""
+"""Figures of hunting cycles: amplitudes over mesh orders with their sidebands."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def side_bands(dataset: xr.Dataset, axes: Axes, name: str | None = None) -> Axes
 
 
 def draw_side_bands(dataset: xr.Dataset, folder: Path) -> Path:
-    """Write the figure of the side bands of a hunting cycle; for a planetary set also of the passing force."""
+    """Write the figure of the sidebands of a hunting cycle; for a planetary set also of the passing force."""
     passing = "passing_force" in dataset
     figure, rows = new_figure(1 + passing, 1, (9.0, 4.8 + 3.2 * passing))
     first = side_bands(dataset, rows[0][0])

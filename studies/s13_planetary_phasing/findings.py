@@ -60,6 +60,6 @@ def checks(dataset: xr.Dataset) -> list[tuple[str, bool]]:
     for planets in list(LOADED)[1:]:
         mean, most = (factor(dataset, planets, 0.0, each) for each in ("mean", "q99"))
         norms = [norm[planets] for norm in NORMS.values()]
-        text = f"{planets} planets, class 6: K_γ {mean:.2f} in the mean, {most:.2f} for 99 of 100; norms {norms}"
+        text = f"{planets} planets, class 6: K_γ {mean:.2f} on average, {most:.2f} for 99 of 100; norms {norms}"
         found.append((text, all(0.9 * mean < each < 1.1 * most for each in norms)))
     return found

@@ -1,4 +1,4 @@
-"""Side bands of teeth that differ: against one cycle after the other, time integration, and what alike teeth do."""
+"""Sidebands of teeth that differ: against one cycle after the other, time integration, and what alike teeth do."""
 
 import numpy as np
 import pytest

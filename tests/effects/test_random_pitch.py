@@ -1,4 +1,4 @@
-"""Random pitch errors: within their tolerances, the same in all commands, and side bands of the order of the gear."""
+"""Random pitch errors: within their tolerances, the same in all commands, and sidebands of the order of the gear."""
 
 import numpy as np
 import pytest

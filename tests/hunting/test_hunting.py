@@ -1,4 +1,4 @@
-"""Hunting cycles: every mesh cycle as if simulated for itself, and the side bands that follow from teeth and waves."""
+"""Hunting cycles: every mesh cycle as if simulated for itself, and the sidebands that follow from teeth and waves."""
 
 from __future__ import annotations
 

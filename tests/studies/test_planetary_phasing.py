@@ -45,7 +45,7 @@ def test_a_set_whose_harmonic_does_not_cancel_is_found(kept):
 
 
 def test_the_page_shows_the_stored_numbers(kept):
-    """Rows of both tables: RMS values without errors and in the mean, K_γ in the mean and of 99 of 100."""
+    """Rows of both tables: RMS values without errors and on average, K_γ on average and of 99 of 100."""
     page = (ROOT / "docs" / "results_planetary.md").read_text(encoding="utf-8")
     for arrangement in ARRANGEMENTS:
         *_, row = (line for line in page.split("## K_γ")[0].splitlines() if line.startswith(f"| {arrangement} |"))
