@@ -26,7 +26,7 @@ def tooth_weights(z: int, teeth: ArrayLike) -> NDArray:
     The compliance is smooth in log k beyond the first few waves: those left out are interpolated.
     """
     k, waves = np.arange(z // 2 + 1), wave_numbers(z)
-    weights = np.exp(2j * math.pi / z * np.outer(teeth, k)) * often(z) / z
+    weights = np.exp(2j * math.pi / z * np.outer(np.asarray(teeth), k)) * often(z) / z
     if len(waves) == len(k):
         return weights
     between = CubicSpline(np.log(waves[1:]), np.eye(len(waves) - 1), bc_type="natural")(np.log(k[1:]))
