@@ -14,8 +14,8 @@ import numpy as np
 from numpy.polynomial.legendre import leggauss
 from numpy.typing import ArrayLike, NDArray
 
-#: Gauss nodes and weights for the flexibility, which are exact where the section does not change, and for the mass.
-_TAPERED, _UNIFORM, _MASS = leggauss(12), leggauss(3), leggauss(6)
+#: Gauss nodes and weights for the flexibility of tapered elements, and for the mass.
+_TAPERED, _MASS = leggauss(12), leggauss(6)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -113,8 +113,12 @@ class Beam:
         The six values: deflection by force and by moment (uq, um), rotation by force and by moment (fq, fm), elongation
         by force, twist by torque.
         """
-        tapered = self.diameter[0] != self.diameter[1] or self.bore[0] != self.bore[1]
-        L, node, weight = self.length, *(_TAPERED if tapered else _UNIFORM)
+        L, (node, weight) = self.length, _TAPERED
+        if self.diameter[0] == self.diameter[1] and self.bore[0] == self.bore[1]:
+            A, I, kappa = self.section(0.0)
+            x, EI = s * L, self.E * I
+            fm, fq, um = x / EI, x * (L - x / 2) / EI, x**2 / (2 * EI)
+            return um * (L - x / 3) + x / (kappa * self.G * A), um, fq, fm, x / (self.E * A), x / (2 * self.G * I)
         t = s[..., None] * (node + 1) / 2
         w = s[..., None] * weight / 2 * L
         A, I, kappa = self.section(t)

@@ -163,32 +163,24 @@ class ShaftModel:
         z, w = np.broadcast_arrays(np.asarray(position, dtype=float)[..., None], wrench)
         z, w, shape = z[..., 0].ravel(), w.reshape(-1, 6), w.shape[:-1]
         out = np.zeros((len(z), self.size))
-        for beam, points, element, s in self._located(z):
-            work = np.einsum("pi,pia->pa", w[points], beam.shapes(s))
-            out[points[:, None], 6 * element[:, None] + np.arange(12)] = work
+        for k, points, s in self._located(z):
+            out[points, 6 * k : 6 * k + 12] = np.einsum("pi,pia->pa", w[points], self.beams[k].shapes(s))
         return out.reshape(*shape, self.size)
 
     def moved(self, position: NDArray, motion: NDArray) -> NDArray:
         """Motion (…, 6) of the sections at positions (…,) if the nodes move by ``motion`` (size,)."""
         z, nodes = position.ravel(), motion.reshape(-1, 6)
         out = np.empty((len(z), 6))
-        for beam, points, element, s in self._located(z):
-            out[points] = beam.motion(s, nodes[element], nodes[element + 1])
+        for k, points, s in self._located(z):
+            out[points] = self.beams[k].motion(s, nodes[k], nodes[k + 1])
         return out.reshape(*position.shape, 6)
 
-    def _located(self, z: NDArray) -> Iterator[tuple[Beam, NDArray, NDArray, NDArray]]:
-        """For each kind of element: a beam, indices of the positions z in such elements, their elements and s."""
+    def _located(self, z: NDArray) -> Iterator[tuple[int, NDArray, NDArray]]:
+        """For each element with positions z: its number, indices of these positions, and s from 0 to 1 along it."""
         element = np.clip(np.searchsorted(self.nodes, z, side="right") - 1, 0, len(self.beams) - 1)
-        alike = self._alike[element]
-        for first in np.unique(alike):
-            points, beam = np.flatnonzero(alike == first), self.beams[first]
-            yield beam, points, element[points], (z[points] - self.nodes[element[points]]) / beam.length
-
-    @cached_property
-    def _alike(self) -> NDArray:
-        """For each element, the index of the first element with equal length and section, (element,)."""
-        kinds = [tuple(np.round([beam.length, *beam.diameter, *beam.bore], 9)) for beam in self.beams]
-        return np.array([kinds.index(kind) for kind in kinds])
+        for k in np.flatnonzero(np.bincount(element)).tolist():
+            points = np.flatnonzero(element == k)
+            yield k, points, (z[points] - self.nodes[k]) / self.beams[k].length
 
 
 def add_disc(M: NDArray, first: int, disc: Disc) -> None:
