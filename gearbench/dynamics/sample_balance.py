@@ -11,18 +11,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.dynamics.balance import Excitation, block_rows, generalised_conjugate_residuals, real
+from gearbench.dynamics.balance import Excitation, block_rows, real
 from gearbench.dynamics.waves import curve
 
 #: Residual over right-hand side at which the balance of a sample is solved, and maximum number of steps.
-SETTLED, STEPS = 2e-4, 40
-#: Number of speeds solved at once: so few fit into the cache.
-SPEEDS = 2
+SETTLED, STEPS = 1e-4, 40
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -68,8 +65,8 @@ class SampleBalance:
         total = np.swapaxes(mean.convolution, 1, 2).reshape(identity.shape)
         varying = total - np.kron(stiffness, np.eye(orders))
         motion = np.linalg.solve(identity + receptance @ varying, receptance)
-        wanted = orders * np.array(approach)[:, None] + np.arange(1, orders)
-        force_orders = (identity - total @ motion)[:, wanted.ravel()]
+        wanted = (orders * np.array(approach)[:, None] + np.arange(1, orders)).ravel()
+        force_orders = identity[wanted] - total[wanted] @ motion
         # single precision is enough for scatter
         return cls(
             stiffness=stiffness,
@@ -79,31 +76,26 @@ class SampleBalance:
         )
 
     def forces(self, samples: Excitation) -> NDArray:
-        """Real and imaginary parts of the orders above 0 of the mesh forces (speed, mesh · 2H, sample) [N]."""
+        """Real and imaginary parts of the orders above 0 of the mesh forces (speed, mesh · 2H, sample) [N].
+
+        A sample ends at its own residual, so its forces do not depend on the other ``samples``.
+        """
+        from gearbench.dynamics._sample_kernels import balance_samples
+
         x_s = samples.motion.copy()
         p_s = samples.force - np.einsum("ij,sjn->sin", self.stiffness, x_s)
         # order zero is in static balance
         x_s[..., 0], p_s[..., 0] = 0.0, 0.0
-        K = np.ascontiguousarray(np.moveaxis(_over_time(samples.stiffness), 0, -1))
+        K = np.moveaxis(_over_time(samples.stiffness), 0, -1)
         there, back = _waves(samples.orders, K.shape[2])
         x_t = there @ np.moveaxis(real(x_s), 0, -1)
-        blocked = np.moveaxis(real(p_s), 0, -1) - back @ _pushed(K - self.stiffness[..., None, None], x_t)
-        blocked = blocked.reshape(1, -1, len(x_s)).astype(np.float32)
-        deviation = (K - self.mean[..., None]).astype(np.float32)
-        there, back = there.astype(np.float32), back.astype(np.float32)
-
-        def balance(motion: NDArray, e: NDArray) -> NDArray:
-            moved = (motion @ e).reshape(len(e), len(deviation), -1, e.shape[-1])
-            return e + (back @ _pushed(deviation, there @ moved)).reshape(e.shape)
-
-        forces = []
-        for first in range(0, len(self.motion), SPEEDS):
-            block = slice(first, first + SPEEDS)
-            apply, right = partial(balance, self.motion[block]), np.repeat(blocked, len(self.motion[block]), axis=0)
-            tolerance = SETTLED**2 * _products(right, right)
-            e = generalised_conjugate_residuals(apply, right, right - apply(right), _products, tolerance, STEPS)[0]
-            forces.append(self.force_orders[block] @ e)
-        return np.concatenate(forces)
+        force = np.einsum("ijtn,jtn->itn", K - self.stiffness[..., None, None], x_t)
+        blocked = (np.moveaxis(real(p_s), 0, -1) - back @ force).reshape(-1, len(x_s))
+        forces = np.empty((*self.force_orders.shape[:2], len(x_s)), np.float32)
+        arrays = self.motion, self.force_orders, there, back, K - self.mean[..., None], blocked
+        single = (np.ascontiguousarray(array, dtype=np.float32) for array in arrays)
+        balance_samples(*single, np.float32(SETTLED), STEPS, forces)
+        return forces
 
 
 def _over_time(stiffness: NDArray) -> NDArray:
@@ -120,13 +112,3 @@ def _waves(orders: NDArray, times: int) -> tuple[NDArray, NDArray]:
     waves = np.ones((times, 2 * len(orders) - 1))
     waves[:, 1::2], waves[:, 2::2] = np.cos(angle), -np.sin(angle)
     return waves * np.append(1.0, np.full(waves.shape[1] - 1, 2.0)), waves.T / times
-
-
-def _pushed(stiffness: NDArray, motion: NDArray) -> NDArray:
-    """Forces of the ``stiffness`` (row, row, time, sample), shaped like the ``motion`` (…, row, time, sample)."""
-    return np.einsum("ijtn,...jtn->...itn", stiffness, motion)
-
-
-def _products(a: NDArray, b: NDArray) -> NDArray:
-    """Scalar products over the unknowns, (speed, 1, sample)."""
-    return np.einsum("sun,sun->sn", a, b)[:, None]

@@ -108,7 +108,9 @@ def _without_padding(chunks: Iterable[Excitation], samples: int) -> list[Excitat
     return [*full, last.part(slice(samples - sum(len(chunk.motion) for chunk in full)))]
 
 
-def force_rms(model: LinearModel, group: Group, samples: Sequence[Excitation], speed: NDArray) -> NDArray:
+def force_rms(
+    model: LinearModel, group: Group, samples: Sequence[Excitation], speed: NDArray, threads: int = 1
+) -> NDArray:
     """RMS of the mesh force (speed, sample) [N] by harmonic balance (D5), for chunks of ``samples``.
 
     Of several meshes, it is the largest RMS.
@@ -122,8 +124,7 @@ def force_rms(model: LinearModel, group: Group, samples: Sequence[Excitation], s
         by_mesh = balance.forces(chunk).astype(float).reshape(len(speed), len(group.meshes), -1, len(chunk.motion))
         return math.sqrt(2) * np.linalg.norm(by_mesh, axis=2).max(axis=1)
 
-    # in one thread: its many small steps of NumPy would wait for each other
-    return np.concatenate([rms(chunk) for chunk in samples], axis=1)
+    return np.concatenate([*on_threads(rms, samples, threads)], axis=1)
 
 
 @single_threaded_blas()
@@ -154,7 +155,7 @@ def robust_response(
     harmonics
         Number of orders of the mesh frequency.
     threads
-        Number of threads for the contact of the samples; by default the number of processors.
+        Number of threads; by default the number of processors.
 
     Returns
     -------
@@ -187,7 +188,7 @@ def robust_response(
         cycles = sample_cycles(model, harmonics, **drawn)
     else:
         cycles = train_excitations(model, harmonics, **drawn)
-    over_speed, overall = _statistics(model, group, cycles, speeds)
+    over_speed, overall = _statistics(model, group, cycles, speeds, workers)
     variables = over_speed | {"mesh_force": (("sample",), overall)}
     variables |= {f"mesh_force_{name}": ((), np.asarray(f(overall))) for name, (f, _) in STATISTICS.items()}
     coords = {"speed": ("speed", speeds), "percentile": ("percentile", list(PERCENTILES))}
@@ -217,7 +218,7 @@ def remarks(model: LinearModel, group: Group, harmonics: int, speeds: NDArray, l
 
 
 def _statistics(
-    model: LinearModel, group: Group, cycles: Sequence[Excitation], speeds: NDArray
+    model: LinearModel, group: Group, cycles: Sequence[Excitation], speeds: NDArray, threads: int
 ) -> tuple[dict[str, tuple[tuple[str, ...], NDArray]], NDArray]:
     """Variables over speed, and the RMS of each sample over all speeds (sample,) [N]."""
     squares = np.zeros(sum(len(chunk.motion) for chunk in cycles))
@@ -225,7 +226,7 @@ def _statistics(
     # speeds are solved in blocks, so that memory does not grow with speeds times samples
     for first in range(0, len(speeds), BLOCK):
         block = slice(first, first + BLOCK)
-        values = force_rms(model, group, cycles, speeds[block])
+        values = force_rms(model, group, cycles, speeds[block], threads)
         squares += (values**2).sum(axis=0) / len(speeds)
         percentiles[block] = np.percentile(values, PERCENTILES, axis=1).T
         moments[:, block] = values.mean(axis=1), values.std(axis=1, ddof=1), values.max(axis=1)

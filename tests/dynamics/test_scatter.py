@@ -41,7 +41,7 @@ def on_shafts(effects, seat=70.0, **resolution):
 
 @pytest.mark.parametrize("one", [scene(), on_shafts(ERRORS, segments=12, gauss_points=6)], ids=["wheels", "shafts"])
 def test_each_sample_is_solved_as_by_itself(one):
-    """Samples are solved together to a residual of 3e-4."""
+    """Samples are solved to a residual of 1e-4."""
     model = Model(scene=one)
     cycles = sample_cycles(model, 8, samples=130, seed=3, sampler="sobol", threads=1)
     assert [len(chunk.motion) for chunk in cycles] == [128, 2]
