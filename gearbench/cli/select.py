@@ -79,7 +79,7 @@ def select(
 
 def _resonances(bands: list[str], speed: str | None, orders: int) -> list[Resonance]:
     from gearbench.errors import InputError
-    from gearbench.optimisation.conditions import parse_band
+    from gearbench.optimisation.conditions import parse_range
     from gearbench.optimisation.select import Resonance
 
     if bands and speed is None:
@@ -88,8 +88,8 @@ def _resonances(bands: list[str], speed: str | None, orders: int) -> list[Resona
         return []
     if not bands:
         raise InputError("speed", speed, "needs --avoid, the mesh frequencies to avoid")
-    rpm = parse_band("speed", speed)
-    return [Resonance(frequency=parse_band("avoid", band), speed=rpm, orders=orders) for band in bands]
+    rpm = parse_range("speed", speed)
+    return [Resonance(frequency=parse_range("avoid", band), speed=rpm, orders=orders) for band in bands]
 
 
 def _json(selection: Selection, top: int) -> dict[str, Any]:

@@ -17,7 +17,7 @@ from bokeh.document import Document, without_document_lock
 from bokeh.models import ColumnDataSource
 
 #: Function that yields the answers to a question, given its data and a function that says whether a newer one waits.
-Answers = Callable[[Any, Callable[[], bool]], Iterator[dict[str, Any]]]
+Answerer = Callable[[Any, Callable[[], bool]], Iterator[dict[str, Any]]]
 
 
 class Conversation:
@@ -42,7 +42,7 @@ class Conversation:
     """
 
     def __init__(
-        self, document: Document, question: ColumnDataSource, answer: ColumnDataSource, answers: Answers, *,
+        self, document: Document, question: ColumnDataSource, answer: ColumnDataSource, answers: Answerer, *,
         rest: float = 0.0,
     ) -> None:  # fmt: skip
         self._document, self._question, self._answer, self._answers = document, question, answer, answers
@@ -51,12 +51,12 @@ class Conversation:
         question.on_change("data", self._asked)
 
     def _asked(self, _attr: str, _old: Any, _new: Any) -> None:
-        """Note a new question, and start to answer unless that goes on already."""
+        """Note a new question, and start answering unless that is under way."""
         self._wanted = True
         self._newer.set()
         if not self._running:
             self._running = True
-            work: Any = self._work
+            work: Any = self._work  # Any: Bokeh's types do not know coroutines as callbacks
             self._document.add_next_tick_callback(work)
 
     @without_document_lock
@@ -72,7 +72,7 @@ class Conversation:
                 await shown.wait()
                 with suppress(TimeoutError):
                     await asyncio.wait_for(self._newer.wait(), rest)
-                rest = 0.0
+                rest = 0.0  # only the second answer waits
         self._running = False
 
     def _show(self, answer: dict[str, Any], shown: asyncio.Event) -> None:

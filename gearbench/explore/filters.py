@@ -15,12 +15,13 @@ _HEADS = {"statistic": "Scatter and objectives", "limit": "Limits", "variable": 
 
 def sliders(catalogue: Catalogue) -> dict[int, RangeSlider]:
     """Make a range slider for every quantity that differs between the designs, by the index of its column."""
-    of_shown_kind = {id(column) for column in catalogue.of_kind("statistic", "limit", "variable")}
-    return {i: _slider(i, c) for i, c in enumerate(catalogue.columns) if id(c) in of_shown_kind}
+    # `of_kind` leaves out constant columns; columns hold arrays, which == cannot compare, so `id` identifies them
+    shown = {id(column) for column in catalogue.of_kind("statistic", "limit", "variable")}
+    return {i: _slider(i, c) for i, c in enumerate(catalogue.columns) if id(c) in shown}
 
 
 def _slider(index: int, column: Column) -> RangeSlider:
-    """Make the range slider of the column ``index``; its title lists the texts of a column of texts."""
+    """Make the range slider of the column ``index``; the title numbers the values of a column of texts."""
     low, high = column.range
     # slightly wider than the values, so that rounding never hides a design at an end
     margin = 1e-6 * (high - low)

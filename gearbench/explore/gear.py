@@ -164,6 +164,7 @@ class GearPanel:
 
         The diameter of the circle at a mesh is proportional to its load share.
         """
+        # y points down, see geometry/train.py
         plot = chart(
             "Gears and load shares", "x [mm]", "y [mm]", height=2 * HEIGHT, x_range=fixed(-1, 1), y_range=fixed(1, -1)
         )

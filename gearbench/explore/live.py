@@ -26,7 +26,7 @@ class Session:
         self._finished: dict[int, Picture] = {first: picture(catalogue.scene(first))}
         question = ColumnDataSource({"design": [first]}, name="question")
         self.page = Page(catalogue, first, tables(self._finished[first]))
-        self.page.listen()
+        self.page.show_answers()
         self.page.pick.js_on_change("data", script("ask", question=question, pick=self.page.pick))
         self._conversation = Conversation(
             document, question, self.page.answer, lambda asked, _overtaken: self.answers(asked["design"][0])
@@ -40,7 +40,7 @@ class Session:
         except (InputError, GearbenchError, ArithmeticError) as error:
             yield answer_data(message=str(error))
         except (IndexError, TypeError, ValueError):
-            yield answer_data(message="this is no question of the page")
+            yield answer_data(message="this request of the page cannot be answered: reload the page")
 
     def _picked(self, design: int) -> Iterator[dict[str, Any]]:
         """Yield the answers for a design; its finished results are kept."""

@@ -65,7 +65,9 @@ def fixed(start: float, end: float) -> Range1d:
 
 
 def fitted(plot: Any, *, across: bool = True, floor: float | None = None) -> Any:
-    """Fit the ranges of ``plot`` to its glyphs whenever their data change; returns the script, to run once at first.
+    """Fit the ranges of ``plot`` to its glyphs whenever their data change; returns the script for it.
+
+    The page must also run the script once when it is loaded.
 
     This replaces Bokeh's automatic ranges, which warn if there is nothing to show yet, report every change to the
     server, and lay out the figure twice. Without ``across``, the horizontal range stays; ``floor`` is the lower end of

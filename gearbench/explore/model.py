@@ -56,6 +56,7 @@ def flank_map(solved: Solved, values: NDArray, size: tuple[int, int] = SIZE) -> 
     """
     lines, meshing = solved.lines, solved.scene.pair.meshing
     active = lines.active
+    # `over_flank` needs the lines in the order of their u
     order = np.argsort((lines.mesh_phase[:, None] + lines.index)[active])
     u, y, length, flank_values = (each[active][order] for each in (lines.u, lines.y, lines.length, values))
     (start, end), (columns, rows) = flank_range(solved), size
@@ -116,7 +117,7 @@ class Sharing:
         Forces and motions over the mesh cycle.
     turns, over_turns
         Positions of the carrier relative to the ring [revolutions], (turn,), and the largest load share of each mesh
-        there, (mesh, turn); both empty without eccentric members.
+        there, (mesh, turn); without eccentric members both are empty, (0,).
     """
 
     cycle: TrainCycle
@@ -207,9 +208,9 @@ def _train(scene: Scene) -> tuple[SolvedTrain, MeshCycle, Sharing]:
     error = solved.cycle.transmission_error
     cycle = MeshCycle(phases=solved.phases, transmission_error=error, mesh_stiffness=solved.stiffness)
     coords, variables = revolution_columns(solved)
-    turns, over_turns = (
-        (values for _, values in (*coords.values(), *variables.values())) if variables else np.empty((2, 0))
-    )
+    turns = over_turns = np.empty(0)
+    if variables:  # the planetary set has eccentric members
+        turns, over_turns = coords["revolution"][1], variables["load_sharing_over_revolution"][1]
     return solved, cycle, Sharing(cycle=solved.cycle, turns=turns, over_turns=over_turns)
 
 
@@ -247,7 +248,7 @@ def _scatter(solved: Solved | SolvedTrain, samples: int, progress: Callable[[int
     """Responses to the error samples, response → (sample,)."""
     if isinstance(solved, SolvedTrain):
         train = sampled_train(solved.scene, solved)
-        errors = train.draw(unit_samples("sobol", samples, len(train.error_names), 0))
+        errors = train.draw(unit_samples("sobol", samples, len(train.error_names), seed=0))
         error_blocks = (errors[i : i + BLOCK] for i in range(0, samples, BLOCK))
         blocks: list[Mapping[str, NDArray]] = []
         for block in on_threads(partial(train.respond, names=STUDIED), error_blocks, default_threads()):
@@ -257,10 +258,10 @@ def _scatter(solved: Solved | SolvedTrain, samples: int, progress: Callable[[int
     # prepared from the solved scene, so lines, gaps and compliance are the same
     problem = prepare_scene(solved.scene)
     answer, complete = respond(
-        problem, problem.draw(samples, 0, "sobol"), default_threads(), lambda done: progress(done, samples)
+        problem, problem.draw(samples, seed=0, sampler="sobol"), default_threads(), lambda done: progress(done, samples)
     )
     if not complete:
-        raise KeyboardInterrupt
+        raise KeyboardInterrupt  # only Ctrl-C ends `respond` early
     return {name: answer[name] for name in RMS_VALUES}
 
 

@@ -51,7 +51,7 @@ class Page:
         self.export.js_on_event("button_click", script("download", "export", scene=self.gear.now["scene"]))
         self._roots, self.refresh, self.follow = self._designs()
 
-    def listen(self) -> None:
+    def show_answers(self) -> None:
         """Let the browser show every new ``answer``."""
         self.answer.js_on_change("data", script("answer", answer=self.answer, sources=self.gear.now))
         # a model used only by scripts is unknown to the browser: tag a figure with it

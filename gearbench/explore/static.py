@@ -41,7 +41,7 @@ def html(catalogue: Catalogue, pictures: int = PICTURES) -> str:
     if str(first) not in shown:
         raise GearbenchError(f"{catalogue.name(first)} cannot be computed")
     page = Page(catalogue, first, shown[str(first)])
-    page.listen()
+    page.show_answers()
     names = {design: catalogue.name(int(design)) for design in shown}
     page.pick.js_on_change("data", script("show", pick=page.pick, answer=page.answer, names=names, pictures=shown))
     document = Document()

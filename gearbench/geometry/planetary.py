@@ -265,7 +265,7 @@ class PlanetarySet:
         angles = np.sort(np.mod(np.subtract(self.angles, self.angles[0]), 2 * math.pi))
         return float(np.degrees(np.abs(angles - 2 * math.pi * np.arange(len(angles)) / len(angles)).max()))
 
-    def adding(self, sun_teeth: int, waves: int) -> float:
+    def share_that_adds_up(self, sun_teeth: int, waves: int) -> float:
         """Share of the first mesh harmonic that adds up over the planets, as torsion (``waves`` 0) or radial force (1).
 
         It is 1 if the forces of all planets add up, and 0 if they cancel.

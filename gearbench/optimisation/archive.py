@@ -13,7 +13,7 @@ from gearbench.optimisation.front import hypervolume, non_dominated
 from gearbench.optimisation.problem import Evaluation, assignments
 from gearbench.optimisation.study import Design, OptimisationStudy
 
-#: Reference point of the hypervolume over the worst objectives of the first generation with feasible designs.
+#: Ratio of the hypervolume's reference point to the worst objectives of the first generation with feasible designs.
 MARGIN = 1.1
 
 
@@ -33,7 +33,7 @@ class Archive:
         Numbers of the designs that the search asked for, one array (member,) per generation.
     evaluated, feasible_found, hypervolumes
         Lists over the generations: number of newly evaluated designs, number of feasible designs so far, and the
-        share of the box below ``reference_point`` that the front dominates.
+        share of the box from 0 to ``reference_point`` that the front dominates.
     front, front_objectives
         Numbers of the Pareto-optimal designs, and their objectives, (design, objective).
     responses

@@ -28,7 +28,7 @@ _NAME = r"[A-Za-z_]\w*(?:\.\w+)*"
 _CONDITION = re.compile(rf"\s*({_NAME})\s*(<=|>=|==|!=|<|>)\s*(\S(?:.*\S)?)\s*")
 _NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _TERM = re.compile(rf"\s*([+-]?)\s*(?:({_NUMBER})\s*\*?\s*)?({_NAME})\s*")
-_BAND = re.compile(rf"\s*({_NUMBER})\s*:\s*({_NUMBER})\s*")
+_RANGE = re.compile(rf"\s*({_NUMBER})\s*:\s*({_NUMBER})\s*")
 
 
 def _same(x: NDArray, limit: float) -> NDArray:
@@ -124,15 +124,15 @@ def parse_ranking(text: str) -> dict[str, float]:
     return weights
 
 
-def parse_band(key: str, text: str) -> tuple[float, float]:
+def parse_range(key: str, text: str) -> tuple[float, float]:
     """Read the lower and upper end of a range from a text such as ``900:1100``; ``key`` names the option in messages.
 
     Raises
     ------
     InputError
-        If the text is not a range of positive numbers.
+        If the text is not a range LOW:HIGH of numbers that are not negative.
     """
-    match = _BAND.fullmatch(text)
+    match = _RANGE.fullmatch(text)
     low, high = (float(x) for x in match.groups()) if match else (math.nan, math.nan)
     if not low <= high or not math.isfinite(high):
         raise InputError(key, text, "must be LOW:HIGH, e.g. 900:1100")

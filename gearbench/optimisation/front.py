@@ -22,7 +22,7 @@ def non_dominated(F: NDArray) -> NDArray:
 
 
 def hypervolume(F: NDArray) -> float:
-    """Share of the unit box that the points ``F`` (point, objective) dominate; points outside the box are ignored."""
+    """Share of the unit box that the points ``F`` ≥ 0 (point, objective) dominate; points outside are ignored."""
     inside = F[np.all(F < 1.0, axis=1)]
     if len(inside) == 0:
         return 0.0

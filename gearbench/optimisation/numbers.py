@@ -1,7 +1,8 @@
 """Scalar quantities of a design that do not depend on the manufacturing errors, for objectives and limits.
 
 They come from the variables, the geometry, the scene, or the solved scene, in order of computing time. Responses, which
-do depend on the errors, are in ``gearbench.results.responses``. A planetary set may have one value per mesh.
+do depend on the errors, are in ``gearbench.results.responses``. For a planetary set, ``constraints`` evaluates the
+quantities of ``GEOMETRIC`` and ``UNDER_LOAD`` in every mesh; the worst value counts.
 """
 
 from __future__ import annotations
@@ -49,8 +50,9 @@ def each_mesh(scene: Scene) -> tuple[Scene, ...]:
     planetary = planetary_set(scene)
     if planetary is None:
         return (scene,)
-    # meshes of the sun with all planets come first, then those of the ring: the first of each kind
-    return tuple(scene.meshes.values())[:: planetary.keys.number]
+    # meshes of the sun with all planets come first, then those of the ring: take the first of each kind
+    planets = planetary.keys.number
+    return tuple(scene.meshes.values())[::planets]
 
 
 def mass(scene: Scene) -> float:
@@ -100,14 +102,14 @@ def largest_pressure(solved: Solved) -> float:
 
 
 def _of_flank(name: str) -> Callable[[Solved], float]:
-    """Make the quantity: largest value over the mesh cycle of a function of ``gearbench.results.flank``."""
+    """Return a function that gives the largest value over the mesh cycle of ``gearbench.results.flank.<name>``."""
 
-    def number(solved: Solved) -> float:
+    def largest(solved: Solved) -> float:
         from gearbench.results import flank
 
         return float(getattr(flank, name)(solved).max())
 
-    return number
+    return largest
 
 
 def largest_root_stress(scene: Scene) -> float:
@@ -118,24 +120,29 @@ def largest_root_stress(scene: Scene) -> float:
     return max(RootBending(pair=mesh.pair, gear=index).stress(abs(mesh.load.torque)) for mesh, index in sides)
 
 
-def _of_set(number: Callable[[PlanetarySet, Scene], float]) -> Callable[[Scene], float]:
-    """Make the quantity of a planetary set; it is NaN for a pair."""
+def _of_set(compute: Callable[[PlanetarySet, Scene], float]) -> Callable[[Scene], float]:
+    """Return a function of the scene that computes a quantity of its planetary set, and gives NaN for a pair."""
 
     def of_scene(scene: Scene) -> float:
         planetary = planetary_set(scene)
-        return math.nan if planetary is None else number(planetary, scene)
+        return math.nan if planetary is None else compute(planetary, scene)
 
     return of_scene
 
 
-#: Quantities from the tooth counts and planet positions of a planetary set. ``torsion_share`` and ``radial_share`` are
-#: shares of the first mesh harmonic that add up over the planets, as a torque or as a radial force on the sun.
+#: Quantities from the gears and planet positions of a planetary set: clearance between the tips of neighbouring planets
+#: [mm], largest deviation of a planet from even spacing [°], and shares of the first mesh harmonic that add up over the
+#: planets, as a torque or as a radial force on the sun.
 OF_SET: Mapping[str, Callable[[Scene], float]] = MappingProxyType(
     {
         "planet_room": _of_set(lambda planetary, scene: planetary.room(mesh.pair for mesh in each_mesh(scene))),
         "spacing_error": _of_set(lambda planetary, _: planetary.spacing_error),
-        "torsion_share": _of_set(lambda planetary, scene: planetary.adding(scene.pair.pinion.teeth, 0)),
-        "radial_share": _of_set(lambda planetary, scene: planetary.adding(scene.pair.pinion.teeth, 1)),
+        "torsion_share": _of_set(
+            lambda planetary, scene: planetary.share_that_adds_up(scene.pair.pinion.teeth, waves=0)
+        ),
+        "radial_share": _of_set(
+            lambda planetary, scene: planetary.share_that_adds_up(scene.pair.pinion.teeth, waves=1)
+        ),
     }
 )
 #: Quantities from the scene.
@@ -162,7 +169,7 @@ UNDER_LOAD: Mapping[str, Callable[[Solved], float]] = MappingProxyType(
         "friction_loss": _of_flank("friction_loss"),
     }
 )
-#: Names of all quantities of this module.
+#: Names of all quantities of this module and of ``strength.rating.GEOMETRIC``.
 NUMBERS = (COST, *GEOMETRIC, *OF_SCENE, *UNDER_LOAD)
 #: Quantities that a planetary set does not have.
 OF_PAIR = ("axial_force", "modifications", "pinion_teeth", "wheel_teeth", "pinion_addendum", "wheel_addendum")

@@ -10,14 +10,17 @@ the first n. Its standard error is that of a draw of n from N:
 
 A standard deviation is linearised: each sample contributes its influence ((y − ȳ)² − σ²)/2σ, and the differences of
 these influences are averaged in the same way. The maximum over n samples cannot exceed the maximum over N. Its
-difference to the incumbent's maximum over N is therefore a lower bound, without statistical error.
+difference to the incumbent's maximum over N is therefore a lower bound without statistical error, because all weights
+are positive.
+
 A design is beaten, and stops, if one incumbent is better in every objective by more than ``STANDARD_ERRORS`` standard
 errors of that objective's difference. A design that belongs on the front is stopped by mistake only if a difference
 that is truly zero or negative is measured that many standard errors above 0 (probability 3 in 100 000 for each
 comparison, less for Sobol points).
 
-A stopped design is assigned its incumbent's statistic over N plus D̂. This estimate is free of the error that both
-share on the first n samples. The incumbent dominates it, so a front never holds a design with fewer than N samples.
+A stopped design is assigned its incumbent's statistic over N plus D̂, except for its maxima over n and its quantities
+without samples, which are kept. This estimate is free of the error that both share on the first n samples. The
+incumbent dominates it, so a front never holds a design with fewer than N samples.
 """
 
 from __future__ import annotations
@@ -34,7 +37,7 @@ from gearbench.results.responses import STATISTICS, split_statistic
 
 #: Samples of the first stage: the kernels solve this many at once, so fewer would take as long.
 FIRST = 128
-#: Number of samples after a stage, over that after the stage before.
+#: Ratio of the numbers of samples after successive stages.
 GROWTH = 2
 #: Number of standard errors by which an incumbent must be better in every objective.
 STANDARD_ERRORS = 4.0
@@ -145,6 +148,7 @@ class Incumbents:
     def estimate(self, values: NDArray, incumbent: int, numbers: Sequence[float] = ()) -> NDArray:
         """Estimate the statistics over all samples, (statistic,), of a design that ``incumbent`` beats."""
         of_design = statistics(values, numbers)
+        # `numbers` are the design's: here they only fill their places, because quantities without samples are kept
         of_incumbent = statistics(self.early[incumbent][:, : values.shape[1]], numbers)
         # maxima are bounds, and quantities without samples are exact: both are kept; responses are never negative
         is_kept = np.array([name.endswith("_max") or name in self.study.numbers for name in self.study.statistics])

@@ -40,7 +40,8 @@ class Progress:
     asked, evaluated, feasible
         Number of designs asked for so far, of distinct designs evaluated, and of feasible ones among these.
     hypervolume
-        Share of the reference box that the front dominates.
+        Share of the box from 0 to the reference point that the front dominates. The reference point is 1.1 times the
+        worst objectives of the first generation with feasible designs.
     elapsed, evaluated_here
         Seconds since the start of this process, and number of designs it has evaluated.
     """
@@ -119,7 +120,10 @@ def optimise(
 
 
 class _Run:
-    """Running search: it asks, evaluates, stores and tells, and reports its progress."""
+    """Running search: it asks, evaluates, stores and tells, and reports its progress.
+
+    Without ``workers``, this process evaluates the designs.
+    """
 
     def __init__(
         self,
@@ -180,9 +184,9 @@ class _Run:
         return Incumbents.of(self._study, values, [archive.results[i].statistics for i in chosen])
 
     def _report(self, part: float, new: int = 0, feasible: int = 0) -> None:
-        """Report progress: finished generations, and the share ``part`` (``new`` designs) of the current one."""
+        """Report progress; the share ``part`` of this generation is done: ``new`` designs, ``feasible`` of them."""
         archive, generations = self._archive, self._study.algorithm.generations
-        done = len(archive.asked)
+        done = len(archive.asked)  # one entry per finished generation
         self._progress(
             Progress(
                 generation=done,

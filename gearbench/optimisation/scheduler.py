@@ -31,8 +31,8 @@ def dask_workers(scheduler: str) -> Iterator[Executor]:
     Raises
     ------
     InputError
-        If ``scheduler`` is neither, dask.distributed is not installed, no scheduler answers, or no worker connects
-        within ten minutes.
+        If ``scheduler`` is neither local:N nor an address, dask.distributed is not installed, no scheduler answers, or
+        no worker connects within ten minutes.
     GearbenchError
         If the connection to the scheduler is lost, or one task kills several workers in turn.
     """
@@ -59,7 +59,7 @@ def dask_workers(scheduler: str) -> Iterator[Executor]:
             reason = shortened(error, 120) or "no answer in time"
             raise InputError("scheduler", scheduler, f"cannot be used ({reason})") from None
         try:
-            yield client.get_executor(pure=False)
+            yield client.get_executor(pure=False)  # a pure task would not run twice
         except KilledWorker:
             raise GearbenchError("one task killed several workers in turn: too little memory?") from None
         except (CancelledError, CommClosedError):
@@ -69,7 +69,7 @@ def dask_workers(scheduler: str) -> Iterator[Executor]:
 
 @contextmanager
 def _ctrl_c_blocked() -> Iterator[None]:
-    """Context whose threads and processes never see Ctrl-C; here it takes effect at the end of the context."""
+    """Context for starting threads and processes that never receive Ctrl-C; the caller receives it when this ends."""
     resource_tracker.ensure_running()  # would unblock Ctrl-C if it started later
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
@@ -79,7 +79,7 @@ def _ctrl_c_blocked() -> Iterator[None]:
 
 
 async def _answer(address: str) -> None:
-    """Return once a dask scheduler answers at ``address``; a client would wait for ever if another program listens."""
+    """Return once a dask scheduler answers at ``address``; a client would wait for ever if another program has it."""
     from distributed import Security, rpc
 
     async with rpc(address, connection_args=Security().get_connection_args("client")) as server:

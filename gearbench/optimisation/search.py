@@ -1,7 +1,7 @@
 """NSGA-II and NSGA-III with mixed variables (pymoo), as an ask-and-tell interface.
 
-The search evaluates nothing itself. The study and the results it is told determine it: given the same results, it asks
-for the same designs. An interrupted run relies on this to continue.
+The search evaluates nothing itself. The study and the results told so far determine which designs it asks for next. An
+interrupted run relies on this to continue.
 """
 
 from __future__ import annotations
@@ -100,7 +100,7 @@ def _algorithm(study: OptimisationStudy, gear: Callable[[Any], Hashable]) -> Any
         return (Real if variable.kind == "real" else Integer)(bounds=variable.bounds)
 
     duplicates = _same_gear(gear)
-    # pyright infers their types from defaults, which are too narrow
+    # Any: the types that pyright infers from the defaults of pymoo are too narrow
     make_mating: Any = MixedVariableMating
     is_nsga3 = study.algorithm.method == "nsga3"
     make_algorithm: Any = partial(NSGA3, ref_dirs=_directions(study)) if is_nsga3 else NSGA2

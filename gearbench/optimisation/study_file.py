@@ -18,7 +18,7 @@ from gearbench.results.responses import quantity
 from gearbench.scene_file import read_loads, scene_key, table_class
 from gearbench.schema import as_table, check, keys, make, read, read_toml
 
-#: Table of the base that says whether designs are pairs or planetary sets.
+#: Tables of the base, of which one is given: it says whether the designs are pairs or planetary sets.
 KINDS = ("pair", "planetary")
 #: Prefix of the keys for random errors of a planetary set.
 SCATTER = "planetary.scatter."
@@ -84,15 +84,15 @@ def check_study(study: OptimisationStudy) -> None:
     if "loads" in study.base:
         _check_loads(study.base, set_by)
     _check_base(study.base, set_by)
-    _check_numbers(study, set_by)
+    _check_quantities(study, set_by)
     scattered = "scatter" in study.base.get("planetary", {}) or any(p.startswith(SCATTER) for p in set_by)
     if study.robustness.samples > 0 and "manufacturing_errors" not in study.base.get("effects", {}) and not scattered:
         allowed = "samples need base.effects.manufacturing_errors; give samples = 0 to optimise without errors"
         raise InputError("robustness.samples", study.robustness.samples, allowed)
 
 
-def _check_numbers(study: OptimisationStudy, set_by: Collection[str]) -> None:
-    """Check that limits and objectives can be computed, and that ``costs`` lists all values of its variables."""
+def _check_quantities(study: OptimisationStudy, set_by: Collection[str]) -> None:
+    """Check the quantities of limits and objectives, and that ``costs`` lists all values of its variables."""
     used = {*study.constraints, *study.numbers}
     has_speed = "speed" in study.base.get("operation", {}) or "operation.speed" in set_by
     for name in OF_OPERATION:
@@ -105,7 +105,7 @@ def _check_numbers(study: OptimisationStudy, set_by: Collection[str]) -> None:
         grid = variables[name].grid
         if grid is None:
             raise InputError("costs", name, "is real: give the variable a step, or values")
-        for value in costs.keys() ^ set(map(str, grid)):
+        for value in costs.keys() ^ set(map(str, grid)):  # those that only one of the two has
             missing = value not in costs
             raise InputError(f"costs.{name}", value, "has no cost" if missing else "is not a value of the variable")
     if COST in used and not study.costs:
@@ -135,8 +135,11 @@ def changed_keys(variable: Variable) -> tuple[str, ...]:
             allowed = f"must be a key of a scene, e.g. pair.helix_angle, or one of {', '.join(DERIVED)}"
             raise InputError(table, path, allowed)
         listed = variable.grid if variable.values is not None or variable.sets is not None else None
-        for code in variable.bounds if listed is None else range(len(listed)):
+        # of a range only the ends are checked, of a list every value
+        codes = variable.bounds if listed is None else range(len(listed))
+        for code in codes:
             if fault := key.fault(value := variable.assigned(code)[path]):
+                # the message of `fault` says what the value must be; put the path before "must"
                 raise InputError(table, repr(value), fault.replace("must", f"{path} must", 1))
         changed.append(path)
     return tuple(changed)
@@ -155,18 +158,19 @@ def _check_base(base: Mapping[str, Any], set_by: Mapping[str, str]) -> None:
     """Check the tables of the base; ``set_by`` maps the keys that variables set to the names of the variables."""
     effects = as_table("base.effects", base.get("effects", {}))
     effects_of_variables = {path.split(".")[1]: {} for path in set_by if path.startswith("effects.")}
-    geometry = KINDS["planetary" in base]
+    geometry = "planetary" if "planetary" in base else "pair"
     for path in set_by:
         if (table := path.partition(".")[0]) in KINDS and table != geometry:
             raise InputError(f"variables.{set_by[path]}", path, f"is not a key of base.{geometry}")
     tables: dict[str, Any] = {geometry: {}} | ({} if "loads" in base else {"load": {}})
     tables |= {name: table for name, table in base.items() if name not in ("name", "effects", "loads")}
     tables |= {f"effects.{name}": table for name, table in {**effects_of_variables, **effects}.items()}
-    remaining: Collection[str] = set_by
+    checked_here: Collection[str] = set_by
     if geometry == "planetary":
         planetary = as_table("base.planetary", tables[geometry])
         tables[geometry] = {name: value for name, value in planetary.items() if name not in MEMBERS}
-        remaining = [path for path in set_by if path.split(".")[:2] not in [[geometry, name] for name in MEMBERS]]
+        # keys of the gears are checked by `_check_gears`
+        checked_here = [path for path in set_by if path.split(".")[:2] not in [[geometry, name] for name in MEMBERS]]
         # the planet's flanks at the ring have a table of their own only if the base or a variable gives it
         has_at_ring = AT_RING in planetary or any(path.startswith(f"{geometry}.{AT_RING}.") for path in set_by)
         _check_gears({name: planetary.get(name, {}) for name in MEMBERS if name != AT_RING or has_at_ring}, set_by)
@@ -174,11 +178,11 @@ def _check_base(base: Mapping[str, Any], set_by: Mapping[str, str]) -> None:
         classes = [Planetary if name == "planetary" else table_class(name) for name in tables]
     for (name, table), kind in zip(tables.items(), classes, strict=True):
         try:
-            set_keys = [path.removeprefix(f"{name}.") for path in remaining if path.startswith(f"{name}.")]
+            set_keys = [path.removeprefix(f"{name}.") for path in checked_here if path.startswith(f"{name}.")]
             check(kind, table, f"base.{name}", set_keys)
         except InputError as error:
-            missing = error.value == "missing"
-            raise InputError(error.key, error.value, error.allowed + ", here or as a variable" * missing) from None
+            where = ", here or as a variable" if error.value == "missing" else ""
+            raise InputError(error.key, error.value, error.allowed + where) from None
 
 
 def _check_gears(gears: Mapping[str, Any], set_by: Collection[str]) -> None:
@@ -191,6 +195,7 @@ def _check_gears(gears: Mapping[str, Any], set_by: Collection[str]) -> None:
                 raise InputError(f"base.{path}", "unknown key", error.allowed) from None
             if key and (fault := key.fault(tuple(value) if isinstance(value, list) else value)):
                 raise InputError(f"base.{path}", value, fault)
+        # by default the tooth number of the ring follows from the others
         if "teeth" not in table and f"planetary.{name}.teeth" not in set_by and name != RING:
             raise InputError(f"base.planetary.{name}.teeth", "missing", "is required, here or as a variable")
 
@@ -202,7 +207,8 @@ def _variables(prefix: str, tables: Mapping[str, Any]) -> Iterator[Variable]:
         if not isinstance(table, Mapping):
             raise InputError(f"variables.{key}", table, "must be a table, e.g. { min = 0.0, max = 5.0, step = 1.0 }")
         if "name" in table:
-            raise InputError(f"variables.{key}.name", table["name"], f"the variable's name is {key}")
+            allowed = f"must be left out: the variable has the name of its table, {key}"
+            raise InputError(f"variables.{key}.name", table["name"], allowed)
         if isinstance(sets := table.get("sets"), Mapping):
             flat = {value: dict(_flat("", as_table(f"variables.{key}.sets.{value}", t))) for value, t in sets.items()}
             paths = list(next(iter(flat.values()), {}))

@@ -10,7 +10,8 @@ from typing import Any, Literal
 from pydantic.dataclasses import dataclass
 
 from gearbench.errors import InputError
-from gearbench.schema import STRICT, given
+from gearbench.schema import STRICT
+from gearbench.schema import given as fields_given
 
 Value = bool | int | float | str
 
@@ -39,8 +40,9 @@ class Variable:
     values
         List of values, instead of a range.
     sets
-        Named sets of keys, instead of values and paths: name of the set → key of the scene → value, with the same keys
-        in every set. Example: module and dedendum of the available tools.
+        Named sets of keys and values, instead of ``values``: name of the set → key of the scene → value. Example:
+        module and dedendum of the available tools. Every set gives the same keys, which ``paths`` lists; a file omits
+        ``paths``.
 
     Raises
     ------
@@ -68,13 +70,13 @@ class Variable:
         else:
             self._check_range()
 
-    def _check_listed(self, given: str, others: tuple[str, ...]) -> None:
-        """Check ``given``, "values" or "sets"; the keys ``others`` must not be given with it."""
-        if not getattr(self, given):
-            raise InputError(given, "none", "must hold at least one value")
+    def _check_listed(self, field: str, others: tuple[str, ...]) -> None:
+        """Check the field ``field``, "values" or "sets"; the fields ``others`` must not be given with it."""
+        if not getattr(self, field):
+            raise InputError(field, "none", "must hold at least one value")
         for key in others:
             if getattr(self, key) is not None:
-                raise InputError(key, getattr(self, key), f"conflicts with {given}: give one of the two")
+                raise InputError(key, getattr(self, key), f"conflicts with {field}: give one of the two")
         for name, keys in (self.sets or {}).items():
             if keys.keys() != set(self.paths):
                 allowed = f"must set the same keys as the other sets: {', '.join(self.paths)}"
@@ -90,12 +92,13 @@ class Variable:
         low, high = self._range
         if high < low:
             raise InputError("max", high, f"must not be below min = {low:g}")
+        real = "for a real variable write min or max with a decimal point, and omit step"
         if self.step is not None and not self.step > 0:
-            raise InputError("step", self.step, "must be positive; without it the variable is real")
+            raise InputError("step", self.step, f"must be positive; {real}")
         if self._step is not None and (high - low) / self._step >= MOST_VALUES:
-            real = "for a real variable write min or max with a decimal point, and omit step"
-            reason = f"makes more than {MOST_VALUES} values; {real}"
-            raise InputError("step", self._step, reason)
+            reason = f"gives more than {MOST_VALUES} values between min and max; {real}"
+            key = "max" if self.step is None else "step"
+            raise InputError(key, getattr(self, key), reason)
 
     @property
     def _range(self) -> tuple[int | float, int | float]:
@@ -126,7 +129,7 @@ class Variable:
 
     @cached_property
     def kind(self) -> Literal["real", "ordered", "choice"]:
-        """Kind for the search operators: "choice" if the values have no order."""
+        """Kind for the search operators: a real number, a number of a grid ("ordered"), or a "choice" without order."""
         if self.grid is None:
             return "real"
         numbers = all(isinstance(v, (int, float)) and not isinstance(v, bool) for v in self.grid)
@@ -151,7 +154,7 @@ class Variable:
 
     def given(self) -> dict[str, Any]:
         """Table of the variable in a study file."""
-        table = given(self)
+        table = fields_given(self)
         del table["name"]
         if self.sets is not None or self.paths == (self.name,):
             del table["paths"]

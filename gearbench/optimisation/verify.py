@@ -38,8 +38,8 @@ def verify(
     """Evaluate designs of a stored optimisation with finite elements instead of the fast tooth compliance.
 
     Gaps, errors and their samples, contact law and resolution stay those of the study. The teeth are clamped at the
-    root; if the study has gear bodies, the FE model includes the body down to the bore. Every macro-geometry has one FE
-    model, which is cached on disk.
+    root; if the study has gear bodies, the FE model includes the body down to the bore. Designs that differ in effects
+    alone have the same macro-geometry and share one FE model, which is cached on disk.
 
     Parameters
     ----------
@@ -50,19 +50,22 @@ def verify(
     accuracy
         Relative error of the compliance to which the FE meshes are refined.
     threads
-        As in ``optimise``.
+        Number of worker processes; by default the number of processors.
     progress
         Called with one line of text before each step.
 
     Returns
     -------
-    Dataset over ``design``: the variables, ``objective`` and ``objective_verified`` (design, objective_name), their
-    relative ``shift`` [%], the statistics, ``on_front_verified``; and ``rank_correlation``, (objective_name,).
+    Dataset over ``design``: ``number`` of the design, the variables, the stored statistics and their values with finite
+    elements (``<statistic>_verified``), ``objective`` and ``objective_verified`` (design, objective_name), their
+    relative ``shift`` [%], ``on_front_verified``, and ``verified``: 0 if the finite elements failed for a ``reason``.
+    Also ``rank_correlation``, (objective_name,), between stored and verified objectives.
 
     Raises
     ------
     InputError
-        If the study has no tooth bending to replace, a variable changes it, or a design is not feasible.
+        If the study has no tooth bending, a variable changes an effect that the finite elements replace, the designs
+        are planetary sets, or a design is not feasible.
     MemoryBudgetError
         If the finite elements need more memory than the budget allows; raised before any are solved.
     GearbenchError
@@ -78,18 +81,21 @@ def verify(
         evaluated = dict(evaluations(workers, study, list(dict.fromkeys(chosen_designs))))
     results = [evaluated[design] for design in chosen_designs]
     if not any(result.feasible for result in results):
-        raise GearbenchError(f"finite elements gave no answer: {results[0].reason}")
+        raise GearbenchError(f"finite elements failed for all designs, for the first because: {results[0].reason}")
     result = _dataset(designs, chosen, results)
     return result.assign_attrs(_attrs(designs.study, study, models, time.perf_counter() - start))
 
 
 def reference_study(study: OptimisationStudy, accuracy: float) -> OptimisationStudy:
-    """Return ``study`` without limits, and with finite elements instead of the fast tooth compliance.
+    """Return ``study`` with finite elements instead of the fast tooth compliance.
+
+    It has no limits, so that a design that exceeds one with finite elements still gets values.
 
     Raises
     ------
     InputError
-        If the study has no tooth bending, a variable changes a replaced effect, or the designs are planetary sets.
+        If the study has no tooth bending, a variable changes an effect that the finite elements replace, or the designs
+        are planetary sets.
     """
     if study.of_set:
         raise InputError("base.planetary", "given", "designs of planetary sets cannot be verified: no finite elements")
@@ -99,10 +105,10 @@ def reference_study(study: OptimisationStudy, accuracy: float) -> OptimisationSt
             if path.split(".")[:2] in [["effects", kind.name] for kind in (ToothBending, GearBody)]:
                 raise InputError(f"variables.{variable.name}", path, "must not vary: finite elements replace it")
     if ToothBending.name not in effects:
-        raise InputError(f"base.effects.{ToothBending.name}", "missing", "is replaced by the finite elements")
+        raise InputError(f"base.effects.{ToothBending.name}", "missing", "is required: finite elements replace it")
     effects[ToothBending.name] = {"model": "finite_elements", "accuracy": accuracy}
     if GearBody.name in effects:
-        effects[GearBody.name] = {}
+        effects[GearBody.name] = {}  # its own model is dropped: the FE mesh reaches to the bore
     return replace(study, base={**study.base, "effects": effects}, constraints={})
 
 
@@ -145,12 +151,14 @@ def _prepare(
     bodies = {GearBody.name: GearBody()} if GearBody.name in effects else {}
     reference = ToothBending(**effects[ToothBending.name])
     pairs = [designs.scene(number).pair for number in number_of.values()]
-    for pair in pairs:  # raise a memory error before any of them is solved
-        with suppress(GearbenchError):  # the design is then reported with this reason
-            reference.missing_levels(pair, bodies)
+    # A GearbenchError is suppressed because the evaluation of the design raises it again and reports it as the reason.
+    # A MemoryBudgetError is an InputError and ends the verification, before any pair is solved.
+    for pair in pairs:
+        with suppress(GearbenchError):
+            reference.missing_levels(pair, bodies)  # called only for its check of the memory
     for i, pair in enumerate(pairs, start=1):
         progress(f"finite elements of macro-geometry {i} of {len(number_of)}")
-        with suppress(GearbenchError):  # the design is then reported with this reason
+        with suppress(GearbenchError):
             for index in (0, 1):
                 reference.flank(pair, index, bodies)
     return len(number_of)

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
 from gearbench.errors import InputError
-from gearbench.optimisation.conditions import Condition, parse_band, parse_condition, parse_ranking
+from gearbench.optimisation.conditions import Condition, parse_condition, parse_range, parse_ranking
 from gearbench.optimisation.designs import Designs
 from gearbench.optimisation.run import optimise
 from gearbench.optimisation.select import Resonance, chosen_scene, csv_text, markdown_text, open_designs, select
@@ -82,7 +82,7 @@ def test_what_is_no_condition_is_refused(text):
 @settings(max_examples=50)
 @given(st.text(max_size=40))
 def test_any_text_is_a_condition_or_refused(text):
-    for parse in (parse_condition, parse_ranking, lambda t: parse_band("avoid", t)):
+    for parse in (parse_condition, parse_ranking, lambda t: parse_range("avoid", t)):
         try:
             parse(text)
         except InputError:
@@ -115,10 +115,10 @@ def test_rankings_are_read():
 
 
 def test_bands_are_read():
-    assert parse_band("avoid", " 900 : 1.1e3 ") == (900.0, 1100.0)
+    assert parse_range("avoid", " 900 : 1.1e3 ") == (900.0, 1100.0)
     for bad in ("900", "3:2", "-1:2", "1:inf", "a:b"):
         with pytest.raises(InputError):
-            parse_band("avoid", bad)
+            parse_range("avoid", bad)
 
 
 # -- selection --------------------------------------------------------------------------------------------------------

@@ -117,7 +117,7 @@ class Answers:
         except (InputError, GearbenchError, ArithmeticError) as error:
             yield answer_data(message=str(error))
         except (AttributeError, IndexError, KeyError, TypeError, ValueError):
-            yield answer_data(message="this is no question of the page")
+            yield answer_data(message="this request of the page cannot be answered: reload the page")
 
     def _solved(self, scene: Scene, progress: Callable[[int, int], None]) -> Iterator[dict[str, Any]]:
         """Yield the answers for a valid scene; ``progress`` raises to abandon one."""

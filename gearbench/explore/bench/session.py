@@ -26,22 +26,24 @@ REST = 0.12
 
 
 class BenchSession:
-    """One open bench. Its page asks questions, which are tables of a scene, and ``Answers`` solves them.
+    """One open bench. A question of its page holds the tables of a scene; ``Answers`` solves that scene.
 
     Parameters
     ----------
     scene
         The first gear.
-    begin
+    first_results
         Results of the first gear.
     document
         The open page.
-    beside
+    variant_results
         Results of other gears, which are the initial variants.
     """
 
-    def __init__(self, scene: Scene, begin: Picture, document: Document, beside: Sequence[Picture] = ()) -> None:
-        self.page = BenchPage(scene, tables(begin), variants(beside))
+    def __init__(
+        self, scene: Scene, first_results: Picture, document: Document, variant_results: Sequence[Picture] = ()
+    ) -> None:
+        self.page = BenchPage(scene, tables(first_results), variants(variant_results))
         self._conversation = Conversation(document, self.page.question, self.page.answer, Answers(scene), rest=REST)
         self.page.put(document)
 
@@ -57,8 +59,8 @@ def bench(scene: Scene, *others: Scene) -> Callable[[Document], object]:
         If its contact problem cannot be solved.
     """
     _check(scene, others)
-    begin, beside = picture(scene), [picture(other) for other in others]
-    return lambda document: BenchSession(scene, begin, document, beside)
+    first_results, variant_results = picture(scene), [picture(other) for other in others]
+    return lambda document: BenchSession(scene, first_results, document, variant_results)
 
 
 def bench_html(scene: Scene, *others: Scene) -> str:
@@ -69,8 +71,8 @@ def bench_html(scene: Scene, *others: Scene) -> str:
     _check(scene, others)
     results, solved = without_scatter(scene)
     shown = {**tables(with_scatter(results, solved)), **over_torque(scene)}
-    beside = [picture(other) for other in others]
-    page = BenchPage(scene, {**shown, "warnings": {"text": warnings(solved)}}, variants(beside))
+    variant_results = [picture(other) for other in others]
+    page = BenchPage(scene, {**shown, "warnings": {"text": warnings(solved)}}, variants(variant_results))
     document = Document()
     page.put(document, live=False)
     return as_file(document)
@@ -78,16 +80,16 @@ def bench_html(scene: Scene, *others: Scene) -> str:
 
 def _check(scene: Scene, others: Sequence[Scene]) -> None:
     """Refuse several loads, and trains beside pairs."""
-    _ = scene.single_load
+    _ = scene.single_load  # raises if there are several
     for other in others:
         if other.coupled != scene.coupled:
             raise InputError("", other.name or "a scene", "pairs and trains have separate pages: open them one by one")
 
 
-def variants(beside: Sequence[Picture]) -> list[dict[str, Any]]:
+def variants(variant_results: Sequence[Picture]) -> list[dict[str, Any]]:
     """Convert results to variants for ``js/compare.js``: name, number, scene, numbers and curves."""
     entries = []
-    for i, result in enumerate(beside, start=1):
+    for i, result in enumerate(variant_results, start=1):
         shown = {**tables(result, teeth=False), **over_torque(result.scene)}
         data = {"scene": json.dumps(result.scene.to_mapping()), "numbers": shown["numbers"]}
         curves = {name: shown[name] for name in OVERLAID}

@@ -5,7 +5,7 @@ function array(_key, value) {
   const bytes = Uint8Array.from(atob(value.float32), (letter) => letter.charCodeAt(0));
   const flat = new Float32Array(bytes.buffer);
   if (value.shape.length === 1) return flat;
-  const Image = sources.pressure.data.image[0].constructor;  // arrays of Bokeh know their shape
+  const Image = sources.pressure.data.image[0].constructor;  // Bokeh's class of arrays with a shape, from the last image
   return new Image(flat, value.shape);
 }
 const unpacked = answer.data.packed ? JSON.parse(answer.data.packed[0], array) : answer.data;
@@ -20,7 +20,7 @@ if (text) document.getElementById("summary").textContent = text;
 const PAUSE = 100;  // ms
 const waiting = (answer.waiting ??= new Map());
 for (const name of Object.keys(sources)) if (tables?.[name]) waiting.set(sources[name], tables[name]);
-const first = ["scene", "numbers", "warnings", "ste", "stiffness", "sharing"];
+const atOnce = ["scene", "numbers", "warnings", "ste", "stiffness", "sharing"];
 const figures = [
   ["pressure", "ste_orders", "stiffness_orders"], ["revolution"],
   ["sharing_density", "stiffness_density", "ste_density"],  // ste_density last: its change makes the figures visible
@@ -46,7 +46,7 @@ function drawOthers() {
   else answer.drawing = false;
 }
 
-draw(first);
+draw(atOnce);
 if (waiting.size && !answer.drawing) {
   answer.drawing = true;
   setTimeout(() => requestAnimationFrame(drawOthers), Math.max(0, (answer.drawn ?? 0) + PAUSE - performance.now()));

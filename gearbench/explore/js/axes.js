@@ -1,5 +1,5 @@
 // Change the quantities of the cloud's axes and colours, chosen in the page's selects; filter.js draws them.
-const state = (designs.explore ??= { marks: 0 });
+const state = (designs.explore ??= { marks: 0 });  // what scripts have chosen, and what is drawn already; see filter.js
 const chosen = ["across", "up", "colour"].map((id) => document.getElementById(id));
 
 function range(values) {
@@ -24,7 +24,9 @@ function shades(values) {
   return result;
 }
 
-function change() {
+// Set in `state` what filter.js needs: `order`, in which one pass over the designs finds all fronts; `scatter`, the
+// columns of σ on both axes; `axes`, the choice itself, by which it notices a change.
+function applyAxes() {
   const [across, up, colour] = chosen.map((select) => columns[select.value]);
   const { result } = designs.data;
   const x = (designs.data.x = designs.data[across.key]), y = (designs.data.y = designs.data[up.key]);
@@ -46,4 +48,4 @@ function change() {
   refresh.execute(plot);
 }
 
-for (const select of chosen) select.addEventListener("change", change);
+for (const select of chosen) select.addEventListener("change", applyAxes);

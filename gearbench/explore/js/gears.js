@@ -1,4 +1,5 @@
 // Turn the gears of a train to the mesh phase, each about its axis, and show the load shares there.
+// rate: rotation of each gear [rad per mesh period]; angles count clockwise, because y points down (geometry/train.py)
 const tau = phase.value, { xs, ys, x, y, rate, alpha } = now.gears.data;
 const shapes = { xs: [], ys: [], alpha };
 xs.forEach((outlineX, i) => {
@@ -17,7 +18,8 @@ function shareAt(phases, shares) {
 }
 
 const { xs: phases, ys: curves } = now.sharing.data, { path } = now.marks.data, { colour } = now.paths.data;
-// After a change of the number of planets, the first answer brings only their shares: the circles wait for the gears.
+// After a change of the number of planets, the quick answer has the new load shares but not yet the new gears: the circles
+// stay until these come.
 if (curves.length === colour.length) {
   const shares = phases.map((values, i) => shareAt(values, curves[i]));
   const of = (column) => path.map((i) => column[i]);  // from one value per load path to one per mesh
@@ -26,6 +28,7 @@ if (curves.length === colour.length) {
   marks.setv({ data: { ...now.marks.data, size: of(size), share: of(share), colour: of(colour) } }, { sync: false });
 }
 const { low, high } = now.extent.data, aspect = plot.inner_width / plot.inner_height || 1;
+// half the extent of the gears, and a margin of 8 %
 const half = 0.54 * Math.max(high[1] - low[1], (high[0] - low[0]) / aspect);
 const middle = [0, 1].map((k) => (low[k] + high[k]) / 2);
 plot.x_range.setv({ start: middle[0] - half * aspect, end: middle[0] + half * aspect }, { sync: false });
