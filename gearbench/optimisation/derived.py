@@ -17,7 +17,7 @@ Derivation = Callable[[Mapping[str, Any], Callable[[Mapping[str, Any]], Pair], f
 
 
 def _relief_length(effect: str) -> Derivation:
-    """Make the function for the length of a relief, given as a fraction of the smaller tooth depth."""
+    """Return the function that converts the length of a relief, given as a fraction of the smaller tooth depth."""
 
     def derive(tables: Mapping[str, Any], pair_of: Callable[[Mapping[str, Any]], Pair], value: float) -> dict[str, Any]:
         pair = pair_of(tables["pair"])

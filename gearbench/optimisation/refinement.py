@@ -80,7 +80,7 @@ def polish(
     evaluations
         Maximum number of evaluations per design.
     threads
-        As in ``optimise``; does not change the result.
+        Number of worker processes; by default the number of processors. It does not change the result.
     progress
         Called with the number of designs done and the number of all designs.
 
@@ -88,7 +88,8 @@ def polish(
     -------
     Dataset like that of an optimisation of ``continuous(study)``. Its designs are the refined designs of the front,
     with ``on_front`` (Pareto-optimal among them), ``objective_before``, and ``number`` (in the stored optimisation).
-    Attributes ``hypervolume_before`` and ``hypervolume_after`` are shares of the box below the front's reference point.
+    Attributes ``hypervolume_before`` and ``hypervolume_after`` are shares of the box from 0 to the reference point of
+    the front (``Archive.reference_point``).
 
     Raises
     ------
@@ -213,9 +214,12 @@ class _Refinement:
 
 
 def _dataset(
-    study: OptimisationStudy, numbers: NDArray, answers: Sequence[tuple[Design, Evaluation, Evaluation]], box: NDArray
+    study: OptimisationStudy,
+    numbers: NDArray,
+    answers: Sequence[tuple[Design, Evaluation, Evaluation]],
+    reference: NDArray,
 ) -> xr.Dataset:
-    """Dataset of the refined designs; ``box`` is the reference point of the front."""
+    """Dataset of the refined designs; ``reference`` is the reference point of the front."""
     from gearbench.results.provenance import run_provenance
 
     refined = [design for design, _, _ in answers]
@@ -226,7 +230,7 @@ def _dataset(
         "objective_before": (("design", "objective_name"), before),
         "number": ("design", numbers),
         "on_front": ("design", non_dominated(after).astype("int8")),
-        "reference_point": ("objective_name", box),
+        "reference_point": ("objective_name", reference),
     }
-    attrs = {"hypervolume_before": hypervolume(before / box), "hypervolume_after": hypervolume(after / box)}
+    attrs = {"hypervolume_before": hypervolume(before / reference), "hypervolume_after": hypervolume(after / reference)}
     return dataset.assign(described(further)).assign_attrs(attrs | run_provenance(wall_time=0.0))
