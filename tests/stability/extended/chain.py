@@ -6,6 +6,8 @@ double precision.
 
 from __future__ import annotations
 
+import operator
+from itertools import accumulate
 from types import SimpleNamespace as Namespace
 
 import mpmath as mp
@@ -66,9 +68,11 @@ def _means(scene: Scene, segments: list[Namespace], lines: ContactLines) -> list
         for s in cells:
             weight = [mp.mpf(0)] * count
             for y, share in ((s.y - s.half, 1), (s.y, 4), (s.y + s.half, 1)):
-                # Lagrange's functions ℓ(y) w_j / (y − n_j)
-                whole = mp.mpf(share) / 6 * mp.fprod(y - n for n in nodes)
-                weight = [w + whole * o / (y - n) for w, o, n in zip(weight, own, nodes, strict=True)]
+                # Lagrange's functions: products over the nodes before and after each, since y may be a node
+                gaps = [y - n for n in nodes]
+                before = list(accumulate(gaps[:-1], operator.mul, initial=mp.mpf(share) / 6))
+                after = list(accumulate(gaps[:0:-1], operator.mul, initial=mp.mpf(1)))[::-1]
+                weight = [w + b * o * a for w, b, o, a in zip(weight, before, own, after, strict=True)]
             means.append([mp.fdot(weight, column) for column in zip(*values, strict=True)])
     return means
 
