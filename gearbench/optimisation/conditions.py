@@ -32,7 +32,7 @@ _RANGE = re.compile(rf"\s*({_NUMBER})\s*:\s*({_NUMBER})\s*")
 
 
 def _same(x: NDArray, limit: float) -> NDArray:
-    """Compare to nine digits, so that the rounding of decimals does not matter."""
+    """Whether each value equals ``limit`` to nine digits, so that the rounding of decimals does not matter."""
     return np.isclose(x, limit, rtol=1e-9, atol=1e-12)
 
 

@@ -40,9 +40,9 @@ class Variable:
     values
         List of values, instead of a range.
     sets
-        Named sets of keys and values, instead of ``values``: name of the set → key of the scene → value. Example:
-        module and dedendum of the available tools. Every set gives the same keys, which ``paths`` lists; a file omits
-        ``paths``.
+        Named sets of keys and values, instead of a range or ``values``: name of the set → key of the scene → value.
+        Example: module and dedendum of the available tools. Every set gives the same keys, which ``paths`` lists; a
+        file omits ``paths``.
 
     Raises
     ------
