@@ -1,15 +1,15 @@
-"""Contact of many error samples: many gap vectors against one compliance, in milliseconds.
+"""Contact of many samples of random errors, which have different gaps but the same compliance; milliseconds a sample.
 
-The gap of a sample is linear in its errors, e = e₀ + Σ_m ε_m e_m; the compliance is the same for all samples.
-Everything that does not depend on the sample is therefore computed once, in ``prepare``:
+The gap of a sample is linear in its errors, e = e₀ + Σ_m ε_m e_m. Everything that does not depend on the sample is
+computed once, in ``prepare``:
 
 - the factor of each position, truncated to few columns;
-- the solution at the mean errors and its derivatives, from which each sample starts (B1 of docs/algorithms.md); the
-  error of this start at the previous positions improves it;
+- the solution at the mean errors and its derivatives by the errors, which give the first guess of each sample (B1 of
+  docs/algorithms.md); the guess is corrected by the errors that it had at the previous two positions;
 - if segments deflect each other through many amplitudes, the linear problem at the mean errors, which preconditions
   every sample (B2).
 
-A cell is loaded over the part that the gap of the sample leaves in contact. The discretisation error of cells is
+Where flanks may part, segments are cells, of which a sample may load only a part. Their discretisation error is
 estimated on a few samples and removed from all of them (B3). Compiled kernels solve the samples in chunks, on several
 threads. The result of a sample depends neither on its chunk nor on the number of threads, and is accurate to 1e-5
 (``SCATTER``).
@@ -43,7 +43,8 @@ T = TypeVar("T")
 
 #: Newton steps after which a sample goes to the solver with line search.
 NEWTON_LIMIT = 25
-#: Maximum extrapolation of the first guess beyond the previous two positions, over the distance between them.
+#: Maximum distance over which the error of the first guess is extrapolated beyond the previous two positions, divided
+#: by the distance of these positions.
 EXTRAPOLATED = 1.0
 #: Number of amplitudes of a coupled problem from which conjugate gradients are faster than elimination.
 COUPLED_RANK = 12
@@ -58,11 +59,11 @@ class Precision:
     truncation
         Share of the smooth compliance that is left out, see ``truncated_root``.
     newton
-        Residual at which a sample takes its last Newton step, which leaves a few percent of it. The stiffness is
-        computed before this step.
+        Residual at which a sample takes its last Newton step. This step leaves a few percent of the residual. The
+        stiffness is computed before it.
     coupled, stiffness
-        For coupled problems: sum of the residual forces at which Newton's method ends, and relative error of the
-        conjugate gradients for the stiffness. The relative error of the stiffness is the square of it.
+        For coupled problems: sum of the residual forces at which Newton's method ends, and relative error at which the
+        conjugate gradients for the stiffness end. The relative error of the stiffness is the square of the latter.
     """
 
     truncation: float
@@ -71,7 +72,7 @@ class Precision:
     stiffness: float
 
 
-#: Agreement with single problems to 1e-9, and to 1e-5.
+#: Tolerances for agreement with single problems to 1e-9, and to 1e-5.
 ROUNDING = Precision(truncation=0.0, newton=3e-12, coupled=1e-11, stiffness=3e-6)
 SCATTER = Precision(truncation=1e-5, newton=1e-6, coupled=1e-7, stiffness=3e-4)
 
@@ -85,14 +86,14 @@ class Batch:
     problem
         The problem at the mean errors, with truncated factor.
     count, blocks, firsts
-        Number of existing segments and of existing blocks (position,), first segment of each block (position,
+        Number of existing segments and of existing blocks (position,), and first segment of each block (position,
         block + 1).
     gap, modes
-        Mean over each segment of the gap at the mean errors (position, n), and of the gap mode of each error
-        (position, error, n).
+        Gap at the mean errors (position, n) and gap mode of each error (position, error, n), both averaged over each
+        segment.
     tilt, tilts
-        Half the increase along each cell: of gap minus deflection at the mean errors (position, n), and of the gap mode
-        of each error (position, error, n). If segments are points, ``tilts`` has no errors.
+        Half the increase along each cell, of gap minus deflection at the mean errors (``tilt``, (position, n)) and of
+        the gap mode of each error (``tilts``, (position, error, n)). If segments are points, ``tilts`` has no errors.
     factor, product
         Ψ (position, n, rank) and the products of its columns, lower triangle row by row, (position, rank(rank+1)/2, n).
     laws
@@ -141,7 +142,8 @@ class Batch:
     def extrapolation(self) -> NDArray:
         """Weights (position, 2) of the errors of the first guess at the previous position and at the one before it.
 
-        They extrapolate the error on a straight line. They are 0 unless these positions have the same segments.
+        They extrapolate the error on a straight line, or as a constant where mesh phases are unknown because segments
+        are points. They are 0 unless these positions have the same segments.
         """
         same = (self.problem.active[1:] == self.problem.active[:-1]).all(axis=1)
         weights = np.zeros((len(self.count), 2))
@@ -164,6 +166,7 @@ class Batch:
         from gearbench.contact._kernels import Arrays
 
         segment = np.arange(self.gap.shape[1])
+        # absent segments, which come last, are counted to the last existing block
         last = np.arange(self.firsts.shape[1] - 1) >= self.blocks[t, None] - 1
         ends = np.where(last, segment.size, self.firsts[t, 1:])
         block = np.sum(segment[:, None] >= ends[:, None, :], axis=2)
@@ -242,7 +245,7 @@ def prepare(problem: ContactProblem, gaps: GapModes, precision: Precision = ROUN
     ConvergenceError
         If the problem at the mean errors is not solved.
     """
-    problem, tilt, exact = _at_mean_errors(problem, at_mean=at_mean)
+    problem, tilt, on_patches = _at_mean_errors(problem, at_mean=at_mean)
     problem = reduce_rank(problem, precision.truncation)
     block_order, count, blocks, firsts = _order(problem)
     _require_memory(problem, int(count.max()), gaps.modes.shape[2] + gaps.tilts.shape[2])
@@ -269,20 +272,19 @@ def prepare(problem: ContactProblem, gaps: GapModes, precision: Precision = ROUN
     )
     q = np.take_along_axis(guess.q, block_order[..., None], 1)[:, : blocks.max()]
     batch, stiffness = _linearised(batch, np.column_stack([q.reshape(len(q), -1), guess.delta]))
-    if exact is None:
+    if on_patches is None:
         return batch
     stiffness *= problem.force / problem.length_scale
-    exact_approach, exact_stiffness = exact
-    return replace(batch, cell_correction=np.stack([exact_approach - approach, exact_stiffness / stiffness]))
+    patch_approach, patch_stiffness = on_patches
+    return replace(batch, cell_correction=np.stack([patch_approach - approach, patch_stiffness / stiffness]))
 
 
 def _at_mean_errors(
     problem: ContactProblem, *, at_mean: bool
 ) -> tuple[ContactProblem, NDArray, tuple[NDArray, NDArray] | None]:
-    """Problem with the mean gap of each cell, tilt of each cell, and approach and stiffness on the contact patches.
+    """Problem with the mean gap of each cell, ``Batch.tilt``, and approach and stiffness on the contact patches.
 
-    The tilt is half the increase of gap minus deflection along the cell. Approach and stiffness are None if segments
-    are points, or not ``at_mean``.
+    The latter are None if segments are points, or not ``at_mean``.
     """
     cells = problem.cells
     if cells is None:
@@ -290,11 +292,11 @@ def _at_mean_errors(
     guess = Guess.empty(problem)
     solve_roughly(problem, guess, ON_CELLS)
     s = compression(problem, cells.lines, guess)
-    exact = solve_roughly_on_patches(problem, guess) if at_mean else None
+    on_patches = solve_roughly_on_patches(problem, guess) if at_mean else None
     tilt = np.where(problem.active, ((s[..., 0] - s[..., 2]) / 2).reshape(problem.gap.shape), 0.0)
     mean = cells.gaps @ np.array([1, 4, 1]) / 6 / (problem.length_scale * cells.share[:, None, None])
     gap, sigma = mean.reshape(problem.gap.shape), np.abs(tilt)
-    return replace(problem, gap=gap - sigma, sigma=sigma), tilt, exact
+    return replace(problem, gap=gap - sigma, sigma=sigma), tilt, on_patches
 
 
 def _linearised(batch: Batch, start: NDArray) -> tuple[Batch, NDArray]:
@@ -401,7 +403,8 @@ def solve_one_chunk(
     batch, draws
         The prepared problem, and the errors of the samples minus their means (lane, error).
     load
-        Load over the load of the problem (position, lane), by default 1. Cells are corrected as under load 1.
+        Load divided by the load of the problem (position, lane), by default 1. ``Batch.cell_correction`` is used as
+        it is, although it belongs to load 1.
     segments
         Whether to return forces and slopes of the segments too.
     """

@@ -4,9 +4,10 @@ The contact of mesh m under a force F_m gives its approach δ_m and stiffness k_
 and rigid motions q follow from the balance K q + Bᵀ F = f, and from δ_m(F_m) = B_m q + g_m in every loaded mesh. K is
 the stiffness of the supports, f the external load; B_m q is the approach due to the motions, g_m due to the geometry.
 Newton's method replaces each mesh by its tangent at the current force, F_m ← max(0, F_m + k_m (B_m q + g_m − δ_m)); the
-q in balance with these tangents gives the next forces. The torques of parallel paths are part of the solution. The
-deflection of a body under the loads of one mesh is a gap in its other meshes, computed from the current loads; its
-mean C F is part of the balance.
+q in balance with these tangents gives the next forces. How parallel paths share the torque follows from the solution.
+
+An elastic body that is loaded by one mesh opens a gap in its other meshes. The shape of this gap along contact lines is
+computed from the current loads; its mean C F, with the compliance C between meshes, is part of the balance.
 """
 
 from __future__ import annotations
@@ -27,17 +28,18 @@ from gearbench.contact.solver import ConvergenceError, Guess
 
 #: Newton's method ends if no force changes by more than this share of the greatest force; maximum number of steps.
 FORCE_TOLERANCE, STEPS = 1e-11, 60
-#: Force over the nominal force below which the tangent replaces the contact of a mesh.
+#: Force, divided by the nominal force, below which the tangent replaces the contact of a mesh.
 LEAST = 1e-9
-#: Tolerance of the balance with tangents over ``ForceSearch.tolerance``.
+#: Tolerance of the balance with tangents, divided by ``ForceSearch.tolerance``.
 TANGENT_TOLERANCE = 1e-6
 #: A force oscillates if it changes back by more than this share of its previous change.
 SWING = 0.25
-#: Maximum growth of a force in a step, since tangents of flanks under small loads are far too compliant.
+#: Factor by which a force grows at most in a step. Tangents of flanks under small loads are too compliant for more.
 GROWTH = 8.0
-#: Stiffness of separated meshes over that under load; it keeps the matrices of Newton's method regular.
+#: Stiffness of separated meshes, divided by that under load; it keeps the matrices of Newton's method regular.
 SEPARATED_STIFFNESS = 1e-6
-#: Allowed residual of the balance over the load, maximum number of inner steps, and of halvings of a step.
+#: In ``Statics.balanced``: residual of the balance, divided by the load, at which it ends; maximum numbers of steps and
+#: of halvings of a step.
 _RESIDUAL, _MAX_INNER, _MAX_HALVINGS = 1e-13, 30, 30
 #: Maximum residual that is accepted after the last step, since rounding at flanks that just touch may limit it.
 ACCEPTED_RESIDUAL = 1e-9
@@ -49,7 +51,7 @@ MIN_REMAINING = 0.05
 
 @dataclass(frozen=True, kw_only=True)
 class MeshAt:
-    """The contact problem of one mesh of a train, at the mesh phases that this mesh has at the positions of the train.
+    """The contact problem of one mesh of a train, at the mesh phases of this mesh at each position of the train.
 
     Parameters
     ----------
@@ -139,9 +141,9 @@ class Statics:
 
     @cached_property
     def with_bodies(self) -> tuple[NDArray, NDArray, NDArray]:
-        """B, K and f for rigid motions q and elastic amplitudes η together.
+        """B, K and f if the unknowns are the rigid motions q and, after them, amplitudes η of the elastic bodies.
 
-        η are held by springs of stiffness 1. The approach due to them is E η, with E Eᵀ = C + D.
+        Each η is held by a spring of stiffness 1. The approach due to η is E η, with E Eᵀ = C + D.
         """
         if self.between is None:
             return self.rows, self.stiffness, self.force
@@ -171,18 +173,18 @@ class Statics:
         return self.stiffness + self.rows.T @ self.tangent(k) @ self.rows
 
     def balanced(
-        self, response: Callable[[NDArray], tuple[NDArray, NDArray]], q: NDArray, force: NDArray, enough: float
+        self, response: Callable[[NDArray], tuple[NDArray, NDArray]], q: NDArray, force: NDArray, tolerance: float
     ) -> tuple[NDArray, NDArray]:
         """Motions q (…, motion) and forces F (…, mesh) in balance.
 
         ``response`` gives F and ∂F/∂δ > 0 under approaches δ (…, mesh). The balance is the minimum of a convex
-        function. Newton's method starts from ``q``, with elastic bodies under ``force``, and halves steps that go too
-        far.
+        function. Newton's method starts from the motions ``q`` and the deflections of the bodies under ``force``. It
+        halves steps that go too far, and ends at the residual ``tolerance``, a share of the load.
 
         Raises
         ------
         ConvergenceError
-            If the residual over the load stays above both ``ACCEPTED_RESIDUAL`` and ``enough``.
+            If the residual stays above both ``ACCEPTED_RESIDUAL`` and ``tolerance``.
         """
         B, K, f = self.with_bodies
         motions = q.shape[-1]
@@ -200,7 +202,7 @@ class Statics:
         size = np.abs(residual / lever).max(axis=-1) / load
         best = q, F, size
         for _ in range(_MAX_INNER):
-            unsolved = best[2] > max(enough, _RESIDUAL)
+            unsolved = best[2] > max(tolerance, _RESIDUAL)
             if not unsolved.any():
                 break
             step = np.zeros_like(residual)
@@ -211,17 +213,18 @@ class Statics:
             for _ in range(_MAX_HALVINGS):
                 new = q + t[..., None] * step
                 F, k, residual = state(new)
+                # beyond the minimum the function rises more than half as steeply as it fell at the start of the step
                 too_far = np.einsum("...i,...i->...", residual, step) < -0.5 * slope
                 if not too_far.any():
                     break
                 t = np.where(too_far, t / 2, t)
             q, size = new, np.abs(residual / lever).max(axis=-1) / load
-            better = size < best[2]
+            better = size < best[2]  # rounding may make later steps worse
             best = tuple(
                 np.where(better.reshape(better.shape + (1,) * (new.ndim - better.ndim)), new, old)
                 for new, old in zip((q, F, size), best, strict=True)
             )
-        if best[2].max() > max(enough, ACCEPTED_RESIDUAL):
+        if best[2].max() > max(tolerance, ACCEPTED_RESIDUAL):
             raise ConvergenceError(f"no equilibrium of the meshes: residual {best[2].max():.1e} of the load")
         return best[0][..., :motions], best[1]
 
@@ -237,7 +240,7 @@ def _generalised_force(F: NDArray, B: NDArray) -> NDArray:
 
 
 def _tangents(approach: NDArray, *, k: NDArray, free: NDArray) -> tuple[NDArray, NDArray]:
-    """Forces and stiffness of springs that only push, F = max(0, k (δ − free)); they begin to touch at δ = ``free``."""
+    """Forces and stiffness of springs that only push, F = max(0, k (δ − free)), and touch from δ = ``free`` on."""
     s = approach - free
     return np.maximum(0.0, k * s), np.where(s > 0, k, SEPARATED_STIFFNESS * k)
 
@@ -253,7 +256,7 @@ class ForceSearch:
     nominal
         F_bt of each mesh, (mesh,) [N].
     least
-        Force over the nominal force below which the tangent replaces the contact of a mesh.
+        Force, divided by the nominal force, below which the tangent replaces the contact of a mesh.
     tolerance
         The search ends if forces change by less than this share of the greatest force.
     gap_change
@@ -264,10 +267,10 @@ class ForceSearch:
     nominal: NDArray
     least: float = LEAST
     tolerance: float = FORCE_TOLERANCE
-    gap_change: Callable[[], float] = float
+    gap_change: Callable[[], float] = float  # float() is 0
 
     def solve(self, statics: Statics, force: NDArray) -> tuple[NDArray, NDArray, NDArray, int]:
-        """F, q and ∂F/∂δ in balance, and the number of steps; starts from ``force``.
+        """F (position, mesh), q (position, motion), ∂F/∂δ (position, mesh) and number of steps; starts from ``force``.
 
         Raises
         ------
@@ -279,7 +282,7 @@ class ForceSearch:
         for step in range(STEPS):
             F = np.maximum(force, least)
             approach, k = self.meshes_under(F)
-            # each step starts as if all meshes were loaded
+            # the balance with tangents starts from its solution if all meshes were loaded
             total = approach + (0.0 if statics.between is None else (statics.between @ F[..., None])[..., 0])
             B, W = statics.rows, statics.tangent(k)
             right = statics.force - (F + _times(W, statics.offset - total)) @ B
@@ -288,14 +291,15 @@ class ForceSearch:
             approach, stiffness = approach - statics.shifted * F, statics.without_shifted(k)
             tangents = partial(_tangents, k=stiffness, free=approach - F / stiffness)
             q, new = statics.balanced(tangents, q, loaded, TANGENT_TOLERANCE * self.tolerance)
+            # a force below ``least`` changes only if it rises above it
             change = np.where(force > least, new - force, np.maximum(new - F, 0.0))
             relative_change = np.abs(change).max() / np.abs(new).max()
-            enough = self.tolerance if step < STEPS - 1 else max(self.tolerance, ACCEPTED_RESIDUAL)
-            if relative_change <= enough:
+            allowed = self.tolerance if step < STEPS - 1 else max(self.tolerance, ACCEPTED_RESIDUAL)
+            if relative_change <= allowed:
                 relative_change = max(relative_change, self.gap_change())
-            if relative_change <= enough:
+            if relative_change <= allowed:
                 return new, q, k * (new > 0), step + 1
-            # forces that oscillate about first contact go half of the way
+            # forces that oscillate, as they may where flanks just touch, go half of the step
             swings = (change * previous < 0) & (np.abs(change) > SWING * np.abs(previous))
             damped = np.where(swings, (force + new) / 2, new)
             # close to separation the tangent replaces the contact, so the growth is not limited
@@ -341,7 +345,7 @@ def balance(meshes: Sequence[MeshAt], statics: Statics, bodies: Bodies | None = 
         return approach - (between @ force[..., None])[..., 0], k
 
     def gap_change() -> float:
-        """Change of the gaps under the last loads, relative to the approach."""
+        """Greatest change of the gaps if they are computed from the last loads, divided by the greatest approach."""
         if bodies is None:
             return 0.0
         now = bodies.fields(
@@ -356,13 +360,13 @@ def balance(meshes: Sequence[MeshAt], statics: Statics, bodies: Bodies | None = 
     if bodies is not None:
         _, k = meshes_under(even)
         between = bodies.compliance(loads(np.ones_like(even) * cos_b)) / np.multiply.outer(cos_b, cos_b)
-        # D k = ρ, the same in all meshes, is least here; ρ < 1, because the compliance 1/k + C is positive definite
+        # D = ρ/k with −ρ the lowest eigenvalue of √k C √k; ρ < 1, because the compliance 1/k + C is positive definite
         root, tolerance = np.sqrt(k), BODY_TOLERANCE
-        least = np.linalg.eigvalsh(root[:, :, None] * between * root[:, None])[:, :1]
-        statics = replace(statics, between=between, shifted=-least / k)
+        lowest = np.linalg.eigvalsh(root[:, :, None] * between * root[:, None])[:, :1]
+        statics = replace(statics, between=between, shifted=-lowest / k)
     search = ForceSearch(meshes_under=meshes_under, nominal=nominal, tolerance=tolerance, gap_change=gap_change)
     force, q, k, steps = search.solve(statics, even)
-    # separated flanks were solved under a tiny load
+    # the contact of separated meshes was solved under a tiny force, which is removed
     loaded = zip(solutions, (force > 0).T[..., None, None], strict=True)
     cleared = tuple(replace(solution, force=solution.force * mask) for solution, mask in loaded)
     parts = {"solutions": cleared, "fields": tuple(fields), "statics": statics, "steps": steps}

@@ -12,25 +12,31 @@ from gearbench.geometry.quadrature import gauss
 
 
 def uniform_phases(count: int) -> tuple[NDArray, NDArray]:
-    """Midpoints of ``count`` equal intervals of [0, 1) and their weights; first order where the stiffness jumps."""
+    """Midpoints of ``count`` equal intervals of [0, 1), and their weights.
+
+    The error of means falls as 1/``count`` if the stiffness jumps.
+    """
     return (np.arange(count) + 0.5) / count, np.full(count, 1 / count)
 
 
 def mirrored_phases(pair: Pair, count: int) -> NDArray:
     """``count`` equidistant phases in [0, 1), ascending, which stay the same if pinion and wheel are exchanged.
 
-    The exchange turns τ into ε_α − ε_β − τ. Decisions at these phases thus do not depend on the order of the gears.
+    The exchange turns τ into ε_α − ε_β − τ. A choice that is made from solutions at these phases, such as that of the
+    panels, thus does not depend on which gear is the pinion.
     """
     meshing = pair.meshing
     middle = (meshing.transverse_contact_ratio - meshing.overlap_ratio) / 2
-    return np.sort(((np.arange(count) + 0.5) / count + middle) % 1.0 % 1.0)
+    phase = ((np.arange(count) + 0.5) / count + middle) % 1.0
+    return np.sort(phase % 1.0)  # −1e-17 % 1.0 is 1.0
 
 
 def gauss_phases(transitions: Iterable[float], points: int) -> tuple[NDArray, NDArray]:
-    """Gauss–Legendre points and weights on the panels between the transitions, which are periodic, and phase 0.
+    """Gauss–Legendre points and weights on panels, which end at the ``transitions`` and at phase 0.
 
-    Between its kinks the integrand is smooth, so means and RMS values converge with order 2·``points`` instead of
-    first order. Transitions closer than 1e-9 of the cycle count as one.
+    A transition is a phase, modulo 1, at which the curves over the mesh cycle have a kink or jump. Between transitions
+    they are smooth, so means and RMS values converge with order 2·``points`` instead of first order. Transitions closer
+    than 1e-9 of the cycle count as one.
 
     Returns
     -------

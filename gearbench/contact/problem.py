@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from gearbench.effects.base import ComplianceEffect, Effect
 from gearbench.geometry.action import ContactLines
 
-#: Part of H that its factor may leave out, as a trace relative to the slope of the law (C8 of docs/algorithms.md);
-#: compliances change by less than this fraction.
+#: Part of H that its factor Ψ may leave out: its trace relative to the compliance of the contact law (C8 of
+#: docs/algorithms.md). Compliances change by less than this fraction.
 TRUNCATION = 1e-4
-#: Part of H that is rounding, relative to the trace of H.
+#: Part of H that counts as rounding, relative to the trace of H.
 RANK_TOLERANCE = 1e-14
 
 
@@ -41,9 +41,10 @@ class Cells:
     nodes
         Number of Gauss points on the patches of a line, the same at all positions.
     share
-        Load of a position over the load of the problem, (position,).
+        Load of each position divided by the load of the problem, (position,).
     field
-        Additional gap at the nodes of ``smooth_lines``, (position, pair, node) [mm]; already included in ``gaps``.
+        Gap that elastic bodies open under the loads of other meshes, at the nodes of ``smooth_lines``, (position, pair,
+        node) [mm]; already included in ``gaps``.
     """
 
     effects: tuple[Effect, ...]
@@ -77,9 +78,9 @@ class ContactProblem:
     Parameters
     ----------
     gap, a, h, sigma, active
-        Arrays (position, segment) with the segments of all pairs in one axis: gap e at the end of the segment that
-        touches first, coefficients a and h of the law, half the variation of e along the segment, and whether the
-        segment exists.
+        Arrays (position, segment) with the segments of all pairs in one axis: gap e at that end of the segment which
+        touches first, coefficients a and h of the law, σ, which is half the variation of e along the segment, and
+        whether the segment exists.
     factor
         Ψ, (position, segment, rank).
     block
@@ -127,7 +128,8 @@ class ContactSolution:
     least_force
         min P / F, (position,).
     complementarity
-        max |min(P_i / F, gap_i / λ)|, (position,): deviation of forces and gaps from complementarity.
+        max |min(P_i / F, d_i / λ)| over the segments, (position,), with the distance d_i of the loaded flanks. In each
+        segment one of the two should be zero.
     coarse_approach, coarse_stiffness
         Approach and stiffness before the last update of the ends of contact patches; the difference estimates the
         error due to these ends. Without patches they equal ``approach`` and ``stiffness``.
@@ -157,7 +159,7 @@ def part_of(problem: ContactProblem, positions: slice | NDArray) -> ContactProbl
 
 
 def under_shares(problem: ContactProblem, share: NDArray) -> ContactProblem:
-    """``problem`` with positions under the ``share`` (position,) of their load.
+    """``problem`` with the load of each position multiplied by ``share`` (position,).
 
     The unit of displacement is taken proportional to the load, so that only gaps and law change: with f = F′/F they
     become e′ = e/f, σ′ = σ/f and g′(P) = g(fP)/f, that is a′ = a − h ln f. ``force`` and ``length_scale`` remain those
@@ -182,7 +184,7 @@ def reduce_rank(problem: ContactProblem, truncation: float = 0.0) -> ContactProb
     """Problem whose factors Ψ have no more columns than their numerical rank, or fewer with a ``truncation``.
 
     On the few segments of a contact line the smooth compliance has fewer independent columns than the tooth has Ritz
-    functions: two for a spur pair with the paper's basis, six for a helical pair.
+    functions: two for a spur pair with the basis of Garambois et al. (2017), six for a helical pair.
     """
     positions, segments, columns = problem.factor.shape
     if columns == 0:
@@ -194,9 +196,12 @@ def reduce_rank(problem: ContactProblem, truncation: float = 0.0) -> ContactProb
 
 
 def stiffness_of_law(problem: ContactProblem) -> NDArray:
-    """Greatest dP/dg under any load of the law of each existing segment, (position, segment); 0 without a law."""
-    rise = np.where(problem.h > 0, problem.h, problem.a)
-    return np.where(problem.active & (rise > 0), 1 / np.where(rise > 0, rise, 1.0), 0.0)
+    """Greatest stiffness dP/dg that the law of each existing segment has under any load; 0 without a law.
+
+    (position, segment). It is 1/h on the tangent of a logarithmic law, and 1/a for a linear law.
+    """
+    compliance = np.where(problem.h > 0, problem.h, problem.a)
+    return np.where(problem.active & (compliance > 0), 1 / np.where(compliance > 0, compliance, 1.0), 0.0)
 
 
 def gram(factor: NDArray) -> NDArray:
@@ -207,10 +212,11 @@ def gram(factor: NDArray) -> NDArray:
 def truncated_root(matrix: NDArray, stiffness: NDArray, truncation: float) -> NDArray:
     """L (block, n, rank) with L Lᵀ ≈ H for many H (block, n, n) at once, by pivoted Cholesky factorisation.
 
-    ``stiffness`` (block, n) is that of the contact law, A = diag(1/stiffness). The part left out, R = H − L Lᵀ ≥ 0, has
-    tr(A^{−½} R A^{−½}) ≤ ``truncation``. Thus (1 − truncation)(H + A) ≤ L Lᵀ + A ≤ H + A: no deflection changes by more
-    than this fraction (C8 of docs/algorithms.md). Rounding, 1e-14 of the greatest trace of H, is always left out;
-    without a law nothing else is (Higham, Accuracy and Stability of Numerical Algorithms, §10.3).
+    A = diag(1/``stiffness``) is the compliance of the contact law, with its ``stiffness`` (block, n). The part left
+    out, R = H − L Lᵀ ≥ 0, has tr(A^{−½} R A^{−½}) ≤ ``truncation``. Thus (1 − truncation)(H + A) ≤ L Lᵀ + A ≤ H + A: no
+    deflection changes by more than this fraction (C8 of docs/algorithms.md). Rounding, 1e-14 of the greatest trace of
+    H, is always left out; without a law nothing else is (Higham, Accuracy and Stability of Numerical Algorithms,
+    §10.3).
     """
     from gearbench.contact._kernels import pivoted_cholesky
 

@@ -1,4 +1,8 @@
-"""Contact problem linearised at the mean errors, relative to which all samples of a coupled problem are solved."""
+"""Contact problem linearised at the mean errors.
+
+``gearbench.contact.batch`` prepares it if all segments deflect each other through many amplitudes. The compiled solver
+then computes every sample of the errors from its difference to this linear problem (B2 of docs/algorithms.md).
+"""
 
 from __future__ import annotations
 
@@ -9,11 +13,12 @@ from numpy.typing import NDArray
 
 
 class Reference(NamedTuple):
-    """Linear problem at the mean errors if all segments deflect each other; dimensionless like ``ContactProblem``.
+    """Linear problem at the mean errors, dimensionless like ``ContactProblem``.
 
-    W₀ are the slopes of the laws at the mean errors, and z = δ − Ψq. A solution is z = z₁ + G u and δ = c + z₁·u. Here
-    u = W₀ z − P are the forces of springs W₀ minus the forces P of the laws, and G is the response of z to u under a
-    given total force (B2 of docs/algorithms.md). Arrays start with the position.
+    z = δ − Ψq are the motions of the n segments, with the amplitudes q of the smooth compliance, and W₀ the slopes of
+    their contact laws at the mean errors. A solution is z = z₁ + G u and δ = c + z₁·u. Here u = W₀ z − P are the forces
+    of springs of stiffness W₀ minus the forces P of the laws, and G is the response of z to u under a given total force
+    (B2). Arrays start with the position.
 
     Parameters
     ----------
@@ -22,7 +27,8 @@ class Reference(NamedTuple):
     start
         u at the mean errors, (position, n).
     response, single_response
-        Matrices G (count, count), one after the other in a flat array; the second in single precision.
+        Matrices G (count, count) of the existing segments of each position, one after the other in a flat array; the
+        second array is in single precision.
     rise
         z₁, which is z under a unit total force, (position, n).
     flexibility
@@ -38,7 +44,10 @@ class Reference(NamedTuple):
 
 
 def normal_matrix(C: NDArray, W: NDArray) -> NDArray:
-    """diag(1, …, 1, 0) + Cᵀ W C (position, unknown, unknown) for the slopes W (position, n), where z = C (q, δ)."""
+    """Matrix of a Newton step for (q, δ), diag(1, …, 1, 0) + Cᵀ W C (position, unknown, unknown), as in (B1).
+
+    z = C (q, δ) are the motions of the segments, W (position, n) the slopes of their laws.
+    """
     M = np.swapaxes(C, 1, 2) @ (W[..., None] * C)
     amplitude = np.arange(M.shape[1] - 1)
     M[:, amplitude, amplitude] += 1.0
@@ -54,17 +63,17 @@ def linearised(C: NDArray, count: NDArray, z: NDArray, P: NDArray, W: NDArray) -
     """
     unit = np.zeros((len(C), C.shape[2], 1))
     unit[:, -1] = 1.0
-    half = np.linalg.solve(
-        np.linalg.cholesky(normal_matrix(C, W)), np.concatenate([np.swapaxes(C, 1, 2), unit], axis=2)
-    )
-    rows, end = half[:, :, :-1], half[:, :, -1]
-    G = np.swapaxes(rows, 1, 2) @ rows
+    # with M = L Lᵀ: G = (L⁻¹Cᵀ)ᵀ (L⁻¹Cᵀ), z₁ = (L⁻¹Cᵀ)ᵀ L⁻¹e and c = |L⁻¹e|²
+    L = np.linalg.cholesky(normal_matrix(C, W))
+    solved = np.linalg.solve(L, np.concatenate([np.swapaxes(C, 1, 2), unit], axis=2))
+    of_C, of_unit = solved[:, :, :-1], solved[:, :, -1]
+    G = np.swapaxes(of_C, 1, 2) @ of_C
     response = np.concatenate([matrix[:m, :m].ravel() for matrix, m in zip(G, count, strict=True)])
     return Reference(
         weight=W,
         start=W * z - P,
         response=response,
         single_response=response.astype(np.float32),
-        rise=np.einsum("prn,pr->pn", rows, end),
-        flexibility=np.einsum("pr,pr->p", end, end),
+        rise=np.einsum("prn,pr->pn", of_C, of_unit),
+        flexibility=np.einsum("pr,pr->p", of_unit, of_unit),
     )

@@ -1,7 +1,8 @@
 """Smooth compliance of the segments, summed over the effects and cached.
 
-It depends only on the macro-geometry and the positions of the nodes, not on micro-geometry, errors or load. At uniform
-phases, and at the phases of coarse solutions, it is therefore the same for all variants of a pair.
+It depends only on the macro-geometry and the positions of the nodes, not on micro-geometry, errors or load. At phases
+that are the same for all variants of a pair (uniform phases and those of ``gearbench.contact.coarse_solution``) it is
+therefore computed once.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ class SmoothCompliance:
         Ψ (position, pair, segment, rank) [√(mm/N)], if tooth pairs deflect independently.
     matrix
         H (position, n, n) [mm/N] with n = pair · segment, zero for absent lines; None if tooth pairs deflect
-        independently.
+        independently and there is a contact law.
     """
 
     laws: tuple[ComplianceEffect, ...]
@@ -59,17 +60,17 @@ def _summed(lines: ContactLines, effects: Effects) -> tuple[SmoothCompliance, li
     flanks: dict[ComplianceEffect, FlankPair] = {}
     parts: dict[ComplianceEffect, LowRank | Dense | LineLaw] = {}
     for effect in _compliance_effects(effects):
-        if (both := effect.flank_compliances(lines, effects)) is None:
+        if (flank_pair := effect.flank_compliances(lines, effects)) is None:
             parts[effect] = effect.compliance(lines, effects)
         else:
-            flanks[effect] = both
+            flanks[effect] = flank_pair
     laws = tuple(effect for effect, part in parts.items() if isinstance(part, LineLaw))
     line_laws = _contact_laws(parts.values())
     smooth = [part for part in parts.values() if not isinstance(part, LineLaw)]
-    del parts
     smooth += [part.on(lines) for part in join_tooth_and_body(list(flanks.values()))]
     independent = [part for part in smooth if isinstance(part, LowRank) and not part.coupled]
     factor, matrix = np.zeros((*lines.shape, 0)), None
+    # without a contact law the unit of displacement follows from the matrix
     if laws and len(independent) == len(smooth):
         factor = np.concatenate([factor, *(part.factor for part in independent)], axis=-1)
     else:
@@ -144,7 +145,10 @@ def _coupled_matrix(parts: Sequence[LowRank | Dense], lines: ContactLines) -> ND
 
 
 def _without_negative_eigenvalues(matrix: NDArray, lines: ContactLines) -> NDArray:
-    """Dense compliance (position, n, n) on existing lines, with negative eigenvalues set to zero."""
+    """Dense compliance (position, n, n) on existing lines, with negative eigenvalues set to zero.
+
+    H = Ψ Ψᵀ has none; those of the given ``matrix`` are errors of its model or rounding.
+    """
     active = np.repeat(lines.active, lines.shape[2], axis=1)
     value, vector = np.linalg.eigh(np.where(active[:, :, None] & active[:, None, :], matrix, 0.0))
     return gram(vector * np.sqrt(np.maximum(value, 0.0))[:, None, :])

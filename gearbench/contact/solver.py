@@ -22,10 +22,10 @@ RESIDUAL_LIMIT = 1e-9
 ROUNDING_LIMIT = 1e-10
 #: Maximum number of Newton steps at a position.
 MAX_STEPS = 200
-#: Forces are the unknowns if all segments share amplitudes, and there are more than 1/DENSE amplitudes per segment, or
-#: half of that with at most FEW segments.
+#: Newton's method has the forces as unknowns if all segments share their amplitudes, and there are more than 1/DENSE
+#: amplitudes for each segment; with at most FEW segments, 1/(2·DENSE) amplitudes for each are sufficient.
 DENSE, FEW = 2.0, 48
-#: Residual at which a rough solution takes its last Newton step, which squares the residual.
+#: Residual at which a rough solution takes its last Newton step. This step squares the residual.
 ROUGH = 1e-6
 
 
@@ -58,7 +58,7 @@ class Guess:
 
 
 def solve(problem: ContactProblem, guess: Guess | None = None) -> ContactSolution:
-    """Solve ``problem`` by a structured Newton method or, if there is no contact law, by a dense active set.
+    """Solve ``problem`` by Newton's method or, if there is no contact law, by an active-set method with full matrices.
 
     The unknowns are the amplitudes q of the smooth compliance and the approach δ. Each force follows from the law of
     its segment, P_i = g_i⁻¹(max(0, δ − e_i − ψ_iᵀq)). The solution minimises a convex function (C4 of
@@ -67,7 +67,7 @@ def solve(problem: ContactProblem, guess: Guess | None = None) -> ContactSolutio
     Raises
     ------
     ConvergenceError
-        If a residual stays above 1e-9, or no teeth meet at some position.
+        If a residual stays above ``RESIDUAL_LIMIT``, or no teeth are in mesh at some position.
     """
     if not problem.active.any(axis=1).all():
         raise ConvergenceError("contact not solved: no teeth are in mesh at some mesh phase")
@@ -125,7 +125,7 @@ def has_law(problem: ContactProblem) -> bool:
 def subtract_smallest_gap(problem: ContactProblem) -> tuple[NDArray, ContactProblem]:
     """Smallest gap of each position, and the problem with this gap subtracted.
 
-    Otherwise the digits of a deflection would be lost beside a gap of a million deflections.
+    The approach then has the size of the deflection. A gap of a million deflections would cost it six digits.
     """
     least = np.min(np.where(problem.active, problem.gap, np.inf), axis=1)
     return least, replace(problem, gap=problem.gap - least[:, None])
@@ -160,7 +160,8 @@ def newton(
     if solves_for_forces(p):
         solve_coupled(arrays(p), *arguments)
     else:
-        solve_positions(arrays(p), Work.of(p.blocks, *p.factor.shape[:0:-1]), *arguments)
+        _, segments, rank = p.factor.shape
+        solve_positions(arrays(p), Work.of(p.blocks, rank, segments), *arguments)
     return force, delta, stiffness, steps
 
 
@@ -195,7 +196,7 @@ def _residual(p: ContactProblem, force: NDArray, delta: NDArray) -> NDArray:
 def _correct_rounding(
     p: ContactProblem, positions: NDArray, force: NDArray, delta: NDArray, stiffness: NDArray, steps: NDArray
 ) -> None:
-    """Solve ``positions`` again by the dense active set; changes the arrays in place."""
+    """Solve ``positions`` again with ``correct_rounding``, which changes the other arrays in place."""
     for i in positions:
         try:
             force[i], delta[i], stiffness[i], more = correct_rounding(p, int(i), force[i])
@@ -205,7 +206,10 @@ def _correct_rounding(
 
 
 def complementarity_residual(problem: ContactProblem, force: NDArray, delta: NDArray) -> NDArray:
-    """max |min(P, gap)| of each position, (position,), with gap = H P + g(P) + e − δ evaluated from the forces."""
+    """max |min(P, distance)| of each position, (position,).
+
+    The distance of the loaded flanks, H P + g(P) + e − δ, is computed from the forces.
+    """
     from gearbench.contact._kernels import complementarity
 
     residual = np.empty(len(delta))

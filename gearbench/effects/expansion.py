@@ -19,7 +19,7 @@ class ErrorModes:
     Parameters
     ----------
     columns
-        Numbers of the errors of this group, among all errors of the pair.
+        Which of the errors of the pair belong to this group.
     modes
         Gaps (position, pair, segment, mode) [mm].
     amounts

@@ -14,13 +14,13 @@ from gearbench.geometry.pair import Pair
 
 @dataclass(frozen=True)
 class OverFace(ShapeEffect):
-    """Shapes over the face width, with keys of the pair or a table for each gear."""
+    """Shapes over the face width, given either by keys for the pair or by a table for each gear."""
 
-    #: Class of the table of a gear, and of the keys of the pair; it has the methods ``check`` and ``shapes``.
+    #: Class of the table of a gear. The keys for the pair are its fields; its methods are ``check`` and ``shapes``.
     table_class: ClassVar[type]
 
     def tables(self) -> dict[int | None, Any]:
-        """The table of each gear that has one, or of the pair (None)."""
+        """The table of each gear that has one; without any, the keys for the pair as a table with the index None."""
         of_gears: dict[int | None, Any] = {**each_gear(self)}
         if of_gears:
             return of_gears

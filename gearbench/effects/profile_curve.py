@@ -44,7 +44,7 @@ class ProfileCurve(CurvesOfGears):
             low, high = sorted(sign * roll for roll in pair.meshing.active_rolls[shape.gear])
             first, last = sorted((sign * curve.at[0], sign * curve.at[-1]))
             if min(high, last) - max(low, first) < (high - low) / 2:
-                allowed = f"must cover half of the active profile, roll lengths of {low:.5g} to {high:.5g} mm"
+                allowed = f"must cover at least half of the active profile, roll lengths of {low:.5g} to {high:.5g} mm"
                 raise InputError(f"{GEARS[shape.gear]}.at", f"{first:g} to {last:g} mm", allowed)
 
     def extent(self, pair: Pair, index: int) -> Ramp:

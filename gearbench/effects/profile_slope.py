@@ -1,4 +1,4 @@
-"""Profile slope: a flank that leans, linear in the roll length of each gear."""
+"""Profile slope: missing material that increases linearly over the active profile of each gear."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from gearbench.schema import STRICT
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class ProfileSlope(AmountOfGears):
-    """Profile slope f_Hα of each gear: zero at the start of its active profile, full amount at the tip side.
+    """Profile slope f_Hα of each gear, linear in the roll length.
 
-    Linear in roll length.
+    It is zero at the root end of the active profile and has its full amount at the tip end.
 
     Parameters
     ----------
     pinion, wheel
-        Amounts [µm].
+        Amounts [µm], positive for missing material.
     """
 
     name: ClassVar[str] = "profile_slope"
@@ -30,5 +30,5 @@ class ProfileSlope(AmountOfGears):
     example: ClassVar[dict[str, Any]] = {"pinion": 2.0, "wheel": -3.0}
 
     def factors(self, pair: Pair, index: int) -> tuple[Ramp, ...]:
-        """The only factor: a ramp from 0 to 1 over the roll lengths of the active profile."""
+        """A ramp from 0 to 1 over the roll lengths of the active profile, which the amount multiplies."""
         return (slope(pair, index),)

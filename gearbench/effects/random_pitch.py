@@ -35,9 +35,10 @@ class DrawnPitch:
     iso_class, edition
         Class of ISO 1328-1, for tolerances that are not given.
     single_pitch, cumulative_pitch
-        f_pt and F_p [µm]; without a class and F_p there is no wave.
+        f_pt and F_p [µm]. If neither a class nor F_p is given, there is no wave.
     seed
-        Seed of the draw. Gears of a pair need different seeds; the planets of a set count up from that of the first.
+        Seed of the draw. Gears of a pair need different seeds. The planets of a set have the seed of the first planet
+        plus 1, 2, …
     """
 
     iso_class: Annotated[int, Field(ge=0, le=12)] | None = None
@@ -87,7 +88,7 @@ class RandomPitch(IndexDeviations):
     name: ClassVar[str] = "random_pitch"
     summary: ClassVar[str] = "gap: pitch errors of all teeth, drawn within tolerances"
     source: ClassVar[str] = "ISO 1328-1, single pitch and cumulative pitch"
-    use: ClassVar[str] = "Sidebands of gears of a class, with `gearbench hunting`; one seed is one gear."
+    use: ClassVar[str] = "Sidebands of gears of an accuracy class, with `gearbench hunting`. Each seed gives one gear."
     example: ClassVar[dict[str, Any]] = {"pinion": {"iso_class": 6, "seed": 1}}
 
     def check(self, pair: Pair, effects: Effects) -> None:

@@ -35,7 +35,7 @@ EFFECTS: dict[str, tuple[str, str]] = {
 
 #: Tables of earlier versions, and their replacements.
 RENAMED: dict[str, str] = {
-    "neighbour_teeth": "[effects.gear_body]; order is that of tooth_bending",
+    "neighbour_teeth": "[effects.gear_body], which takes its order from [effects.tooth_bending]",
     "tooth_foundation": '[effects.gear_body] with coupled = false or model = "sainsot_velex"',
     "fe_compliance": '[effects.tooth_bending] with model = "finite_elements", and [effects.gear_body] for the rim',
 }

@@ -1,4 +1,7 @@
-"""Compliances of teeth and gear bodies, cached by gear, since they depend neither on errors nor on the mate."""
+"""Compliances of teeth and gear bodies for the effects ``tooth_bending`` and ``gear_body``.
+
+They depend neither on errors nor on load and are therefore cached.
+"""
 
 from __future__ import annotations
 
@@ -34,23 +37,23 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Tooth(ToothCompliance):
-    """Base class of the effect of the teeth, on whose model the effect of the gear body depends."""
+    """Base class of the effect ``tooth_bending``, with what the effect ``gear_body`` must know of the teeth."""
 
     @property
     @abstractmethod
     def by_finite_elements(self) -> bool:
-        """Whether teeth and bodies are meshed with finite elements."""
+        """Whether teeth and bodies are divided into finite elements."""
 
     @property
     @abstractmethod
     def solid_order(self) -> tuple[int, int, int] | None:
-        """Numbers of functions of the solid teeth on a ring; None for the default, ``solid_order``."""
+        """Numbers of functions of the solid teeth on a ring; None for the default, ``teeth.solid_order``."""
 
     @abstractmethod
     def flank(self, pair: Pair, index: int, effects: Effects, coast: bool = False) -> FlankCompliance:
         """Compliance of the flank of pinion (``index`` 0) or wheel (1), as a solid or by finite elements.
 
-        ``coast`` selects the coast flank, which differs if a web is off the middle.
+        ``coast`` selects the coast flank, which differs if the body is not symmetric, for example with an offset web.
         """
 
 
@@ -88,8 +91,9 @@ HIGH_FILLET = 0.27
 def solid_order(gear: Gear) -> tuple[int, int, int]:
     """Default numbers of functions of a solid tooth: across its thickness, along its height, over its face.
 
-    The number over the face follows from the wavelengths that deflect the flank. Along the height two families of
-    functions meet at the form circle. Steep helices, high fillets and wide faces need more.
+    The number over the face follows from the shortest wave of the load over the face that still deflects the tooth.
+    Along the height two families of functions meet at the form circle. Steep helices, high fillets and wide faces need
+    more functions.
     """
     from gearbench.compliance.local import waves_across
     from gearbench.compliance.section import JOINTED
@@ -102,7 +106,10 @@ def solid_order(gear: Gear) -> tuple[int, int, int]:
 
 @lru_cache(maxsize=256)
 def solid_tooth(gear: Gear, material: Material, order: tuple[int, int, int] | None, rooted: bool = False) -> SolidTooth:
-    """Solid tooth of a gear, modelled as a driving gear; ``rooted`` if the tooth stands on a ring."""
+    """Solid tooth with the loaded flank of a driving gear; ``rooted`` if the tooth stands on a ring.
+
+    ``FlankCompliance.driven`` mirrors it for the driven gear.
+    """
     from gearbench.compliance.solid_tooth import SolidTooth
 
     return SolidTooth(gear=gear, E=material.E, nu=material.nu, order=order or solid_order(gear), rooted=rooted)
@@ -116,9 +123,9 @@ def solid_flank(pair: Pair, index: int, order: tuple[int, int, int] | None, root
 
 
 def toothed_ring(pair: Pair, index: int, order: tuple[int, int, int] | None, coast: bool = False) -> ToothedRing:
-    """Body of pinion (``index`` 0) or wheel (1) with solid teeth, modelled as a driving gear.
+    """Body of pinion (``index`` 0) or wheel (1) with solid teeth, a ring or a rim with web and hub.
 
-    The body is a ring, or a rim with web and hub.
+    Its loaded flanks are those of a driving gear, see ``solid_tooth``.
     """
     support = require_bores(pair)[index] / 2, *support_of(pair, index, coast)
     return _toothed_ring(pair.gears[index], pair.materials[index], order, support, web_of(pair, index, coast))
@@ -158,9 +165,7 @@ def ring_flank(
     try:
         return placed_in_mesh(toothed_ring(pair, index, order, coast).flank(neighbours), pair, index, coast)
     except np.linalg.LinAlgError:
-        allowed = (
-            f"body of the {GEARS[index]} too soft beside its teeth for double precision: bore, rim or web too thin"
-        )
+        allowed = f"body of the {GEARS[index]} is too compliant to compute: bore too large, or rim or web too thin"
         raise InputError("effects.gear_body.model", "ring", allowed) from None
 
 
@@ -228,7 +233,7 @@ def clear_tooth_cache() -> None:
 
 
 def fe_body(pair: Pair, index: int, *, on_body: bool, coast: bool = False) -> Body:
-    """Part of pinion (``index`` 0) or wheel (1) that is meshed: a clamped tooth, or with ``on_body`` the whole gear.
+    """Part of a gear that finite elements cover: a clamped tooth, or with ``on_body`` the whole gear.
 
     Meshes of a section (``fem_reference.plane``) have teeth on one sector only: all teeth in contact at a time, and one
     more on either side.
@@ -249,8 +254,8 @@ def fe_body(pair: Pair, index: int, *, on_body: bool, coast: bool = False) -> Bo
 def support_of(pair: Pair, index: int, coast: bool = False) -> tuple[tuple[float, float] | None, Lugs | None]:
     """Support of a body: springs along its edge, radial and tangential [N/mm³], and lugs.
 
-    The springs are None if the body is clamped, and both are 0 if lugs hold it. Long lugs are divided. Angles of lugs
-    are counted as on a driving gear; they are mirrored for a driven gear, and once more for coast flanks.
+    The springs are None if the body is clamped, and both are 0 if lugs hold it. Long lugs are divided into short ones.
+    Angles of lugs are those of a driving gear; they are mirrored for a driven gear, and once more for coast flanks.
     """
     support = pair.members[index].support
     springs = None if support is None else support.per_area(pair.gears[index].face_width)
@@ -265,7 +270,7 @@ def support_of(pair: Pair, index: int, coast: bool = False) -> tuple[tuple[float
 
 
 def placed_in_mesh(flank: FlankCompliance, pair: Pair, index: int, coast: bool) -> FlankCompliance:
-    """The compliance with its place in the mesh: whether the gear drives, and which tooth belongs to tooth pair 0."""
+    """The compliance, with the information whether the gear is driven and which tooth belongs to tooth pair 0."""
     support, anchors = pair.members[index].support, flank.anchors
     if support is not None and anchors is not None:
         anchors = anchors.turned(_side(index, coast) * support.tooth)

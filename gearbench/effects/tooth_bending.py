@@ -39,13 +39,14 @@ class ToothBending(Tooth):
     ----------
     model
         "plate": the paper's Reissner–Mindlin plate of variable thickness. "solid": three-dimensional elasticity on the
-        exact section with its fillet. "finite_elements": the same by finite elements, computed once for a
-        macro-geometry and kept on disk.
+        exact section with its fillet, by the Ritz method. "finite_elements": three-dimensional elasticity by finite
+        elements, computed once for a macro-geometry and kept on disk.
     basis
-        Plate only. "paper": 9 unknowns, each field x(a + by + cx). The default without ``order``.
+        Plate only. "paper": 9 unknowns, x(a + by + cx) for the deflection and both rotations at height x and position y
+        along the face. The default without ``order``.
     order
-        Numbers of functions. Plate: (height, face width), instead of ``basis``. Solid: (thickness, height, face width);
-        by default 6 to 8, 9, and about one for each module of face width.
+        Numbers of functions. Plate: (height, face width), instead of ``basis``. Solid: (thickness, height, face width),
+        by default 6 to 8 over the thickness, 9 over the height and about one for each module of face width.
     fillet
         Plate only. Whether the thickness includes the root fillet; without it, it is constant below the base circle.
     load
@@ -65,7 +66,7 @@ class ToothBending(Tooth):
     name: ClassVar[str] = "tooth_bending"
     summary: ClassVar[str] = "compliance: bending and shear of both teeth, clamped at the root"
     source: ClassVar[str] = (
-        "Garambois et al. 2017; plate or solid by the Ritz method; finite elements of high degree, one sector condensed"
+        "Plate of Garambois et al. 2017; plate and solid by the Ritz method; finite elements of high degree"
     )
     use: ClassVar[str] = (
         "Always: the solid for results to trust, the plate to compare with the paper, finite elements as the reference."
@@ -86,7 +87,7 @@ class ToothBending(Tooth):
 
     @property
     def by_finite_elements(self) -> bool:
-        """Whether teeth and bodies are meshed with finite elements."""
+        """Whether teeth and bodies are divided into finite elements."""
         return self.model == "finite_elements"
 
     @property
@@ -95,7 +96,7 @@ class ToothBending(Tooth):
         return self.order if self.model == "solid" else None  # type: ignore[return-value]
 
     def missing_levels(self, pair: Pair, effects: Effects) -> list[Level]:
-        """Levels of the finite elements of both gears that are not on disk yet.
+        """Refinements (``fem_reference.refinement``) that finite elements of both gears need and that are not on disk.
 
         Raises
         ------
@@ -112,7 +113,7 @@ class ToothBending(Tooth):
         return [level for body in missing for level in levels(body, self.accuracy)]
 
     def compliance(self, lines: ContactLines, effects: Effects) -> LowRank | Dense:
-        """Factor of both teeth, (position, pair, segment, rank); a matrix of all pairs for meshed bodies."""
+        """Factor of both teeth, (position, pair, segment, rank); a matrix if finite elements cover the bodies too."""
         flanks = self.flank_compliances(lines, effects)
         return self.both_teeth(lines, effects) if flanks is None else flanks.on(lines)
 
@@ -121,7 +122,7 @@ class ToothBending(Tooth):
         if self.model == "plate":
             return None
         if self.model == "solid":
-            pinion, wheel = for_both_gears(solid_flank, lines.pair, self.solid_order, _rooted(effects))
+            pinion, wheel = for_both_gears(solid_flank, lines.pair, self.solid_order, _on_ring(effects))
         else:
             pinion, wheel = (self.flank(lines.pair, index, effects, lines.coast) for index in (0, 1))
         return FlankPair(both=(pinion, wheel), coupled=self.by_finite_elements and _on_body(effects))
@@ -139,12 +140,12 @@ class ToothBending(Tooth):
     def flank(self, pair: Pair, index: int, effects: Effects, coast: bool = False) -> FlankCompliance:
         """Compliance of the flank of a gear, see ``Tooth``."""
         if self.model == "solid":
-            return solid_flank(pair, index, self.solid_order, _rooted(effects))
+            return solid_flank(pair, index, self.solid_order, _on_ring(effects))
         compliance = fe_flank(self.body(pair, index, effects, coast), pair.materials[index], self.accuracy)
         return placed_in_mesh(compliance, pair, index, coast)
 
     def body(self, pair: Pair, index: int, effects: Effects, coast: bool = False) -> Body:
-        """Meshed part of pinion (``index`` 0) or wheel (1), seen from the loaded flank."""
+        """Part of pinion (``index`` 0) or wheel (1) that finite elements cover, mirrored for ``coast`` flanks."""
         return fe_body(pair, index, on_body=_on_body(effects), coast=coast)
 
 
@@ -154,7 +155,7 @@ def tooth_bending(effects: Effects, model: str) -> ToothBending | None:
     return tooth if isinstance(tooth, ToothBending) and tooth.model == model else None
 
 
-def _rooted(effects: Effects) -> bool:
+def _on_ring(effects: Effects) -> bool:
     """Whether solid teeth stand on an elastic ring instead of being clamped."""
     return getattr(effects.get("gear_body"), "model", None) == "ring"
 

@@ -41,9 +41,9 @@ class Topography(GapEffect):
     pinion, wheel
         File of each gear, relative to the scene file.
     positive
-        Material that a positive deviation means: "missing", or "excess", as most measuring machines plot it.
+        Whether a positive deviation is "missing" material or "excess" material, as most measuring machines plot it.
     pinion_sha256, wheel_sha256
-        SHA-256 of the files; noted when they are read, checked if given.
+        SHA-256 of the files. It is stored when a file is read; a given one is compared with that of the file.
     """
 
     pinion: File | None = None
@@ -69,7 +69,7 @@ class Topography(GapEffect):
             grid, digest = (None, None) if file is None else _read(name, file, given_digest)
             object.__setattr__(self, f"{name}_sha256", digest)
             grids.append(grid)
-        # not a field: the hashes identify the grids
+        # the grids are no field, so that effects are compared by the hashes only
         object.__setattr__(self, "_grids", tuple(grids))
 
     @property
@@ -93,7 +93,9 @@ class Topography(GapEffect):
                 covered = min(high, values[-1]) - max(low, values[0])
                 if len(values) > 1 and covered < (high - low) / 2:
                     span = f"{axis} {values[0]:g} to {values[-1]:g} mm"
-                    raise InputError(name, span, f"must cover half of the active flank, {low:.5g} to {high:.5g} mm")
+                    raise InputError(
+                        name, span, f"must cover at least half of the active flank, {low:.5g} to {high:.5g} mm"
+                    )
 
     def gap(self, lines: ContactLines) -> NDArray:
         """Gap [mm], (position, pair, segment)."""
@@ -104,7 +106,7 @@ class Topography(GapEffect):
         return (MICROMETRE if self.positive == "missing" else -MICROMETRE) * total
 
     def kept(self) -> dict[str, xr.DataArray]:
-        """Grids "topography_pinion" and "topography_wheel" as in the files [µm], with their SHA-256."""
+        """Grids "topography_pinion" and "topography_wheel" [µm], with the signs of the files and their SHA-256."""
         grids = {}
         for gear, grid in zip(_NAMES, self.grids, strict=True):
             if grid is not None:
@@ -121,12 +123,12 @@ class Topography(GapEffect):
         Raises
         ------
         InputError
-            If a variable is no grid with the SHA-256 of its file.
+            If a variable is no grid, or has no SHA-256 of its file.
         """
         for name in (f"{cls.name}_{gear}" for gear in _NAMES if f"{cls.name}_{gear}" in kept):
             digest = str(kept[name].attrs.get("sha256", "missing"))
             if not re.fullmatch("[0-9a-f]{64}", digest):
-                raise InputError(str(kept[name].name), digest, "must have the SHA-256 of its file")
+                raise InputError(str(kept[name].name), digest, "needs the attribute sha256, the SHA-256 of its file")
             if digest not in _KNOWN:
                 _KNOWN[digest] = grid_of(kept[name])
 
@@ -141,7 +143,7 @@ class Topography(GapEffect):
     def face_kinks(self, pair: Pair) -> tuple[float, ...]:
         """Positions y [mm] of the columns of a grid, as for ``kinks``; none if the pair is helical.
 
-        Contact lines of a helical pair are cut at the rows only.
+        Contact lines of a helical pair cross the rows, at which they are cut; the columns are treated as smooth.
         """
         if pair.meshing.overlap_ratio:
             return ()

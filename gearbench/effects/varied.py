@@ -1,6 +1,7 @@
-"""Further random errors of ``manufacturing_errors``: numbers of other gap effects, run-out and wobble, pitch, sizes.
+"""Random errors of ``manufacturing_errors`` that are not one shape on the flank.
 
-Their gaps are sums of modes, gaps that are multiplied by an amount in each sample.
+They are numbers of other gap effects that vary, run-out and wobble, pitch errors, centre distance and tooth thickness.
+The gap of an error is a sum of modes, each multiplied by an amount in every sample.
 """
 
 from __future__ import annotations
@@ -26,8 +27,8 @@ from gearbench.schema import STRICT
 
 TwoSided = Literal["uniform_two_sided", "normal_two_sided"]
 
-#: Deviations, relative to the amplitude, at which the gap is computed if it is not linear in the number; without
-#: deviation it does not change.
+#: Deviations of a number, divided by the amplitude, at which the change of the gap is computed if it is not linear; at
+#: deviation 0 the change is 0.
 NODES = np.array([-1.0, -0.75, -0.5, -0.25, 0.25, 0.5, 0.75, 1.0])
 #: Relative difference from a straight line that counts as rounding.
 STRAIGHT = 1e-9
@@ -58,7 +59,7 @@ class VariedKey:
         Raises
         ------
         InputError
-            If not.
+            If one of these does not hold.
         """
         self.effect(effects, 0.0)
         for sign, share in (("−", -1.0), ("+", 1.0)):
@@ -151,12 +152,12 @@ class PitchKind:
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class SizeScatter:
-    """A size that varies about the middle of its permissible deviations.
+    """Centre distance or tooth thickness that varies about the middle of its permissible deviations.
 
     Parameters
     ----------
     amplitude
-        f [µm]; by default half the range between the deviations.
+        f [µm]; by default half the range of the permissible deviations.
     distribution
         Distribution over ±f.
     """
@@ -185,7 +186,7 @@ class RandomVariable:
 
 @plain_dataclass(frozen=True)
 class Eccentricity:
-    """Run-out or wobble of a gear, with amplitude F_r [µm] and random phase [°]."""
+    """Run-out or wobble of a gear, with amplitude F_r [µm] and random phase [°]; ``over_face`` as of a ``Wave``."""
 
     name: str
     gear: int
@@ -204,8 +205,8 @@ class Eccentricity:
         """Gap of F_r = 1 µm at the phases 0° and 90°, (position, pair, segment, 2) [mm]."""
         from gearbench.effects.waviness import Wave, Waviness
 
-        # modes of a wave have the amplitude 1 µm; that of an eccentricity is half of F_r
-        wave = Waviness(**{GEARS[self.gear]: (Wave(order=1, amplitude=0.5, over_face=self.over_face),)})
+        wave = Waviness(**{GEARS[self.gear]: (Wave(order=1, amplitude=1.0, over_face=self.over_face),)})
+        # the modes hold for the amplitude 1 µm; that of the wave of an eccentricity is half of F_r
         return 0.5 * wave.turning(lines, np.zeros(1, dtype=int)).modes
 
     @staticmethod

@@ -289,7 +289,7 @@ BAD = {
     ),
     "points of another gear": (
         {"profile_curve": {"pinion": {"at": [0.0, 0.1], "deviation": [0.0, 1.0]}}},
-        "effects.profile_curve.pinion.at = 0 to 0.1 mm: must cover half of the active profile",
+        "effects.profile_curve.pinion.at = 0 to 0.1 mm: must cover at least half of the active profile",
     ),
 }
 
