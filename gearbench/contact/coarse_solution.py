@@ -22,12 +22,13 @@ from gearbench.geometry.pair import Pair
 from gearbench.geometry.separation import farthest
 from gearbench.scene import Resolution, Scene
 
-#: A coarse solution: number of uniform phases, of segments on a line, of nodes of the smooth compliance over their
-#: usual number, and truncation of this compliance.
+#: A coarse solution: numbers of uniform phases and of segments on a line, number of nodes of the smooth compliance as a
+#: share of the usual one, and truncation of this compliance.
 COARSE_PHASES, COARSE_SEGMENTS, COARSE_NODES, COARSE_TRUNCATION = 24, 12, 0.7, 1e-3
-#: How far lines reach beyond the path of contact while the deflection is unknown, over how far the separation is known.
+#: How far lines reach beyond the path of contact while the deflection is unknown, as a share of the distance up to
+#: which the separation of the flanks is known.
 _REACH = 2 / 3
-#: Separation of the flanks up to which lines reach, over the greatest deflection.
+#: Separation of the flanks up to which lines reach, divided by the greatest deflection.
 MARGIN = 1.3
 
 
@@ -82,7 +83,7 @@ class CoarseSolution:
     guess
         Solution of the problem, accurate to 1e-6.
     shares
-        Loads over the load of the scene, (load,). The positions of lines, problem and guess are all phases under the
+        Loads divided by that of the scene, (load,). The positions of lines, problem and guess are all phases under the
         first load, then all phases under the second, and so on.
     """
 

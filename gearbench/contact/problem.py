@@ -136,7 +136,7 @@ class ContactSolution:
     iterations
         Number of Newton steps, (position,).
     corrected
-        Number of positions that the dense active set solved again because of rounding errors.
+        Number of positions that ``correct_rounding`` solved again because of rounding errors.
     """
 
     force: NDArray

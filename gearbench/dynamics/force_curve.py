@@ -14,13 +14,13 @@ from gearbench.contact.gaps import total_gap
 from gearbench.contact.solver import solve
 from gearbench.dynamics.loaded_mesh import FlankState, LoadedMesh
 
-#: Half width of the rounded corner at first contact, over the mean deflection: some hundredths of a micrometre.
+#: Half width of the rounded corner at first contact, divided by the mean deflection: some hundredths of a micrometre.
 ROUNDING = 0.01
-#: Largest approach of the table over the mean deflection.
+#: Largest approach of the table, divided by the mean deflection.
 REACH = 8.0
 #: Number of intervals of the table.
 POINTS = 4000
-#: Loads at which the contact is solved, over the mean force.
+#: Loads at which the contact is solved, divided by the mean force.
 LEVELS = (0.003, 0.01, 0.03, 0.08, 0.16, 0.3, 0.5, 0.75, 1.0, 1.4, 2.0, 3.0, 5.0)
 
 
