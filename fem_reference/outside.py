@@ -161,11 +161,11 @@ class Outside:
         ]
         count, weights = len(lugs.angles) * EACH + 6, tooth_weights(z, np.arange(z))
         own, reach = np.zeros((count, count)), np.zeros((z, loads, count))
-        of_teeth = np.tensordot(weights, waves[:, :loads], 1).real
+        of_teeth = np.real(np.tensordot(weights, waves[:, :loads], 1))
         for lug, tooth, at in parts:
             reach[:, :, lug] += np.roll(of_teeth[:, :, at], tooth, axis=0)
             for other, mate, there in parts:
-                own[lug, other] += np.tensordot(weights[(tooth - mate) % z], waves[:, at[:, None], there], 1).real
+                own[lug, other] += np.real(np.tensordot(weights[(tooth - mate) % z], waves[:, at[:, None], there], 1))
         held = np.zeros((2, waves.shape[1], 6), complex)
         held[0, [-6, -5], [0, 1]] = math.sqrt(z)
         for i in (2, 4):  # cosine and sine of the waves ±1
@@ -173,9 +173,9 @@ class Outside:
             held[1, i - 5, [i, i + 1]] = np.array([1j, -1]) * sign * math.sqrt(z / 2)
         moved = often(z)[:2, None, None] / z * (waves[:2] @ held)
         turn = np.exp(2j * math.pi / z * np.outer(np.arange(z), [0, 1]))
-        reach[..., -6:] = np.tensordot(turn, moved[:, :loads], 1).real
+        reach[..., -6:] = np.real(np.tensordot(turn, moved[:, :loads], 1))
         for lug, tooth, at in parts:
-            own[lug, -6:] += np.tensordot(turn[tooth % z], moved[:, at], 1).real
+            own[lug, -6:] += np.real(np.tensordot(turn[tooth % z], moved[:, at], 1))
         own[-6:, :-6] = own[:-6, -6:].T
         own[-6:, -6:] = np.sum(np.conj(np.swapaxes(held, 1, 2)) @ moved, axis=0).real
         return LugReduction(reach=reach, own=own + np.diag(np.append(lugs.yields, np.full(6, -1 / stiffness))))

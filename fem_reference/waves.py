@@ -30,9 +30,9 @@ def tooth_weights(z: int, teeth: ArrayLike) -> NDArray:
     if len(waves) == len(k):
         return weights
     between = CubicSpline(np.log(waves[1:]), np.eye(len(waves) - 1), bc_type="natural")(np.log(k[1:]))
-    return weights @ block_diag(1.0, between)
+    return weights @ np.asarray(block_diag(1.0, between))
 
 
 def blocks_of_waves(values: NDArray, z: int, n: int) -> NDArray:
     """C_d, d = −n … n, of the compliance Ĉ of the waves ``wave_numbers(z)``."""
-    return np.tensordot(tooth_weights(z, np.arange(-n, n + 1)), values, 1).real
+    return np.real(np.tensordot(tooth_weights(z, np.arange(-n, n + 1)), values, 1))
