@@ -103,7 +103,7 @@ def scene() -> str:
 
     return f"""# The scene
 
-A scene is a TOML file of these tables. Only `[pair]`, a load and one effect that adds compliance are required.
+A scene is a TOML file. Only `[pair]`, a load and one effect that adds compliance are required.
 
 | table | holds |
 |---|---|
@@ -120,15 +120,14 @@ A scene is a TOML file of these tables. Only `[pair]`, a load and one effect tha
 
 ## Load
 
-{prose(Load)}
 {key_tables(Load)}
 ## Gears and meshes
 
 `[gears.NAME]` and `[[meshes]]` describe a train of any number of gears, for `simulate`, `sweep` and, with `[system]`,
 `response`. Every mesh is simulated under its torque, and Datasets have the dimensions `mesh` and `gear`. Parallel paths
 with one mesh frequency are solved together and give `load_sharing` of each mesh, `mesh_load_factor`, and the
-`train_transmission_error` over the phase of the first mesh; `hunting` computes all their mesh cycles. Tooth 0 of a
-gear, and the phase of its waves, are those at the beginning of its first mesh.
+`train_transmission_error` over the phase of the first mesh; `hunting` computes all mesh cycles. Tooth 0 of a
+gear enters contact as the cycle of its first mesh begins; the phases of its waves count from there.
 
 ```toml
 [gears.motor]
@@ -202,12 +201,12 @@ inertia = 0.011
 All meshes are one contact problem, in which elastic bodies (`[effects.gear_body]`) couple them. `simulate` computes
 `load_sharing` of each mesh, `mesh_load_factor` K_γ, `train_transmission_error`, motions of floating members, and forces
 and torques on every member with their harmonics; `robust` their scatter over the errors of `[planetary.scatter]` and of
-the flanks; `response` the same over speed, `response --samples` its scatter.
+the flanks; `response` computes these over speed, `response --samples` their scatter.
 
 With stepped planets the meshes of sun and ring have different frequencies. Results run over the cycle after which both
 have their phases again: `mesh_phase` counts mesh periods of the sun, and `harmonic` holds the orders of both, as
-multiples of the sun's mesh frequency. An example is `examples/stepped_planets.toml`. A sample of `single_pitch` has the
-same teeth in every mesh period of this cycle, like a set whose cycle is one mesh period.
+multiples of the sun's mesh frequency. Example: `examples/stepped_planets.toml`. Within a
+sample the errors of `single_pitch` repeat in every mesh period of this cycle.
 
 Planets that mesh in pairs are given by `[gears.NAME]` and `[[meshes]]`, in the frame of the carrier. Two sets in a row
 are two scenes: `member_torque` of the carrier is the torque on the sun of the next set.
@@ -216,7 +215,7 @@ are two scenes: `member_torque` of the carrier is the torque on the sun of the n
 ## Several loads
 
 `simulate`, `sweep`, `robust` and `optimise` compute every load of a spectrum, and the weighted mean, `…_load_mean`, and
-maximum, `…_load_max`, of each metric. For a range of torques use `gearbench sweep`.
+maximum, `…_load_max`, of each metric.
 
 ```toml
 [[loads]]
@@ -264,7 +263,6 @@ Friction: (F1) to (F3) of [Theory](theory.md), ISO/TR 14179-2; flash temperature
 
 ## Resolution
 
-{prose(Resolution)}
 {key_tables(Resolution)}"""
 
 

@@ -94,7 +94,7 @@ def response(
     if sound is not None:
         from gearbench.dynamics.sound import write_run_up
 
-        file, scale = write_run_up(dataset, sound, at=sound_at, full_scale=full_scale)
+        file, scale = write_run_up(dataset, sound, sound_at=sound_at, full_scale=full_scale)
         written.append(file)
         unit = dataset["housing_amplitude"].attrs["units"] if sound_at in dataset.get("point", ()) else "N"
         notes.append(f"full scale of the sound is {scale:.4g} {unit}: for a variant, --full-scale {scale:.4g}")

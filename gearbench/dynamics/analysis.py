@@ -38,7 +38,7 @@ STEPS = 256
 #: Orders solved beyond those in the result, if the meshes have several frequencies.
 EXTRA_ORDERS = 2
 #: Excess of a Floquet multiplier over 1 that counts as rounding.
-GROWTH = 1e-6
+GROWTH_TOLERANCE = 1e-6
 #: A note is written if omitted orders have more than this share of the quasi-static motion.
 OMITTED_SHARE = 0.1
 #: Reason for a missing response.
@@ -117,7 +117,8 @@ def speed_variables(
 ) -> Variables:
     """Variables of the Dataset that depend on speed, by name.
 
-    ``found``: a steady motion and its largest Floquet multipliers (speed, mesh), by default those of the linear model.
+    ``found``: a steady motion that was found elsewhere (with loss of contact), and its largest Floquet multipliers
+    (speed, mesh); by default those of the linear model.
     """
     # with several frequencies the truncated products make the last orders inaccurate: solve a few more than returned
     solved = harmonics + (EXTRA_ORDERS if len(model.groups) > 1 else 0)
@@ -128,7 +129,7 @@ def speed_variables(
     # f = (f − K̄ x) + K̄ x, in the first row of each mesh, its approach
     force = (equivalent_force + motion @ model.stiffness.T)[..., :: model.rows_per_mesh]
     # an unstable motion has no steady response
-    unstable = (stability > 1 + GROWTH).any(axis=1)
+    unstable = (stability > 1 + GROWTH_TOLERANCE).any(axis=1)
     te[unstable], force[unstable], at_bearings[unstable] = np.nan, np.nan, np.nan
     # order zero shifts mean load from one parallel path to another
     mean = model.force + np.real(force[:, 0])
@@ -151,15 +152,16 @@ def speed_variables(
         "mesh_force_rms": (dims[:2], waves.rms(waves.with_mean(force))),
         "mean_force": (("mesh",), model.force),
         "dynamic_factor": (dims[:2], peak / model.force),
+        # NaN, of unstable speeds, counts as kept
         "contact_kept": (dims[:2], ~(least <= 0)),
         "floquet_multiplier": (dims[:2], stability),
     }
     if len(model.groups) > 1:
         first_combination = len(model.groups) * solved
         group_names = [model.names[group.meshes[0]] for group in model.groups]
-        by_source = np.where(model.is_source[:, None, None], np.moveaxis(force[..., mesh_orders], 2, 1), 0.0)
+        mesh_by_source = np.where(model.is_source[:, None, None], np.moveaxis(force[..., mesh_orders], 2, 1), 0.0)
         variables |= {
-            "mesh_force_by_source_amplitude": (("speed", "source", "mesh", "harmonic"), 2 * np.abs(by_source)),
+            "mesh_force_by_source_amplitude": (("speed", "source", "mesh", "harmonic"), 2 * np.abs(mesh_by_source)),
             "mesh_force_combination_amplitude": (
                 ("speed", "mesh", "combination"),
                 2 * np.abs(force[..., first_combination:]),
@@ -177,10 +179,11 @@ def speed_variables(
     loads = model.on_bearings(vibration)
     if model.mechanics.bearing_names:
         dims = ("speed", "mesh", "bearing", "direction", "harmonic")
-        by_source = np.moveaxis(loads[:, :, : len(model.directions)][..., mesh_orders], 3, 1)
-        by_source[:, ~model.is_source] = 0.0
-        variables["bearing_force_amplitude"] = (dims, 2 * np.abs(by_source))
-        variables["bearing_force_phase"] = (dims, np.angle(by_source))
+        # (speed, bearing, direction, mesh, harmonic), then as ``dims``
+        bearing_by_source = np.moveaxis(loads[:, :, : len(model.directions), mesh_orders], 3, 1)
+        bearing_by_source[:, ~model.is_source] = 0.0
+        variables["bearing_force_amplitude"] = (dims, 2 * np.abs(bearing_by_source))
+        variables["bearing_force_phase"] = (dims, np.angle(bearing_by_source))
         variables["bearing_load"] = (("bearing", "direction"), model.mechanics.bearing_load)
     return variables | model.other_variables(vibration, loads, speeds)
 
@@ -239,7 +242,8 @@ def notes(model: LinearModel, speeds: NDArray, harmonics: int, variables: Variab
     lines = model.remarks(speeds, harmonics)
     if tooth_to_tooth_effects(model.scene):
         lines.append(
-            "teeth differ from one another: the response uses one mesh cycle for all; sidebands need a revolution"
+            "teeth differ from one another: the response uses one mesh cycle for all; for sidebands use response "
+            "--revolution"
         )
     if len(model.groups) > 1:
         lines.append("meshes of different frequencies: force peaks are maxima over all relative phases")
@@ -247,12 +251,12 @@ def notes(model: LinearModel, speeds: NDArray, harmonics: int, variables: Variab
             lines.append(
                 f"meshes of different frequencies: harmonic balance not converged at {spans(speeds, unsolved)} 1/min"
             )
-    kept, growth = variables["contact_kept"][1], variables["floquet_multiplier"][1]
-    separated = "flanks separate: the linear response does not hold, see nonlinear"
+    kept, multiplier = variables["contact_kept"][1], variables["floquet_multiplier"][1]
+    separated = "flanks separate: the linear response does not hold, use response --nonlinear"
     meshes_of: dict[str, list[str]] = {}
     quasi_static = model.quasi_static_approach(2 * harmonics)[:, 1:]
     for mesh, (name, approach) in enumerate(zip(model.names, quasi_static, strict=True)):
-        for where, text in ((growth[:, mesh] > 1 + GROWTH, UNSTABLE), (~kept[:, mesh], separated)):
+        for where, text in ((multiplier[:, mesh] > 1 + GROWTH_TOLERANCE, UNSTABLE), (~kept[:, mesh], separated)):
             if where.any():
                 meshes_of.setdefault(f"{text} at {spans(speeds, where)} 1/min", []).append(name)
         share = float(np.linalg.norm(approach[harmonics:]) / max(np.linalg.norm(approach), 1e-300))
@@ -274,9 +278,8 @@ def notes(model: LinearModel, speeds: NDArray, harmonics: int, variables: Variab
             speed = 60 * f / group.rate / highest
             name = model.names[group.meshes[0]]
             lines.append(
-                f"mesh {name}: below {speed:.4g} 1/min the mode at {f:.4g} Hz is excited by orders above "
-                f"{model.harmonics(harmonics)[-1]:.4g} "
-                "only, which are not computed: raise harmonics"
+                f"mesh {name}: below {speed:.4g} 1/min only orders above {model.harmonics(harmonics)[-1]:.4g}, which "
+                f"are not computed, excite the mode at {f:.4g} Hz: raise harmonics"
             )
     return lines
 

@@ -102,7 +102,7 @@ def orders(values: NDArray) -> NDArray:
 
 
 def receptances(modes: Modes, rows: NDArray, omega: NDArray, orders: int | NDArray) -> NDArray:
-    """ĥ_c (speed, order, row, row) [mm/N] of the given ``rows``, at mesh frequencies ω (speed,) [rad/s].
+    """Receptances ĥ (D4) of the given ``rows`` (speed, order, row, row) [mm/N], at mesh frequencies ω (speed,) [rad/s].
 
     ``orders`` are those kept; a number H means 0 … H.
     """
@@ -110,7 +110,7 @@ def receptances(modes: Modes, rows: NDArray, omega: NDArray, orders: int | NDArr
 
 
 def block_rows(h: NDArray) -> NDArray:
-    """Real matrices (…, M, 2H+1, M, 2H+1) by which ĥ_c (…, H + 1, M, M) acts on orders as real numbers (M, 2H+1)."""
+    """Real matrices (…, M, 2H+1, M, 2H+1) by which ĥ (…, H + 1, M, M) acts on orders as real numbers (M, 2H+1)."""
     H, M = h.shape[-3] - 1, h.shape[-1]
     out = np.zeros((*h.shape[:-3], M, 2 * H + 1, M, 2 * H + 1))
     out[..., :, 0, :, 0] = np.real(h[..., 0, :, :])
@@ -123,7 +123,7 @@ def block_rows(h: NDArray) -> NDArray:
 
 
 def solve(
-    excitation: Excitation, h: NDArray, mean: NDArray, at_rest: Excitation | None = None
+    excitation: Excitation, h: NDArray, mean: NDArray, quasi_static: Excitation | None = None
 ) -> tuple[NDArray, NDArray]:
     """Motions [mm] and forces [N] of the orders kept, (speed, row, order).
 
@@ -132,13 +132,13 @@ def solve(
     excitation
         Stiffness, and quasi-static motion and force.
     h
-        ĥ_c (speed, order, row, row) [mm/N] of the system with the mean stiffness.
+        ĥ (speed, order, row, row) [mm/N] of the system with the mean stiffness.
     mean
         Mean stiffness K̄ (row, row) [N/mm].
-    at_rest
+    quasi_static
         Excitation whose order 0 is in static balance with the external loads; by default ``excitation`` itself.
     """
-    K, x_s, rest = excitation.convolution, excitation.motion, at_rest or excitation
+    K, x_s, rest = excitation.convolution, excitation.motion, quasi_static or excitation
     M, N = K.shape[0], K.shape[-1]  # rows, and real numbers of each row
     varying = K - mean[..., None, None] * np.eye(N)
     # f_s − K̄ x_s and x_s, without the order 0 that is in static balance
@@ -149,7 +149,7 @@ def solve(
     b, y = -real(driven).reshape(len(h), M * N), np.empty((len(h), M, N))
     varying = np.moveaxis(varying, 2, 1).reshape(M * N, M * N)
     for block in in_blocks(len(h), (M * N) ** 2):
-        # y + ĥ_c (K − K̄) y = −x_s − ĥ_c (f_s − K̄ x_s)
+        # y + ĥ (K − K̄) y = −x_s − ĥ (f_s − K̄ x_s)
         A = np.eye(M * N) + block_rows(h[block]).reshape(-1, M * N, M * N) @ varying
         y[block] = np.linalg.solve(A, b[block, :, None])[..., 0].reshape(-1, M, N)
     force = excitation.force + orders(np.einsum("ijab,sjb->sia", K, y))

@@ -1,4 +1,7 @@
-"""Pictures of a response: force over speed, orders over speed, Campbell diagram."""
+"""Pictures of a response: force over speed, orders over speed, Campbell diagram.
+
+Every drawing function fills a figure and returns the main finding, which becomes the title.
+"""
 
 from __future__ import annotations
 
@@ -23,9 +26,9 @@ PANELS = 6
 LEAST_SHARE = 0.05
 #: Number of frequency bins of a waterfall.
 BINS = 500
-#: Space for names in a Campbell diagram: width of the name of an order over the speed range, height of the name of a
-#: mode over the axis.
-ROOM, LINE = 0.12, 0.03
+#: Space for names in a Campbell diagram: width of the name of an order as a share of the speed range, height of the
+#: name of a mode as a share of the axis.
+ORDER_WIDTH, MODE_HEIGHT = 0.12, 0.03
 
 
 def draw_response(dataset: xr.Dataset, folder: Path) -> list[Path]:
@@ -36,7 +39,9 @@ def draw_response(dataset: xr.Dataset, folder: Path) -> list[Path]:
     coloured by the mesh force; ``waterfall_…`` the mesh force over frequency and speed; ``bearings_…`` the forces on
     the bearings and ``housing_…`` the motion of points of the housing over speed; ``bands_…`` mesh orders and their
     sidebands. One plot for all meshes: ``modes`` shows mode shapes of the shafts and energies of the parts,
-    ``ripples`` the mesh forces that torque ripples cause, ``scatter`` the percentiles over error samples.
+    ``ripples`` the mesh forces that torque ripples cause, ``scatter`` the percentiles over error samples. For a train
+    solved as one contact problem ``modes`` shows the bodies, ``sharing`` the load shares, ``ring`` the force waves
+    round the ring; of the meshes only the one with the largest dynamic factor has figures.
     """
     if "percentile" in dataset.dims:
         write(_scatter, dataset, folder / "scatter.png")
@@ -52,7 +57,7 @@ def draw_response(dataset: xr.Dataset, folder: Path) -> list[Path]:
         for_all = (("modes", _modes),) if dataset.get("shaft_mode_shape", np.empty(0)).size else ()
         for_all += (("ripples", _ripples),) if "ripple" in dataset.dims else ()
     set_figures: list[tuple[str, Any, xr.Dataset]] = []
-    if "mode_kind" in dataset:  # a planetary set: figures of all meshes, then of the mesh with the largest factor
+    if "mode_kind" in dataset:  # a train solved as one: figures of all meshes, then of the mesh with the largest factor
         for_set = [("modes", draw_modes)]
         if "sweep" not in dataset.dims:
             for_set += [("sharing", draw_sharing), ("bearings", _bearings)]
@@ -71,7 +76,7 @@ def draw_response(dataset: xr.Dataset, folder: Path) -> list[Path]:
 
 
 def _force(figure: Any, data: xr.Dataset) -> str:
-    """Dynamic factor, RMS of mesh force and RMS of transmission error over speed; all drawings return their finding."""
+    """Dynamic factor, RMS of mesh force and RMS of transmission error over speed."""
     factors, forces = figure.subplots(2, sharex=True)
     speed, errors, finding = data["speed"].values, forces.twinx(), []
     for sweep in data["sweep"].values if "sweep" in data.dims else [None]:
@@ -235,9 +240,9 @@ def _scatter(figure: Any, data: xr.Dataset) -> str:
         values = data["mesh_force_percentile"].sel(percentile=percentile)
         axes.plot(data["speed"], values, color=f"C{k}", label=f"{percentile:g} %")
     axes.set(xlabel=speed_label(data), ylabel="RMS of the mesh force [N]")
-    legend(figure, axes.get_lines(), title="of the samples below")
+    legend(figure, axes.get_lines(), title="share of the samples with a lower RMS")
     largest, speed = peak(data["mesh_force_percentile"].sel(percentile=95.0).values, data["speed"].values)
-    return f"at every speed 95 % of the samples are below {largest:.3g} N, highest at {speed:.4g} 1/min"
+    return f"95th percentile of the RMS up to {largest:.3g} N, at {speed:.4g} 1/min"
 
 
 def _campbell(figure: Any, data: xr.Dataset) -> str:
@@ -265,7 +270,7 @@ def _campbell(figure: Any, data: xr.Dataset) -> str:
     names, free = [_mode_name(data, int(mode)) for mode in coupled], 0.0
     for name, count in Counter(names).items():
         position = max(natural[names.index(name)], free)  # a name that would overlap the one below moves up
-        free = position + LINE * top
+        free = position + MODE_HEIGHT * top
         text = name if count == 1 else f"{count} × {name}"
         label = axes.annotate(text, (speed.min(), position), fontsize="x-small", color="C3", va="bottom")
         label.set_bbox({"facecolor": "white", "edgecolor": "none", "pad": 0})
@@ -274,7 +279,7 @@ def _campbell(figure: Any, data: xr.Dataset) -> str:
         position = int(np.flatnonzero(n * frequency <= top)[-1]) if n * frequency.min() <= top else None
         # skip a name that would overlap the one before
         if position is not None and speed[position] < free:
-            free = speed[position] - ROOM * np.ptp(speed) if n * frequency.max() > top else np.inf
+            free = speed[position] - ORDER_WIDTH * np.ptp(speed) if n * frequency.max() > top else np.inf
             end = speed[position], n * frequency[position]
             axes.annotate(f"order {n:.4g}", end, fontsize="x-small", ha="right", va="bottom")
     axes.set(xlabel=speed_label(data), ylabel="frequency [Hz]", ylim=(0, top))

@@ -85,7 +85,7 @@ class ForceCurve:
     backlash
         Play along the line of action [mm].
     back_phase
-        Step of the phase, as a real number (phase,), at which drive flanks stand as the back flanks do at this phase.
+        Index of the phase 2τ_0 − τ of (D9), not a whole number, at which drive flanks mirror the back flanks (phase,).
     """
 
     tilt_and_bending: TiltAndBending
@@ -116,34 +116,35 @@ class ForceCurve:
         return low + (position - interval) * (high - low)
 
 
-def force_curve(cycle: LoadedMesh, steps: int) -> ForceCurve:
+def force_curve(mesh: LoadedMesh, steps: int) -> ForceCurve:
     """Compute the curve of a mesh: solve its contact on the shafts at several loads, then subtract the shafts' part.
 
     Back flanks are assumed to mirror the drive flanks.
     """
     from scipy.interpolate import PchipInterpolator
 
-    scene, pair = cycle.scene, cycle.scene.pair
-    phase, deflection = np.arange(steps) / steps, scene.F_bt / float(cycle.mean_stiffness[0, 0])
-    flanks, C = cycle.at(phase), cycle.compliance
+    scene, pair = mesh.scene, mesh.scene.pair
+    phase, deflection = np.arange(steps) / steps, scene.F_bt / float(mesh.mean_stiffness[0, 0])
+    flanks, C = mesh.at(phase), mesh.compliance
     tilt_and_bending = TiltAndBending.of(flanks)
-    # S includes the shafts, which tilt as the force grows
+    # S includes the shafts, which tilt as the force grows: the inverse of (W14), with K of the flanks
     S = np.linalg.solve(np.eye(len(C)) + flanks.stiffness @ C, flanks.stiffness)
     lines = scene_lines(scene, phase)
     cos_b = math.cos(pair.meshing.beta_b)
-    gap = np.where(lines.active[..., None], total_gap(cycle.effects, lines), np.inf)
+    gap = np.where(lines.active[..., None], total_gap(mesh.effects, lines), np.inf)
     first_contact = gap.min(axis=(1, 2)) / cos_b
     # the approach at first contact contains the quasi-static tilt and bending
     forces, approaches = [0.0], [first_contact - (tilt_and_bending.coupling * tilt_and_bending.motion).sum(axis=1)]
     for level in LEVELS:
         loaded = replace(scene, load=replace(scene.load, torque=level * scene.load.torque))
-        approach = solve(assemble(loaded, lines, cycle.effects)).approach / cos_b
+        approach = solve(assemble(loaded, lines, mesh.effects)).approach / cos_b
         resultants = _loaded(tilt_and_bending.force, S[:, 0, 1:] / S[:, :1, 0], level, scene.F_bt)
         force = np.column_stack([np.full(steps, loaded.F_bt), resultants])
-        coupled_approach = (-force @ C[:, 1:] - tilt_and_bending.motion) * tilt_and_bending.coupling
-        approaches.append(approach - force @ C[0] + coupled_approach.sum(axis=1))
+        # x = x_0 + κ_j (x_j − x_s,j), with the motions x_0 = δ − C_0·f and x_j = −C_j·f of the flanks off the shafts
+        by_tilt_and_bending = (-force @ C[:, 1:] - tilt_and_bending.motion) * tilt_and_bending.coupling
+        approaches.append(approach - force @ C[0] + by_tilt_and_bending.sum(axis=1))
         forces.append(loaded.F_bt)
-    # The smallest gap of the segments may exceed the approach at the smallest load, since the gap varies within a cell.
+    # the smallest gap of the segments may exceed the approach at the smallest load: the gap varies within a segment
     approaches[0] = np.minimum(approaches[0], approaches[1] - 0.1 * LEVELS[0] * deflection)
     # ascending even where rounding makes two approaches equal
     x = np.maximum.accumulate(np.array(approaches).T, axis=1) + np.arange(len(approaches)) * 1e-12

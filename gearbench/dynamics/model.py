@@ -25,13 +25,13 @@ from gearbench.system.static import StaticState
 
 #: Relative motions of gears on shafts: approach, tilt, bending. Bearing forces are off by 5 % with two, 2 % with three.
 ROWS = 3
-#: Largest n + m of the combinations n f_1 ± m f_2 of mesh frequencies that are solved together; further ones change
-#: forces by less than 0.5 %.
+#: Largest n + m of the combinations n f_1 ± m f_2 of the mesh frequencies of one group (stepped planets); further ones
+#: change forces by less than 0.5 %. ``steady`` selects the combinations of two groups.
 COMBINED = 4
 #: A remark names the orders of the transmission error whose noise floor exceeds this share of them.
 UNCERTAIN = 0.1
-#: Name of the output whose noise floor is meant.
-ERROR = "transmission_error"
+#: Output whose noise floor the remark uses.
+TRANSMISSION_ERROR = "transmission_error"
 
 #: Variables of a Dataset: dimensions and values.
 Variables = dict[str, tuple[tuple[str, ...], Any]]
@@ -46,11 +46,12 @@ class Group:
     meshes
         Indices of the meshes.
     rate
-        Frequency of order 1 over the pinion's frequency of rotation.
+        Frequency of order 1, relative to the pinion's frequency of rotation.
     phase
         Phase of each mesh when the scene's own pair is at phase zero (mesh,) [mesh periods].
     periods
-        Mesh frequency of each mesh over the frequency of order 1, (mesh,); 1 unless mesh frequencies differ.
+        Number of mesh periods of each mesh in a period of order 1, (mesh,); the default (1,) is for any number of
+        meshes of one frequency.
     """
 
     meshes: NDArray
@@ -60,16 +61,16 @@ class Group:
 
     def orders(self, harmonics: int) -> NDArray:
         """Orders kept, in ascending order: 0, the first ``harmonics`` of each mesh frequency, and combinations."""
-        rates = sorted(set(self.periods))
-        multiples = np.multiply.outer(rates, np.arange(harmonics + 1)).ravel()
+        mesh_frequencies = sorted(set(self.periods))
+        of_meshes = np.multiply.outer(mesh_frequencies, np.arange(harmonics + 1)).ravel()
         combined = [
             abs(n * a + sign * m * b)
-            for a, b in combinations(rates, 2)
+            for a, b in combinations(mesh_frequencies, 2)
             for n in range(1, COMBINED)
             for m in range(1, COMBINED + 1 - n)
             for sign in (-1, 1)
         ]
-        return np.unique([*multiples, *(order for order in combined if order <= multiples.max())])
+        return np.unique([*of_meshes, *(order for order in combined if order <= of_meshes.max())])
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -208,7 +209,7 @@ class LinearModel(ABC):
 
     @cached_property
     def rates(self) -> NDArray:
-        """Frequency of harmonic 1 of each mesh over the frequency of rotation of the pinion (mesh,)."""
+        """Frequency of harmonic 1 of each mesh, relative to the pinion's frequency of rotation (mesh,)."""
         rates = np.empty(len(self.names))
         for group in self.groups:
             rates[group.meshes] = group.rate * group.periods[0]
@@ -227,7 +228,7 @@ class LinearModel(ABC):
         return 2 * np.pi / 60 * group.rate * speed
 
     def receptances(self, group: Group, speed: NDArray, harmonics: int) -> NDArray:
-        """ĥ_c (speed, order, row, row) [mm/N] of a group at its orders."""
+        """Receptances ĥ (D4) of the meshes of a group at its orders (speed, order, row, row) [mm/N]."""
         orders = group.orders(harmonics)
         return receptances(self.modes, self.rows_of(group.meshes), self.omega(group, speed), orders)
 
@@ -250,8 +251,9 @@ class Model(LinearModel):
 
     def __post_init__(self) -> None:
         if self.scene.coupled:
-            allowed = "have no response over a revolution"
-            raise InputError("meshes", f"{len(self.scene.meshes)} in one contact problem", allowed)
+            # the other responses have a TrainModel for such scenes
+            unsupported = "have no response over a revolution, and no mesh_force in a study"
+            raise InputError("meshes", f"{len(self.scene.meshes)} in one contact problem", unsupported)
         if self.scene.one_load.system is None:
             raise InputError("system", "missing", "the response needs [system]: shafts, or inertias of the two wheels")
 
@@ -280,10 +282,11 @@ class Model(LinearModel):
 
     @cached_property
     def static_states(self) -> tuple[StaticState, ...]:
-        """Static equilibrium of each shaft; for the shafts of the scene's own pair, that with its contact."""
+        """Static equilibrium of each shaft; shafts of the scene's own pair take the one found with its contact."""
         states = dict(enumerate(static_equilibrium(self.scene.gearbox)))
         assert self.loaded_meshes[0].on_shafts is not None
         for gear in self.loaded_meshes[0].on_shafts.gears:
+            # shafts that share a structure, such as coupled ones, share its state
             states |= dict.fromkeys(gear.settled.structure.shafts, gear.settled)
         return tuple(states.values())
 
@@ -371,9 +374,9 @@ class Model(LinearModel):
         lines, largest = [], self.friction(1)[:, 0]
         for name, force, mean in zip(self.names, largest, self.force, strict=True):
             size = f"{force:.3g} N at the mesh frequency, {100 * force / mean:.2g} % of the mean force"
-            lines.append(f"mesh {name}: friction (coefficient {FRICTION}) acts across the line of action with {size}; it is left out")  # fmt: skip  # noqa: E501
+            lines.append(f"mesh {name}: friction force (μ = {FRICTION}) across the line of action, left out: {size}")  # fmt: skip  # noqa: E501
         for name, mesh in zip(self.names, self.loaded_meshes, strict=True):
-            names = f"{ERROR}_amplitude", f"{ERROR}_amplitude_noise_floor"
+            names = f"{TRANSMISSION_ERROR}_amplitude", f"{TRANSMISSION_ERROR}_amplitude_noise_floor"
             size, floor = (output(mesh.solved, quantity)[1][:harmonics] for quantity in names)
             if (uncertain := floor > UNCERTAIN * size).any():
                 orders = ", ".join(str(n + 1) for n in np.flatnonzero(uncertain))

@@ -12,9 +12,9 @@ from gearbench.dynamics.size import in_blocks
 from gearbench.errors import InputError
 from gearbench.system.mechanics import Mechanics
 
-#: Shift σ of the eigenvalue problem over k̄/m of the stiffest mesh.
+#: Shift σ of the eigenvalue problem, relative to k̄/m of the stiffest mesh.
 _SHIFT = 1e-3
-#: ω²/σ below which a mode counts as rigid-body motion.
+#: Ratio ω²/σ below which a mode counts as rigid-body motion.
 _RIGID = 1e-6
 
 
@@ -34,7 +34,7 @@ class Modes:
         ``mesh``: a_m · φ_r, the negative relative motion of each mesh row per mode (row, mode). ``rotation``: the part
         of it in the approaches that is due to the rotation of the gears, the negative transmission error (mesh, mode).
     bearing
-        Force on the bearings per mode (bearing, 3, mode).
+        Force on the bearings per mode (``Model``), or motion of the bodies (``TrainModel``), (bearing, 3, mode).
     ripples
         Modal force of the torque ripples (ripple, mode).
     dampers
@@ -91,7 +91,7 @@ class Modes:
         )
 
     def mesh_receptance(self, omega: NDArray, rows: NDArray) -> NDArray:
-        """ĥ_c: negative motion of each of the mesh ``rows`` per force on each of them, (…, row, row) [mm/N]."""
+        """ĥ (D4): negative motion of each of the mesh ``rows`` per force on each of them, (…, row, row) [mm/N]."""
         return self._between(self.mesh[rows], self.mesh[rows], omega)
 
     def response_to_mesh_forces(
@@ -106,7 +106,7 @@ class Modes:
         return self.response_to_forces(omega, force, self.mesh[rows])
 
     def response_to_forces(self, omega: NDArray, force: NDArray, rows: NDArray) -> tuple[NDArray, NDArray, NDArray]:
-        """Response as in ``response_to_mesh_forces``, to forces on coordinates with the modal ``rows`` (row, mode)."""
+        """Response as in ``response_to_mesh_forces``, to forces whose modal components are ``rows`` (row, mode)."""
         outputs = np.concatenate([-self.rotation, -self.mesh, self.bearing.reshape(-1, len(self.frequency))]).T
         w, forces = omega.ravel(), force.reshape(-1, len(rows))
         response = np.empty((len(w), outputs.shape[1]), dtype=complex)
@@ -144,14 +144,14 @@ def _summed(left: NDArray, g: tuple[NDArray, NDArray], right: NDArray) -> NDArra
 def modes(
     mechanics: Mechanics, stiffness: NDArray, damping_ratio: float, by_mode: Sequence[tuple[float, float]] = ()
 ) -> Modes:
-    """Solve the eigenvalue problem of M and K + aᵀ K̄ a.
+    """Solve the eigenvalue problem of M and K + aᵀ K̄ a, undamped.
 
     Parameters
     ----------
     mechanics
         The system without mesh stiffness.
     stiffness
-        K̄ of the meshes (row, row) [N/mm].
+        Mean stiffness K̄ of the meshes (row, row) [N/mm].
     damping_ratio
         ζ of every mode.
     by_mode

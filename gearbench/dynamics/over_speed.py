@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.contact.batch import BatchSolution
-from gearbench.dynamics.analysis import GROWTH, growth, spans
+from gearbench.dynamics.analysis import GROWTH_TOLERANCE, growth, spans
 from gearbench.dynamics.balance import Excitation
 from gearbench.dynamics.model import Group, Model
 from gearbench.dynamics.scatter import BLOCK, OWN_FREQUENCY, excitation, force_rms
@@ -59,7 +59,7 @@ class ForceOverSpeed:
             raise InputError(key, "given", "is not supported for forces over speed: the centre distance stays fixed")
         if len(group.meshes) > 1:
             raise InputError("system.meshes", "of the same mesh frequency", OWN_FREQUENCY)
-        if (grows := growth(model, group, self.speeds, self.harmonics) > 1 + GROWTH).any():
+        if (grows := growth(model, group, self.speeds, self.harmonics) > 1 + GROWTH_TOLERANCE).any():
             raise GearbenchError(f"no steady response at {spans(self.speeds, grows)} 1/min: parametric instability")
         return group
 

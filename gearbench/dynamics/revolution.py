@@ -149,7 +149,7 @@ def side_bands(revolution: Revolution, h: NDArray, mean: NDArray) -> tuple[NDArr
     revolution
         Excitation.
     h
-        Receptance ĥ_c of the system with its mean stiffness at the orders 0, 1/P … H (order, row, row) [mm/N].
+        Receptance ĥ of the system with its mean stiffness at the orders 0, 1/P … H (order, row, row) [mm/N].
     mean
         Mean stiffness K̄ (row, row) [N/mm].
     """

@@ -52,7 +52,7 @@ class SampleBalance:
         samples
             Excitation by the samples.
         h
-            ĥ_c (speed, H + 1, row, row) [mm/N].
+            ĥ (speed, H + 1, row, row) [mm/N].
         stiffness
             K̄ (row, row) [N/mm].
         approach

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from gearbench.budget import require_each, sample_memory, speed_memory
 from gearbench.contact.batch import BatchSolution, chunks, on_threads, solve_one_chunk
-from gearbench.dynamics.analysis import GROWTH, HARMONICS, check_harmonics, check_speeds, growth, spans
+from gearbench.dynamics.analysis import GROWTH_TOLERANCE, HARMONICS, check_harmonics, check_speeds, growth, spans
 from gearbench.dynamics.balance import Excitation, receptances
 from gearbench.dynamics.loaded_mesh import LoadedMesh, order_rows
 from gearbench.dynamics.model import Group, LinearModel, Model
@@ -206,7 +206,7 @@ def remarks(model: LinearModel, group: Group, harmonics: int, speeds: NDArray, l
     lines = [f"percentiles averaged over speed are accurate to {2 if on_shafts else 1} %, without relief to 2 %"]
     if len(group.meshes) > 1:
         lines.append("at each speed the RMS is that of the mesh where it is largest")
-    if (grows := growth(model, group, speeds, harmonics) > 1 + GROWTH).any():
+    if (grows := growth(model, group, speeds, harmonics) > 1 + GROWTH_TOLERANCE).any():
         lines.append(f"parametric instability without scatter at {spans(speeds, grows)} 1/min: no steady response")
     separated = largest > model.force[group.meshes].min()
     if separated.any():

@@ -21,7 +21,7 @@ PEAK = 0.02
 def is_proven_stable(modes: Modes, rows: NDArray, stiffness: NDArray) -> bool:
     """Whether the small-gain theorem proves that no motion grows, at any speed (D7).
 
-    The loop of K(t) − K̄ and the receptance ĥ_c (D4) of the system with the mean stiffness K̄ is stable if the product
+    The loop of K(t) − K̄ and the receptance ĥ (D4) of the system with the mean stiffness K̄ is stable if the product
     of their largest gains is below 1, however the stiffness varies within its range. Gains are in units in which every
     row has the mean stiffness 1.
 

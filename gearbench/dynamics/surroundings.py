@@ -62,7 +62,7 @@ def mode_variables(model: Model, which: NDArray) -> Variables:
     shapes, start = [], 0
     for number, shaft in enumerate(box.models):
         shape_of_shaft = modes.shape[start : start + shaft.size, which].reshape(len(shaft.nodes), 6, len(which))
-        first_gear = next((gear for gear, (seat, _) in box.seats.items() if seat == number), None)
+        first_gear = next((gear for gear, (shaft_number, _) in box.seats.items() if shaft_number == number), None)
         arc = 1.0 if first_gear is None else abs(box.pairs[first_gear[0]].gears[first_gear[1]].base_radius)
         shapes.append(shape_of_shaft[:, [0, 1, 2, 5]] * np.array([1.0, 1.0, 1.0, arc])[:, None])
         start += shaft.size
@@ -88,6 +88,7 @@ def ripple_variables(model: Model, speeds: NDArray) -> Variables:
     if not ripples:
         return {}
     omega = 2 * np.pi / 60 * np.outer(speeds, list(ripples.values()))
+    # one column per ripple: its amplitude is contained in ``modes.ripples``
     unit_forces = np.broadcast_to(np.eye(len(ripples)), (len(speeds), *[len(ripples)] * 2))
     te, motion, bearing = modes.response_to_forces(omega, unit_forces, modes.ripples)
     force = (motion @ model.stiffness.T)[..., :: model.rows_per_mesh]

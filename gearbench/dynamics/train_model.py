@@ -30,14 +30,14 @@ from gearbench.system.mechanics import Mechanics, steel_disc, steel_gear
 from gearbench.system.shaft_model import INERTIA, METRE
 from gearbench.trains.solve import SolvedTrain, solve_train
 
-#: Central members count as still below this share of a mode's kinetic energy.
-STILL = 1e-3
-#: Rotation of the central members, or motion across the axis, counts as absent below this share of their kinetic
-#: energy. The share never vanishes entirely, because unequally loaded planets differ a little.
-LITTLE = 0.02
+#: A mode is of kind ``PLANET`` if the central members have less than this share of its kinetic energy.
+CENTRAL_SHARE = 1e-3
+#: A mode is of kind ``MIXED`` if both rotation and motion across the axis have more than this share of the kinetic
+#: energy of the central members. Neither share is ever exactly 0, because unequally loaded planets differ a little.
+MIXED_SHARE = 0.02
 #: Kinds of modes: central members only turn; central members move across the axis; only planets move; others.
 ROTATIONAL, TRANSLATIONAL, PLANET, MIXED = "rotational", "translational", "planet", "mixed"
-#: Maximum number of lobes of force waves round the ring, over the number of planets.
+#: Maximum number of lobes of force waves round the ring, per planet.
 LOBES_PER_PLANET = 2
 #: A note gives the speed from which gyroscopic effects shift a natural frequency by this share.
 GYROSCOPIC = 0.02
@@ -90,7 +90,11 @@ def rigid_bodies(tables: TrainTables, linkage: Linkage) -> dict[str, RigidBody]:
 
 
 def train_mechanics(linkage: Linkage, bodies: Mapping[str, RigidBody]) -> Mechanics:
-    """Matrices of the free motions. The "bearings" are the bodies; their rows are the motions x, y and rotation."""
+    """Matrices of the free motions.
+
+    The bodies take the place of bearings, here and in the dimension ``bearing`` of Datasets, with the rows x, y and
+    rotation of each.
+    """
     names, elastic = linkage.bodies, linkage.additional_motions
     turning = [name for name in names if bodies[name].torsion < math.inf]
     motions = np.zeros((len(turning) + len(elastic), len(names), len(AXES)))
@@ -127,8 +131,8 @@ def kinds(shape: NDArray, bodies: Mapping[str, RigidBody], carried: tuple[str, .
     x, y, turning = np.einsum("ba,bar->ar", inertia[central], shape[central] ** 2)
     across = x + y
     names = np.where(turning > across, ROTATIONAL, TRANSLATIONAL)
-    names = np.where(np.minimum(across, turning) > LITTLE * (across + turning), MIXED, names)
-    return tuple(np.where(across + turning < STILL, PLANET, names).tolist())
+    names = np.where(np.minimum(across, turning) > MIXED_SHARE * (across + turning), MIXED, names)
+    return tuple(np.where(across + turning < CENTRAL_SHARE, PLANET, names).tolist())
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -184,12 +188,11 @@ class TrainModel(LinearModel):
     @cached_property
     def _tangent(self) -> NDArray:
         """K = (1/k + C)⁻¹ (position, mesh, mesh) [N/mm] with mesh stiffnesses k and the compliance C of the bodies."""
-        balance = self.solved.balance
-        return balance.statics.tangent(balance.stiffness)
+        return self.solved.coupling.tangent(self.solved.balance.stiffness)
 
     @cached_property
     def groups(self) -> tuple[Group, ...]:
-        """One group of all meshes: its order 1 has the cycle after which all meshes have their phases again.
+        """One group of all meshes: a period of its order 1 is the cycle after which all phases repeat.
 
         Its phases are all 0: the joint contact solution already contains the mesh phasing.
         """
@@ -269,8 +272,8 @@ class TrainModel(LinearModel):
         """Transmission error of the train, load shares, torques on the supports, force waves round the ring."""
         error = np.einsum("b,sbn->sn", self._transmission_error_rows, vibration.at_bearings[:, :, 2])
         points = waves.points(vibration.index.max())
-        # largest force of each mesh over its force under even load sharing
-        share = (vibration.mean + waves.highest(vibration.force, vibration.index, points)) / self.solved.even
+        largest_force = vibration.mean + waves.highest(vibration.force, vibration.index, points)
+        share = largest_force / self.solved.even  # relative to the force under equal sharing
         variables: Variables = {
             "train_dynamic_transmission_error_amplitude": (("speed", "harmonic"), 2e3 * np.abs(error)),
             "train_dynamic_transmission_error_phase": (("speed", "harmonic"), np.angle(error)),
@@ -287,6 +290,7 @@ class TrainModel(LinearModel):
         linkage = self.linkage
         enters, leaves = linkage.ends
         ratio = 1 / linkage.rates[leaves]
+        # θ_in − ratio θ_out, with the rotations relative to the carrier
         turn = {enters: 1.0, leaves: -ratio} | ({} if linkage.carrier is None else {linkage.carrier: ratio - 1.0})
         radius = linkage.train.meshes[0].pair.gears[0].base_radius
         return linkage.sense * radius * np.array([turn.get(name, 0.0) for name in linkage.bodies])
@@ -365,9 +369,9 @@ class TrainModel(LinearModel):
         if across and rotation:
             low, top = min(across), rotation * float(speeds.max())
             lines.append(
-                f"gyroscopic effects of the turning carrier are left out: they move the mode at {low:.4g} Hz by up to "
-                f"{100 * top / low:.2g} % at {speeds.max():.5g} 1/min, and by {100 * GYROSCOPIC:g} % from "
-                f"{GYROSCOPIC * low / rotation:.3g} 1/min on"
+                f"gyroscopic effects of the turning carrier are left out: they shift the mode at {low:.4g} Hz by up to "
+                f"{100 * GYROSCOPIC:g} % at {GYROSCOPIC * low / rotation:.3g} 1/min, "
+                f"{100 * top / low:.2g} % at {speeds.max():.5g} 1/min"
             )
         return lines
 
@@ -383,5 +387,7 @@ def train_model(scene: Scene, phases: Phases | None = None) -> TrainModel:
     solved = solve_train(scene, phases=phases)
     idle = [name for name, force in zip(solved.meshes, solved.balance.force.T, strict=True) if not force.any()]
     if idle:
-        raise InputError("load.torque", scene.load.torque, f"leaves {', '.join(idle)} without contact at all positions")
+        raise InputError(
+            "load.torque", scene.load.torque, f"leaves {', '.join(idle)} without contact at every position"
+        )
     return TrainModel(scene=scene, solved=solved)

@@ -1,7 +1,8 @@
 """Loss of contact in planetary sets and parallel paths: harmonic balance with forces that follow the motion.
 
 The linear balance (D5) takes the contact at the quasi-static motion. Here it is repeated with force and stiffness of
-the meshes at the motion that it has found: Newton's method for the orders of the motion.
+the meshes at the motion found before: Newton's method for the orders of the motion. D- and M-numbers are equations of
+docs/theory.md.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from gearbench.budget import require_each, speed_memory
 from gearbench.contact.phases import uniform_phases
 from gearbench.dynamics import waves
 from gearbench.dynamics.analysis import (
-    GROWTH,
+    GROWTH_TOLERANCE,
     modal_variables,
     response_dataset,
     spans,
@@ -39,17 +40,19 @@ from gearbench.trains.solve import check_train
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Number of phases per order, at least, and in total at least.
+#: Minimum number of phases: per order, and in total.
 PER_ORDER, LEAST = 8, 128
-#: Directions in which the speed changes; their RMS forces differ if by more than this share of the mean force.
-SWEEPS, APART = ("up", "down"), 0.01
-#: Change of the motion over its largest order at which it is in balance, and maximum number of steps.
+#: Directions of the speed: rising and falling.
+SWEEPS = "up", "down"
+#: A note is written if their RMS forces differ by more than this share of the mean force.
+APART = 0.01
+#: Change of the motion, relative to its largest order, at which it is in balance, and maximum number of steps.
 SETTLED, STEPS = 1e-9, 40
 #: Maximum number of times that a step in speed is halved.
 HALVINGS = 4
-#: Largest force of a mesh, relative to equal sharing, up to which its contact is solved; it is linear above.
+#: Largest force of a mesh, relative to equal sharing, up to which its contact is solved; its curve is linear above.
 MOST = 6.0
-#: Maximum number of steps for the local approach of meshes on a common body.
+#: Maximum number of steps to the approach without the bodies that meshes share.
 LOCAL_STEPS = 40
 
 
@@ -72,40 +75,42 @@ class NonlinearTrain:
     harmonics: int
 
     @cached_property
-    def at_rest(self) -> Excitation:
+    def quasi_static(self) -> Excitation:
         """Excitation at the quasi-static motion, with its constant loads."""
         return self.model.excitation(self.model.groups[0], self.harmonics)
 
     def contact(self, x: NDArray) -> tuple[NDArray, NDArray]:
-        """Force and ∂F/∂δ (position, mesh) of the meshes at the approaches x (position, mesh) [mm].
+        """Force of the meshes and ∂F/∂δ of each alone (position, mesh), at the approaches x (position, mesh) [mm].
 
-        Bodies add C F to the approach that each mesh has by itself.
+        Where bodies couple the meshes (M4), x = d + (C + D) F, and d is the approach at which the ``curves`` are read.
+        Each curve lacks the compliance D of its mesh (ρ/k in theory), so that C + D has no negative eigenvalue.
         """
         statics = self.model.solved.statics(np.zeros(x.shape[1]))
         x = x + statics.offset
         if statics.between is None:
-            F, k = self._own(x)
+            F, k = self._on_curves(x)
             return F, np.where(F > 0, k, 0.0)
-        # the curves are without D, and C + D has no negative eigenvalue
         D = np.broadcast_to(statics.shifted, x.shape)
         C = statics.between + D[..., None] * np.eye(x.shape[1])
-        own, tolerance = x - (C @ self.model.solved.balance.force[..., None])[..., 0], 1e-12 * np.abs(x).max()
+        d, tolerance = x - (C @ self.model.solved.balance.force[..., None])[..., 0], 1e-12 * np.abs(x).max()
+        F, k = self._on_curves(d)
         for _ in range(LOCAL_STEPS):
-            F, k = self._own(own)
-            rest = x - own - (C @ F[..., None])[..., 0]
+            rest = x - d - (C @ F[..., None])[..., 0]
             if np.abs(rest).max() <= tolerance:
                 break
-            own = own + np.linalg.solve(np.eye(x.shape[1]) + C * k[:, None], rest[..., None])[..., 0]
+            d = d + np.linalg.solve(np.eye(x.shape[1]) + C * k[:, None], rest[..., None])[..., 0]
+            F, k = self._on_curves(d)
         return F, np.where(F > 0, k / (1 + D * k), 0.0)
 
-    def _own(self, approach: NDArray) -> tuple[NDArray, NDArray]:
+    def _on_curves(self, approach: NDArray) -> tuple[NDArray, NDArray]:
+        """Force [N] and slope [N/mm] of the curves at the approach [mm], all (position, mesh)."""
         F, k = self.curves(approach[None])
         return F[0], k[0]
 
     def excitation(self, motion: NDArray) -> tuple[Excitation, NDArray]:
         """Excitation at the orders ``motion`` (mesh, order), and the mesh forces there (position, mesh)."""
         model, phases = self.model, self.model.solved.phases
-        wave = np.exp(2j * np.pi * np.outer(phases.phase / phases.length, self.at_rest.orders))
+        wave = np.exp(2j * np.pi * np.outer(phases.phase / phases.length, self.quasi_static.orders))
         wave[:, 1:] *= 2.0
         x = np.real(wave @ motion.T)
         F, k = self.contact(x)
@@ -119,7 +124,8 @@ class NonlinearTrain:
         mean, before = self.model.stiffness, math.inf
         for _ in range(STEPS):
             excitation, F = self.excitation(motion)
-            step = solve(excitation, h, mean, self.at_rest)[0][0] - motion
+            (balanced,), _ = solve(excitation, h, mean, self.quasi_static)
+            step = balanced - motion
             change = float(np.abs(step).max() / np.abs(motion).max())
             if change <= SETTLED:
                 return motion, excitation, F
@@ -151,13 +157,14 @@ class NonlinearTrain:
     def over(self, speeds: NDArray, sequence: NDArray) -> Variables:
         """Variables over ``speeds``, in the ``sequence`` of their indices.
 
-        Each starts from the motion before; if none, or an unstable one, is found, from the quasi-static motion.
+        Each starts from the motion at the previous speed; if this leads to none or to an unstable one, from the
+        quasi-static motion. Unstable motions become NaN in ``speed_variables``.
         """
-        model, (group,), motion = self.model, self.model.groups, self.at_rest.motion
-        kept, count = self.at_rest.orders, len(self.model.names)
+        model, (group,), motion = self.model, self.model.groups, self.quasi_static.motion
+        kept, count = self.quasi_static.orders, len(self.model.names)
         equivalent = np.zeros((len(speeds), count, len(kept)), dtype=complex)
         touching = np.zeros((len(speeds), count), dtype=bool)
-        stability, static, mean = np.full((len(speeds), count), np.nan), self.at_rest, model.stiffness
+        stability, static, mean = np.full((len(speeds), count), np.nan), self.quasi_static, model.stiffness
         begin = float(speeds[sequence[0]])
         for s in sequence:
             speed, chosen = float(speeds[s]), None
@@ -165,7 +172,7 @@ class NonlinearTrain:
                 if (found := self.reach(speed, start)) is None:
                     continue
                 chosen, stability[s] = found, self.growth(found[1], speed)
-                if stability[s, 0] <= 1 + GROWTH:
+                if stability[s, 0] <= 1 + GROWTH_TOLERANCE:
                     break
             begin = speed
             if chosen is None:
@@ -173,6 +180,7 @@ class NonlinearTrain:
                 continue
             motion, excitation, F = chosen
             equivalent[s] = excitation.force - mean @ motion
+            # without the constant part that is in equilibrium with the load
             equivalent[s, :, 0] -= static.force[:, 0] - mean @ static.motion[:, 0]
             touching[s] = (F > 0).all(axis=0)
         steady = Steady(
@@ -220,16 +228,16 @@ def _remarks(model: TrainModel, speeds: NDArray, variables: Variables) -> list[s
     lines = ["back flanks: their contact is left out; subharmonic motions are not searched"]
     names = "contact_kept", "floquet_multiplier", "mesh_force_rms"
     kept, growth, rms = (variables[name][1] for name in names)
-    for sweep, is_kept, grows, force in zip(SWEEPS, kept, growth, rms, strict=True):
-        missing, unstable = np.isnan(force).all(axis=1), (grows > 1 + GROWTH).any(axis=1)
+    for sweep, is_kept, grows, force in zip(("rising", "falling"), kept, growth, rms, strict=True):
+        missing, unstable = np.isnan(force).all(axis=1), (grows > 1 + GROWTH_TOLERANCE).any(axis=1)
         for where, text in (
             (unstable, "the motion that repeats with the mesh cycle is unstable"),
             (missing & ~unstable, "no motion that repeats with the mesh cycle was found"),
         ):
-            lines += [f"speed {sweep}: {text} at {spans(speeds, where)} 1/min"] if where.any() else []
+            lines += [f"{sweep} speed: {text} at {spans(speeds, where)} 1/min"] if where.any() else []
         for name, parted in zip(model.names, (~is_kept & ~missing[:, None]).T, strict=True):
             lines += (
-                [f"speed {sweep}: flanks of {name} separate at {spans(speeds, parted)} 1/min"] if parted.any() else []
+                [f"{sweep} speed: flanks of {name} separate at {spans(speeds, parted)} 1/min"] if parted.any() else []
             )
     if (differ := (np.abs(rms[0] - rms[1]) > APART * model.force).any(axis=1)).any():
         lines.append(f"rising and falling speed give different responses at {spans(speeds, differ)} 1/min")

@@ -38,11 +38,11 @@ def phase(orders: NDArray) -> NDArray:
     return np.angle(orders[..., 1:])
 
 
-def highest(orders: NDArray, index: NDArray, points: int) -> NDArray:
-    """Largest value (…,) of Σ ŷ_s e^{i s·φ} over all phases φ of frequencies without a common period.
+def highest(orders: NDArray, index: NDArray, point_count: int) -> NDArray:
+    """Largest value (…,) of Σ ŷ_s e^{i s·φ} over all phases φ of one frequency, or of several without a common period.
 
-    The phase of each frequency first maximises the orders of this frequency alone. A second pass over the phases then
-    includes the combinations; one pass is enough because combinations are small.
+    The phase of each frequency first maximises the orders of this frequency alone. With several frequencies a second
+    pass over the phases includes the combinations, which are small: a third pass would change little.
 
     Parameters
     ----------
@@ -50,21 +50,21 @@ def highest(orders: NDArray, index: NDArray, points: int) -> NDArray:
         ŷ_s (…, order) without the mean; only one of s and −s is given.
     index
         s as multiples of the frequencies (order, frequency).
-    points
+    point_count
         Number of points of a period.
     """
     *shape, frequencies = *orders.shape[:-1], index.shape[1]
     phase = np.zeros((*shape, frequencies))
     alone = np.count_nonzero(index, axis=1) == 1
-    for first in (True, False) if frequencies > 1 else (True,):
+    for first_pass in (True, False) if frequencies > 1 else (True,):
         for frequency in range(frequencies):
-            orders_of_frequency = np.flatnonzero((index[:, frequency] != 0) & (alone | (not first)))
+            orders_of_frequency = np.flatnonzero((index[:, frequency] != 0) & (alone | (not first_pass)))
             n, others = index[orders_of_frequency, frequency], np.delete(index[orders_of_frequency], frequency, axis=1)
             rotated = orders[..., orders_of_frequency] * np.exp(1j * np.delete(phase, frequency, axis=-1) @ others.T)
             rotated = np.where(n > 0, rotated, np.conj(rotated))
             amplitudes = np.zeros((*shape, np.abs(n).max(initial=0) + 1), dtype=complex)
             for k, order in enumerate(np.abs(n)):
                 amplitudes[..., order] += rotated[..., k]
-            step = curve(amplitudes, points).argmax(axis=-1)
-            phase[..., frequency] = 2 * np.pi * step / points
+            step = curve(amplitudes, point_count).argmax(axis=-1)
+            phase[..., frequency] = 2 * np.pi * step / point_count
     return 2 * np.real(orders * np.exp(1j * (phase @ index.T))).sum(axis=-1)

@@ -24,7 +24,7 @@ class RigidMember:
     inertia
         Inertia about the axis with everything that turns with it [kg·m²]; for the carrier without the planets.
     torsional_stiffness
-        Stiffness of the shaft between the member and what turns evenly or stands still [N·m/rad]. By default a held
+        Stiffness of the shaft between the member and the drive, load or housing [N·m/rad]. By default a held
         member cannot turn, and other members turn freely under a constant torque.
     """
 

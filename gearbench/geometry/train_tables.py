@@ -27,7 +27,7 @@ OF_PAIR = ("centre_distance", "centre_distance_upper", "centre_distance_lower", 
 
 @table(frozen=True, kw_only=True, config=STRICT)
 class TrainGear(Member):
-    """A named gear, ``[gears.NAME]``, and below it the effects of its flanks, such as ``[gears.NAME.tip_relief]``.
+    """``[gears.NAME]`` describes a gear; tables below it, as ``[gears.NAME.tip_relief]``, are effects of its flanks.
 
     ``coast`` holds the effects of the other flanks, which an idler loads in its further meshes.
 
@@ -50,7 +50,7 @@ class TrainGear(Member):
 
 @table(frozen=True, kw_only=True, config=STRICT)
 class TrainMesh:
-    """Two gears in mesh, an item of ``[[meshes]]``.
+    """Each item of ``[[meshes]]`` describes two gears in mesh.
 
     Parameters
     ----------
@@ -68,7 +68,8 @@ class TrainMesh:
     phase
         Mesh phase relative to the first mesh [mesh periods]; by default from the teeth.
     hand
-        Hand of the driver's helix in a gearbox, unless a shared gear determines it; in the first mesh ``system.hand``.
+        Hand of the driver's helix in a gearbox, unless a shared gear determines it; ``system.hand`` is that of the
+        first mesh.
     """
 
     driver: str

@@ -94,7 +94,7 @@ def test_run_up_needs_a_range_and_a_known_bearing():
         run_up(one)
     two = response(spur_scene({}), speed=[1000.0, 1100.0], harmonics=2)
     with pytest.raises(InputError, match="sound_at = left"):
-        run_up(two, at="left")
+        run_up(two, sound_at="left")
 
 
 @pytest.mark.slow

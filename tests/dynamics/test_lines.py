@@ -76,7 +76,7 @@ def test_instability_and_orders_beyond_are_noted():
     assert grows.any()
     assert np.isnan(data["mesh_force_rms"].values[grows]).all()
     few = response(spur_scene({}), speed=[100.0, 200.0], harmonics=3)
-    assert "is excited by orders above 3 only, which are not computed: raise harmonics" in few.attrs["notes"]
+    assert "only orders above 3, which are not computed, excite the mode at" in few.attrs["notes"]
 
 
 @pytest.mark.slow
