@@ -42,7 +42,8 @@ def test_energies_of_a_mode_are_shares():
     data = response(spur_scene(shafts(STIFF | {"bearings": soft})), speed=6000.0, harmonics=8)
     energy = data["mode_energy"]
     assert_allclose(energy.sum("part"), 1.0, rtol=1e-12)
-    assert float(energy.min()) > -1e-9
+    # machine precision times the squared ratio of the highest to the lowest frequency is 8e-7
+    assert float(energy.min()) > -1e-7
     lowest = energy.isel(mode=0)
     assert float(lowest.sel(part=["bearing input 1", "bearing input 2"]).sum()) > 0.98
     assert_allclose(np.abs(data["shaft_mode_shape"]).max(["station", "component"]), 1.0)
