@@ -70,8 +70,10 @@ def test_bring_measured_flanks(folder):
     assert [block.language for block in done].count("python") == 1
 
 
+# like Slurm it copies the script, which dask deletes after the submission
 SBATCH = """#!/bin/sh
-bash "$1" > "job-$$.log" 2>&1 &
+cp "$1" "job-$$.sh"
+bash "job-$$.sh" > "job-$$.log" 2>&1 &
 echo "Submitted batch job $!"
 """
 SCANCEL = """#!/bin/sh
