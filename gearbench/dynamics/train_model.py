@@ -370,8 +370,8 @@ class TrainModel(LinearModel):
             low, top = min(across), rotation * float(speeds.max())
             lines.append(
                 f"gyroscopic effects of the turning carrier are left out: they shift the mode at {low:.4g} Hz by up to "
-                f"{100 * GYROSCOPIC:g} % at {GYROSCOPIC * low / rotation:.3g} 1/min, "
-                f"{100 * top / low:.2g} % at {speeds.max():.5g} 1/min"
+                f"{100 * top / low:.2g} % at {speeds.max():.5g} 1/min; "
+                f"{100 * GYROSCOPIC:g} % is reached at {GYROSCOPIC * low / rotation:.0f} 1/min"
             )
         return lines
 
