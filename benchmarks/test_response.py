@@ -4,57 +4,32 @@ import time
 
 import numpy as np
 import pytest
-import tomli_w
 
 from benchmarks.test_loads import least
 from gearbench import read_scene, response, robust_response
 from gearbench.scene import Scene
+from gearbench.scene_file import parse_scene
+from tests.support.systems import two_stages
 
 SPEEDS = np.linspace(500.0, 8000.0, 200)
-ENDS = [{"position": p, "radial_stiffness": 300.0, "axial_stiffness": 150.0} for p in (0.0, 160.0)]
 
 
-def scenes(folder, meshes: int) -> Scene:
+def on_shafts(folder, meshes: int) -> Scene:
     """examples/shafts.toml with random errors, alone or with a second stage behind it."""
     tables = read_scene("examples/shafts.toml").to_mapping()
-    errors = {"manufacturing_errors": {"preset": "garambois2017"}}
-    if meshes == 2:
-        second = {key: value for key, value in tables.items() if key != "system"}
-        pair = second["pair"]
-        pair = pair | {"pinion": pair["pinion"] | {"teeth": 24}, "wheel": pair["wheel"] | {"teeth": 41}}
-        second |= {"pair": pair, "load": {"torque": 300.0}}
-        (folder / "second.toml").write_text(tomli_w.dumps(second))
-        shafts = [
-            {
-                "name": "in",
-                "gears": [{"gear": "pinion", "position": 40.0}],
-                "coupling": {"position": 0.0, "inertia": 0.01},
-            },
-            {
-                "name": "between",
-                "gears": [{"gear": "wheel", "position": 40.0}, {"mesh": "second", "gear": "pinion", "position": 110.0}],
-            },
-            {
-                "name": "out",
-                "gears": [{"mesh": "second", "gear": "wheel", "position": 110.0}],
-                "coupling": {"position": 160.0, "inertia": 0.2},
-            },
-        ]
-        beam = {"sections": [{"length": 160.0, "diameter": 30.0}], "bearings": ENDS}
-        tables["system"] = {
-            "damping_ratio": 0.03,
-            "meshes": [{"name": "second", "scene": "second.toml"}],
-            "shafts": [beam | shaft for shaft in shafts],
-        }
-    tables["effects"] = tables["effects"] | errors
-    path = folder / "scene.toml"
-    path.write_text(tomli_w.dumps(tables))
-    return read_scene(path)
+    second = tables | {"pair": dict(tables["pair"]), "load": {"torque": 300.0}}
+    for gear, teeth in ("pinion", 24), ("wheel", 41):
+        second["pair"][gear] = tables["pair"][gear] | {"teeth": teeth}
+    tables["effects"] = tables["effects"] | {"manufacturing_errors": {"preset": "garambois2017"}}
+    if meshes == 1:
+        return parse_scene(tables)
+    stages = ({key: value for key, value in each.items() if key != "system"} for each in (tables, second))
+    return two_stages(folder, *map(parse_scene, stages), diameter=30.0)
 
 
 @pytest.mark.parametrize("meshes", [1, 2])
 def test_a_thousand_samples_against_one_response(benchmark, meshes, tmp_path):
-    scene = scenes(tmp_path, meshes)
+    scene = on_shafts(tmp_path, meshes)
 
     def single() -> None:
         response(scene, speed=SPEEDS, harmonics=10)

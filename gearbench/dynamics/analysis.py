@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from gearbench.budget import require_each, speed_memory
 from gearbench.dynamics import waves
+from gearbench.dynamics.balance import Excitation
 from gearbench.dynamics.model import Group, LinearModel, Model, Variables, Vibration
 from gearbench.dynamics.size import bearings
 from gearbench.dynamics.stability import is_proven_stable, multipliers
@@ -204,13 +205,16 @@ def _combination(names: Sequence[str], index: NDArray) -> str:
 
 def growth(model: LinearModel, group: Group, speeds: NDArray, harmonics: int) -> NDArray:
     """Largest Floquet multiplier of a group (speed,); NaN if the group is proven to be stable at any speed."""
-    rows = model.rows_of(group.meshes)
-    points = max(STEPS, waves.points(group.orders(harmonics)[-1]))
-    stiffness = waves.curve(model.excitation(group, harmonics).stiffness, points)
-    stiffness = np.moveaxis(stiffness, -1, 0)
+    rows, stiffness = model.rows_of(group.meshes), stiffness_over_time(model.excitation(group, harmonics))
     if is_proven_stable(model.modes, rows, stiffness):
         return np.full(len(speeds), np.nan)
     return multipliers(model.modes, rows, model.omega(group, speeds), stiffness[None])
+
+
+def stiffness_over_time(excitation: Excitation) -> NDArray:
+    """Stiffness of the rows over a period (time, row, row) [N/mm], from which ``multipliers`` finds the stability."""
+    points = max(STEPS, waves.points(excitation.orders[-1]))
+    return np.moveaxis(waves.curve(excitation.stiffness, points), -1, 0)
 
 
 def _orders_of_group(model: LinearModel, solved: int, harmonics: int) -> NDArray:

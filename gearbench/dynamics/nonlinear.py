@@ -17,7 +17,7 @@ from gearbench.dynamics.force_curve import ForceCurve, force_curve
 from gearbench.dynamics.model import Group, Model
 from gearbench.dynamics.size import bearings
 from gearbench.dynamics.stability import free_motion
-from gearbench.dynamics.train_nonlinear import APART, SWEEPS, nonlinear_train_response
+from gearbench.dynamics.train_nonlinear import SWEEPS, nonlinear_train_response, note_differing_sweeps
 from gearbench.errors import InputError
 from gearbench.results.origin import with_grids
 from gearbench.results.provenance import provenance
@@ -265,7 +265,7 @@ def _dataset(
         }
         coords |= {"bearing": ("bearing", list(names)), "direction": ("direction", list(DIRECTIONS))}
     variables |= {k: v for k, v in modal_variables(model, speeds, harmonics).items() if k == "natural_frequency"}
-    lines = _remarks(sweep, speeds, periods, variables["mesh_force_rms"][1][..., 0])
+    lines = _remarks(sweep, speeds, periods, variables["mesh_force_rms"][1])
     attrs = provenance(model.scene, wall_time=time.perf_counter() - start) | {"notes": "\n".join(lines)}
     return with_grids(xr.Dataset(described(variables), coords=described(coords), attrs=attrs), model.scene)
 
@@ -277,8 +277,7 @@ def _remarks(sweep: NonlinearModel, speeds: NDArray, periods: NDArray, rms: NDAr
         for count in sorted({int(p) for p in of_sweep} - {1}):
             text = f"repeats after {count} mesh periods" if count else f"does not repeat within {REPEATS} mesh periods"
             lines.append(f"speed {direction}: the motion {text} at {spans(speeds, of_sweep == count)} 1/min")
-    if (differ := np.abs(rms[0] - rms[1]) > APART * float(sweep.model.force[0])).any():
-        lines.append(f"rising and falling speed give different responses at {spans(speeds, differ)} 1/min")
+    lines += note_differing_sweeps(speeds, rms, sweep.model.force[:1])
     if sweep.curve.backlash <= 0:
         lines.append("no backlash: back flanks touch as soon as drive flanks separate")
     return lines

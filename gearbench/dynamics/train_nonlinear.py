@@ -17,14 +17,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.budget import require_each, speed_memory
+from gearbench.contact.equilibrium import Statics
 from gearbench.contact.phases import uniform_phases
-from gearbench.dynamics import waves
 from gearbench.dynamics.analysis import (
     GROWTH_TOLERANCE,
     modal_variables,
     response_dataset,
     spans,
     speed_variables,
+    stiffness_over_time,
 )
 from gearbench.dynamics.balance import Excitation, solve
 from gearbench.dynamics.model import Variables
@@ -79,13 +80,26 @@ class NonlinearTrain:
         """Excitation at the quasi-static motion, with its constant loads."""
         return self.model.excitation(self.model.groups[0], self.harmonics)
 
+    @cached_property
+    def _statics(self) -> Statics:
+        """Coupling of the meshes, with the approach that bodies give them apart from C F."""
+        return self.model.solved.statics(np.zeros(len(self.model.names)))
+
+    @cached_property
+    def _wave(self) -> NDArray:
+        """Matrix from the orders of a motion to its values at the phases, of which the real part counts."""
+        phases = self.model.solved.phases
+        wave = np.exp(2j * np.pi * np.outer(phases.phase / phases.length, self.quasi_static.orders))
+        wave[:, 1:] *= 2.0
+        return wave
+
     def contact(self, x: NDArray) -> tuple[NDArray, NDArray]:
         """Force of the meshes and ∂F/∂δ of each alone (position, mesh), at the approaches x (position, mesh) [mm].
 
         Where bodies couple the meshes (M4), x = d + (C + D) F, and d is the approach at which the ``curves`` are read.
         Each curve lacks the compliance D of its mesh (ρ/k in theory), so that C + D has no negative eigenvalue.
         """
-        statics = self.model.solved.statics(np.zeros(x.shape[1]))
+        statics = self._statics
         x = x + statics.offset
         if statics.between is None:
             F, k = self._on_curves(x)
@@ -109,10 +123,7 @@ class NonlinearTrain:
 
     def excitation(self, motion: NDArray) -> tuple[Excitation, NDArray]:
         """Excitation at the orders ``motion`` (mesh, order), and the mesh forces there (position, mesh)."""
-        model, phases = self.model, self.model.solved.phases
-        wave = np.exp(2j * np.pi * np.outer(phases.phase / phases.length, self.quasi_static.orders))
-        wave[:, 1:] *= 2.0
-        x = np.real(wave @ motion.T)
+        model, x = self.model, np.real(self._wave @ motion.T)
         F, k = self.contact(x)
         return model.excitation_by(model.groups[0], self.harmonics, x, F, k), F
 
@@ -149,10 +160,8 @@ class NonlinearTrain:
     def growth(self, excitation: Excitation, speed: float) -> float:
         """Largest Floquet multiplier of small motions about that with this ``excitation``."""
         model, (group,) = self.model, self.model.groups
-        points = max(256, waves.points(excitation.orders[-1]))
-        stiffness = np.moveaxis(waves.curve(excitation.stiffness, points), -1, 0)[None]
-        omega = model.omega(group, np.array([speed]))
-        return float(multipliers(model.modes, np.arange(len(model.names)), omega, stiffness)[0])
+        omega, stiffness = model.omega(group, np.array([speed])), stiffness_over_time(excitation)
+        return float(multipliers(model.modes, np.arange(len(model.names)), omega, stiffness[None])[0])
 
     def over(self, speeds: NDArray, sequence: NDArray) -> Variables:
         """Variables over ``speeds``, in the ``sequence`` of their indices.
@@ -239,6 +248,14 @@ def _remarks(model: TrainModel, speeds: NDArray, variables: Variables) -> list[s
             lines += (
                 [f"{sweep} speed: flanks of {name} separate at {spans(speeds, parted)} 1/min"] if parted.any() else []
             )
-    if (differ := (np.abs(rms[0] - rms[1]) > APART * model.force).any(axis=1)).any():
-        lines.append(f"rising and falling speed give different responses at {spans(speeds, differ)} 1/min")
-    return lines
+    return lines + note_differing_sweeps(speeds, rms, model.force)
+
+
+def note_differing_sweeps(speeds: NDArray, rms: NDArray, mean: NDArray) -> list[str]:
+    """Note of the speeds at which rising and falling speed give different responses, if there are any.
+
+    ``rms`` is that of the mesh forces (sweep, speed, mesh) [N], ``mean`` their mean (mesh,) [N].
+    """
+    differ = (np.abs(rms[0] - rms[1]) > APART * mean).any(axis=1)
+    text = f"rising and falling speed give different responses at {spans(speeds, differ)} 1/min"
+    return [text] if differ.any() else []

@@ -113,12 +113,13 @@ class Beam:
         The six values: deflection by force and by moment (uq, um), rotation by force and by moment (fq, fm), elongation
         by force, twist by torque.
         """
-        L, (node, weight) = self.length, _TAPERED
+        L = self.length
         if self.diameter[0] == self.diameter[1] and self.bore[0] == self.bore[1]:
             A, I, kappa = self.section(0.0)
             x, EI = s * L, self.E * I
             fm, fq, um = x / EI, x * (L - x / 2) / EI, x**2 / (2 * EI)
             return um * (L - x / 3) + x / (kappa * self.G * A), um, fq, fm, x / (self.E * A), x / (2 * self.G * I)
+        node, weight = _TAPERED
         t = s[..., None] * (node + 1) / 2
         w = s[..., None] * weight / 2 * L
         A, I, kappa = self.section(t)

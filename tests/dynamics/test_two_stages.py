@@ -4,17 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import tomli_w
 from numpy.testing import assert_allclose
 from scipy.linalg import eigh
 
 from gearbench.dynamics.analysis import response
 from gearbench.dynamics.model import Model
-from gearbench.scene_file import read_scene
-from tests.support.systems import series, spur_scene
+from tests.support.systems import series, spur_scene, two_stages
 
-ENDS = [{"position": p, "radial_stiffness": 300.0, "axial_stiffness": 150.0} for p in (0.0, 160.0)]
-SECTION = [{"length": 160.0, "diameter": 50.0}]
 TEETH = {
     "hertz": {},
     "tooth_bending": {"model": "plate", "order": [3, 3]},
@@ -22,37 +18,17 @@ TEETH = {
 }
 
 
-def two_stages(folder):
+def gearbox(folder):
     one, two = (spur_scene(width=w, torque=T, effects=TEETH, segments=12) for w, T in ((30.0, 200.0), (40.0, 320.0)))
     # frequencies of which no two orders are one
     teeth = replace(two.pair, pinion=replace(two.pair.pinion, teeth=23), wheel=replace(two.pair.wheel, teeth=42))
-    (folder / "second.toml").write_text(replace(two, pair=teeth).to_toml())
-    shafts = [
-        {"name": "in", "gears": [{"gear": "pinion", "position": 40.0}], "coupling": {"position": 0.0, "inertia": 0.01}},
-        {
-            "name": "between",
-            "gears": [{"gear": "wheel", "position": 40.0}, {"mesh": "second", "gear": "pinion", "position": 110.0}],
-        },
-        {
-            "name": "out",
-            "gears": [{"mesh": "second", "gear": "wheel", "position": 110.0}],
-            "coupling": {"position": 160.0, "inertia": 0.2},
-        },
-    ]
-    system = {
-        "damping_ratio": 0.04,
-        "meshes": [{"name": "second", "scene": "second.toml"}],
-        "shafts": [{"sections": SECTION, "bearings": ENDS} | shaft for shaft in shafts],
-    }
-    path = folder / "gearbox.toml"
-    path.write_text(tomli_w.dumps(one.to_mapping() | {"system": system}))
-    return read_scene(path)
+    return two_stages(folder, one, replace(two, pair=teeth))
 
 
 @pytest.mark.slow
 def test_forces_of_both_meshes_against_time_integration(tmp_path):
     """Peaks, RMS values, orders of both frequencies and their combinations within 2 %."""
-    scene, speed, H = two_stages(tmp_path), 3700.0, 16
+    scene, speed, H = gearbox(tmp_path), 3700.0, 16
     model = Model(scene=scene)
     data = response(scene, speed=speed, harmonics=H)
     system, K = model.mechanics, model.stiffness

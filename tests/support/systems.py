@@ -3,9 +3,10 @@
 import math
 
 import numpy as np
+import tomli_w
 
 from gearbench.dynamics.balance import Excitation
-from gearbench.scene_file import parse_scene
+from gearbench.scene_file import parse_scene, read_scene
 from gearbench.system.mechanics import Mechanics
 
 #: Stiffness of a support that does not yield [N/µm].
@@ -75,3 +76,31 @@ def shafts(pinion=None, wheel=None, **system):
         "coupling": {"position": 0.0},
     }
     return {"shafts": [first | (pinion or {}), second | (wheel or {})], **system}
+
+
+def two_stages(folder, first, second, diameter=50.0):
+    """Scene of two pairs behind one another, on three shafts of one ``diameter``; its files are in ``folder``."""
+    places = {"radial_stiffness": 300.0, "axial_stiffness": 150.0}
+    ends = [{"position": position, **places} for position in (0.0, 160.0)]
+    shafts = [
+        {"name": "in", "gears": [{"gear": "pinion", "position": 40.0}], "coupling": {"position": 0.0, "inertia": 0.01}},
+        {
+            "name": "between",
+            "gears": [{"gear": "wheel", "position": 40.0}, {"mesh": "second", "gear": "pinion", "position": 110.0}],
+        },
+        {
+            "name": "out",
+            "gears": [{"mesh": "second", "gear": "wheel", "position": 110.0}],
+            "coupling": {"position": 160.0, "inertia": 0.2},
+        },
+    ]
+    beam = {"sections": [{"length": 160.0, "diameter": diameter}], "bearings": ends}
+    system = {
+        "damping_ratio": 0.04,
+        "meshes": [{"name": "second", "scene": "second.toml"}],
+        "shafts": [beam | shaft for shaft in shafts],
+    }
+    (folder / "second.toml").write_text(second.to_toml())
+    path = folder / "gearbox.toml"
+    path.write_text(tomli_w.dumps(first.to_mapping() | {"system": system}))
+    return read_scene(path)
