@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 
 from gearbench import hunting_cycle, robust, simulate
 from gearbench.errors import InputError
-from gearbench.exchange.rexs_write import write_planetary
+from gearbench.exchange.rexs_write import write_rexs
 from gearbench.optimisation.numbers import mass
 from gearbench.scene_file import parse_scene
 from gearbench.trains.solve import solve_train
@@ -242,4 +242,4 @@ def test_rexs_has_no_stepped_planets(tmp_path):
     with pytest.raises(
         InputError, match=r"planetary.planet_at_ring = given: sets with stepped planets cannot be written"
     ):
-        write_planetary(parse_scene(stepped()), tmp_path / "set.rexs")
+        write_rexs(parse_scene(stepped()), tmp_path / "set.rexs")

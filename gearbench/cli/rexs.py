@@ -38,7 +38,8 @@ Written = Annotated[
 ]
 
 To = Annotated[
-    Path | None, typer.Option("--to", metavar="OUT.rexs", help="Write the planetary set of a scene file FILE as REXS.")
+    Path | None,
+    typer.Option("--to", metavar="OUT.rexs", help="Write the pair or planetary set of scene file FILE as REXS."),
 ]
 
 
@@ -101,10 +102,10 @@ def rexs(
     from gearbench.exchange.rexs_document import read_document
 
     if to is not None:
-        from gearbench.exchange.rexs_write import write_planetary
+        from gearbench.exchange.rexs_write import write_rexs
         from gearbench.scene_file import read_scene
 
-        written, notes = write_planetary(read_scene(file), to)
+        written, notes = write_rexs(read_scene(file), to)
         _answer(file, [written], notes)
         return
     document = read_document(file)

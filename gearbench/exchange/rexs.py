@@ -13,7 +13,7 @@ from typing import Any
 
 from gearbench.errors import InputError, naming
 from gearbench.exchange.rexs_document import Component, RexsDocument, read_document
-from gearbench.exchange.rexs_gear import RexsGear, read_gear, read_material, read_seat
+from gearbench.exchange.rexs_gear import RexsGear, read_cutter_teeth, read_gear, read_material, read_outside, read_seat
 from gearbench.exchange.rexs_planetary import PlanetaryStage, planetary_stages, planetary_tables
 from gearbench.exchange.rexs_torque import Drive, check_case, drives
 from gearbench.exchange.rexs_units import LENGTH
@@ -196,13 +196,15 @@ def _stage_scene(document: RexsDocument, stage: Stage, torque: float | None, loa
         pair[name] = _member(gear, shift_given, x)
         if gear.face_width > pair["face_width"]:
             pair[name]["face_width"] = gear.face_width
+        if gear.teeth < 0 and (teeth := read_cutter_teeth(document, gear.component)):
+            pair[name]["cutter"] = {"teeth": teeth}
     _note_rack((pinion, wheel), (pair["pinion"], pair["wheel"]), notes)
     _bores(document, (pinion, wheel), (pair["pinion"], pair["wheel"]), shifts, notes)
     _materials(document, gears, pair, notes)
     _note_modifications(document, notes)
     name = f"{document.path.name.split('.rexs')[0]} stage {stage.number}"
     effects = {effect: dict(table) for effect, table in EFFECTS.items()}
-    if all("bore_diameter" in pair[role] for role in ("pinion", "wheel")):
+    if all({"bore_diameter", "outer_diameter"} & pair[role].keys() for role in ("pinion", "wheel")):
         effects["gear_body"] = {}
     tables: dict[str, Any] = {"name": name, "pair": pair, "effects": effects}
     if torque is not None:
@@ -230,7 +232,7 @@ def _set_scene(
     tables: dict[str, Any] = {"name": pairs[0].tables["name"], "planetary": table, "effects": effects}
     if (known := torque if torque is not None else torque_of_file) is not None:
         tables["load"] = {"torque": float(known)}
-    notes = dict.fromkeys(note for pair in pairs for note in pair.notes if not note.startswith("outside of"))
+    notes = dict.fromkeys(note for pair in pairs for note in pair.notes)
     return StageScene(stage, tables, (*notes, *more))
 
 
@@ -331,16 +333,18 @@ def _bores(
     shifts: tuple[float, float],
     notes: list[str],
 ) -> None:
-    """Add bore diameters from the shafts to ``members`` if the rim is thick enough; body models need them."""
+    """Add bores, and outsides of rings, from the shafts to ``members`` if the rim is thick enough; bodies need them."""
     for gear, member, x in zip(gears, members, shifts, strict=True):
-        if gear.teeth < 0:
+        ring = gear.teeth < 0
+        seat = (read_outside if ring else read_seat)(document, gear.component)
+        dedendum = gear.dedendum(x)
+        root = 2 * (gear.pitch_radius + gear.normal_module * (x - (1.25 if dedendum is None else dedendum)))
+        key, name = ("outer_diameter", "outside") if ring else ("bore_diameter", "bore")
+        if seat is not None and seat > 0 and root - gear.sign * seat > 2 * LEAST_RIM * gear.normal_module:
+            member[key] = seat
+            notes.append(f"{name} of {gear.component.label}: {seat:g} mm, from its shaft")
+        elif ring:
             notes.append(f"outside of {gear.component.label} not known: give outer_diameter for its body")
-            continue
-        seat = read_seat(document, gear.component)
-        root = 2 * (gear.pitch_radius + gear.normal_module * (x - member.get("dedendum", 1.25)))
-        if seat is not None and 0 < seat < root - 2 * LEAST_RIM * gear.normal_module:
-            member["bore_diameter"] = seat
-            notes.append(f"bore of {gear.component.label}: {seat:g} mm, from its shaft")
 
 
 def _materials(

@@ -173,3 +173,21 @@ def read_seat(document: RexsDocument, gear: Component) -> float | None:
             if -1e-9 <= fraction < 1 - 1e-9:
                 return first + max(fraction, 0.0) * (last - first)
     return None
+
+
+def read_outside(document: RexsDocument, ring: Component) -> float | None:
+    """Largest outer diameter of the shaft of a ring [mm]; None if the file does not give it."""
+    shafts = document.related("assembly", "part", ring.id, "assembly")
+    pieces = [piece for shaft in shafts for piece in document.related("assembly", "assembly", shaft.id, "part")]
+    sizes = [
+        document.number(piece, "outer_diameter_begin", LENGTH) for piece in pieces if piece.kind == "shaft_section"
+    ]
+    return max((size for size in sizes if size), default=None)
+
+
+def read_cutter_teeth(document: RexsDocument, ring: Component) -> int | None:
+    """Number of teeth of the cutter of a ring; None if the file does not give it."""
+    for tool in document.related("ordered_reference", "origin", ring.id, "referenced"):
+        if tool.kind == "cutter_wheel_tool" and (teeth := document.number(tool, "number_of_teeth", NUMBER)):
+            return int(teeth)
+    return None

@@ -100,18 +100,12 @@ def planetary_tables(
     gears = {"sun": dict(at_sun["pinion"]), "planet": dict(at_sun["wheel"]), "ring": dict(at_ring["wheel"])}
     materials = (at_sun["material"], at_sun["wheel"].get("material"), at_ring["wheel"].get("material"))
     ring_material = materials[2] or at_ring["material"]
-    for (name, gear), material, component in zip(
-        gears.items(), (materials[0], materials[1] or materials[0], ring_material), stage.gears, strict=True
+    for gear, material, component in zip(
+        gears.values(), (materials[0], materials[1] or materials[0], ring_material), stage.gears, strict=True
     ):
         gear.pop("material", None)
         gear |= {} if material == STEEL else {"material": dict(material)}
         gear["face_width"] = document.require(component, "face_width", LENGTH)
-        if name == "ring" and (outside := _outside(document, component)) is not None:
-            gear["outer_diameter"] = outside
-            notes.append(f"outside of {component.label}: {outside:g} mm, from its shaft")
-    for tool in document.related("ordered_reference", "origin", stage.ring.id, "referenced"):
-        if tool.kind == "cutter_wheel_tool" and (teeth := document.number(tool, "number_of_teeth", NUMBER)):
-            gears["ring"]["cutter"] = {"teeth": int(teeth)}
     shared = ("normal_module", "pressure_angle", "helix_angle", "centre_distance")
     width = gears["planet"].pop("face_width")
     for gear in (gears["sun"], gears["ring"]):
@@ -208,13 +202,3 @@ def _torque(document: RexsDocument, stage: PlanetaryStage, held: str, case: int 
     known = [each for each in known if each[1] != held]
     chosen = [each for each in known if each[0].defines] or known
     return chosen[0][0].torque * share[chosen[0][1]] if len(chosen) == 1 else None
-
-
-def _outside(document: RexsDocument, ring: Component) -> float | None:
-    """Largest outer diameter of the shaft of a ring [mm]; None if unknown."""
-    shafts = document.related("assembly", "part", ring.id, "assembly")
-    pieces = [c for shaft in shafts for c in document.related("assembly", "assembly", shaft.id, "part")]
-    sizes = [
-        document.number(piece, "outer_diameter_begin", LENGTH) for piece in pieces if piece.kind == "shaft_section"
-    ]
-    return max((size for size in sizes if size), default=None)

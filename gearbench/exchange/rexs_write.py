@@ -1,4 +1,4 @@
-"""Writer of a planetary scene as a REXS 1.1 file: stage, gears, shafts, carrier, pin bearings, load."""
+"""Writer of a pair or a planetary set as a REXS 1.1 file: stages, gears, shafts, load; carrier and bearings of sets."""
 
 from __future__ import annotations
 
@@ -12,11 +12,20 @@ from gearbench.errors import InputError
 from gearbench.exchange import PLAIN
 from gearbench.files import check_target, replacing
 from gearbench.geometry.cutter import standard_cutter
+from gearbench.geometry.names import PAIR
 from gearbench.geometry.planetary import CARRIER, RING, SUN, PlanetarySet
+from gearbench.geometry.train import Mesh, Train
 from gearbench.scene import Scene
 
 #: REXS version of the files, and stiffness that represents a rigid connection [N/m].
 VERSION, STIFF = "1.1", 1e20
+#: Keys of a set, a pair and a gear that are not written.
+_SET_KEYS = ("pin_tangential", "pin_radial", "planet_thickness", "run_out", "scatter")
+_PAIR_KEYS = ("centre_distance_upper", "centre_distance_lower", "temperature")
+_GEAR_KEYS = (
+    "support", "rim_thickness", "web_thickness", "web_offset", "hub_diameter", "tip_rounding", "tip_chamfer",
+    "axial_offset", "protuberance", "grinding_stock",
+)  # fmt: skip
 
 
 class _Model:
@@ -50,47 +59,64 @@ class _Model:
             SubElement(relation, "ref", id=str(number), role=role, hint=self.kinds[number])
 
 
-def write_planetary(scene: Scene, target: str | Path) -> tuple[Path, tuple[str, ...]]:
-    """Write the planetary set of a scene as a REXS file; return the file, and notes on what REXS cannot represent.
+def write_rexs(scene: Scene, target: str | Path) -> tuple[Path, tuple[str, ...]]:
+    """Write the pair or planetary set of a scene as a REXS file; return the file, and notes on what is not written.
 
     Raises
     ------
     InputError
-        If the scene is not a planetary set, or the target cannot be written.
+        If the scene is another train, or the target cannot be written.
     """
     target = check_target(target)
     if not target.name.lower().endswith(PLAIN):
         raise InputError("output", str(target), "must end in .rexs")
     short = None if scene.train is None else scene.train.planetary
-    if short is None:
-        raise InputError("planetary", "missing", "only planetary sets can be written as REXS files")
-    if short.stepped:
+    if scene.train is not None and short is None:
+        raise InputError("meshes", "given", "only pairs and planetary sets can be written as REXS files")
+    if short is not None and short.stepped:
         raise InputError(
             "planetary.planet_at_ring", "given", "sets with stepped planets cannot be written as REXS files"
         )
+    train = Train(meshes=(Mesh(pair=scene.pair),)) if short is None else scene.geometry
     model = _Model()
     unit, casing = model.component("gear_unit", scene.name), model.component("gear_casing")
-    stage, carrier = model.component("planetary_stage", scene.name), model.component("planet_carrier")
-    model.relate("assembly", assembly=unit, part=stage)
     model.relate("assembly", assembly=unit, part=casing)
-    model.relate("assembly", assembly=stage, part=carrier)
-    shafts = {name: _central(model, short, name, casing) for name in (SUN, RING, CARRIER)}
-    for name in (SUN, RING):
-        model.relate("central_shaft", planetary_stage=stage, shaft=shafts[name])
-    model.relate("planet_carrier_shaft", planetary_stage=stage, shaft=shafts[CARRIER])
+    shafts: dict[str, int] = {}
+    if short is None:
+        assembly = unit
+    else:
+        assembly = model.component("planetary_stage", scene.name)
+        model.relate("assembly", assembly=unit, part=assembly)
+        shafts = _members(model, short, assembly, casing)
+    gears = _gears(model, train, shafts)
+    if short is not None:
+        _planets(model, short, assembly, shafts)
+    for mesh in train.meshes:
+        part = model.component("cylindrical_stage", mesh.name, center_distance=(abs(mesh.pair.centre_distance), "mm"))
+        model.relate("assembly", assembly=assembly, part=part)
+        model.relate("stage", stage=part, gear_1=gears[mesh.driver], gear_2=gears[mesh.driven])
     load = model.component(
         "external_load",
         torque_around_u_axis=(abs(scene.load.torque), "N m"),
         transmits_torque="true",
         defines_torque="true",
     )
-    model.relate("assembly", assembly=shafts[SUN], part=load)
-    gears = _gears(model, scene, short, shafts)
-    _planets(model, short, stage, shafts, gears)
+    model.relate("assembly", assembly=shafts[train.meshes[0].driver], part=load)
     indent(model.root)
     with replacing(target) as part:
         ElementTree(model.root).write(part, encoding="utf-8", xml_declaration=True)
-    return target, _left_out(scene, short)
+    return target, _left_out(scene, train, short)
+
+
+def _members(model: _Model, short: PlanetarySet, stage: int, casing: int) -> dict[str, int]:
+    """Add the carrier and the shafts of sun, ring and carrier; return the shafts by name."""
+    carrier = model.component("planet_carrier")
+    model.relate("assembly", assembly=stage, part=carrier)
+    shafts = {name: _central(model, short, name, casing) for name in (SUN, RING, CARRIER)}
+    for name in (SUN, RING):
+        model.relate("central_shaft", planetary_stage=stage, shaft=shafts[name])
+    model.relate("planet_carrier_shaft", planetary_stage=stage, shaft=shafts[CARRIER])
+    return shafts
 
 
 def _central(model: _Model, short: PlanetarySet, name: str, casing: int) -> int:
@@ -107,15 +133,18 @@ def _central(model: _Model, short: PlanetarySet, name: str, casing: int) -> int:
     return shaft
 
 
-def _gears(model: _Model, scene: Scene, short: PlanetarySet, shafts: dict[str, int]) -> dict[str, int]:
-    """Add the gears with flanks, tools and materials, and shafts of the planets; return the gears by name."""
+def _gears(model: _Model, train: Train, shafts: dict[str, int]) -> dict[str, int]:
+    """Add the gears with flanks, tools and materials, and ``shafts`` that are missing; return the gears by name."""
     numbers: dict[str, int] = {}
-    for mesh in scene.geometry.meshes:
+    hands = train.hands({mesh.name: "right" for mesh in train.meshes})
+    for mesh in train.meshes:
         for index, (name, gear) in enumerate(zip(mesh.gears, mesh.pair.gears, strict=True)):
             if name in numbers:
                 continue
-            place = short.axes[name]
-            sense = 1 if name == SUN else -1  # external mates have opposite hands, internal mates the same
+            place = train.places[train.shaft(name)]
+            sense = 1 if hands[mesh.name] == "right" else -1
+            if index == 1 and not mesh.pair.is_internal:
+                sense = -sense
             numbers[name] = number = model.component(
                 "ring_gear" if gear.teeth < 0 else "cylindrical_gear",
                 name,
@@ -166,8 +195,8 @@ def _gears(model: _Model, scene: Scene, short: PlanetarySet, shafts: dict[str, i
     return numbers
 
 
-def _planets(model: _Model, short: PlanetarySet, stage: int, shafts: dict[str, int], gears: dict[str, int]) -> None:
-    """Add pins with their bearings, and the cylindrical stages of every planet."""
+def _planets(model: _Model, short: PlanetarySet, stage: int, shafts: dict[str, int]) -> None:
+    """Add the pins of the planets with their bearings."""
     stiffness = STIFF if short.keys.pin_stiffness is None else 1e6 * short.keys.pin_stiffness
     for name in short.keys.names:
         pin = model.component("shaft", f"pin of {name}", support_vector=([0.0, *short.axes[name]], "mm"))
@@ -175,16 +204,20 @@ def _planets(model: _Model, short: PlanetarySet, stage: int, shafts: dict[str, i
         model.relate("side", outer_part=shafts[name], inner_part=pin, assembly=bearing)
         model.relate("planet_pin", planetary_stage=stage, shaft=pin)
         model.relate("planet_shaft", planetary_stage=stage, shaft=shafts[name])
-    for driver, driven in [(SUN, name) for name in short.keys.names] + [(name, RING) for name in short.keys.names]:
-        part = model.component(
-            "cylindrical_stage", f"{driver} to {driven}", center_distance=(short.keys.centre_distance, "mm")
-        )
-        model.relate("assembly", assembly=stage, part=part)
-        model.relate("stage", stage=part, gear_1=gears[driver], gear_2=gears[driven])
 
 
-def _left_out(scene: Scene, short: PlanetarySet) -> tuple[str, ...]:
-    keys = ("pin_tangential", "pin_radial", "planet_thickness", "run_out", "scatter")
-    left = [f"planetary.{key}" for key in keys if getattr(short.keys, key)]
-    names = sorted({effect.name for mesh in scene.meshes.values() for effect in mesh.effects})
-    return (f"not written: {', '.join([*left, *(f'effects.{name}' for name in names)])}",)
+def _left_out(scene: Scene, train: Train, short: PlanetarySet | None) -> tuple[str, ...]:
+    left = [key for key in ("loads", "operation", "system") if getattr(scene, key)]
+    if scene.load.coast:
+        left.append("the sign of load.torque")
+    if short is not None:
+        left += [f"planetary.{key}" for key in _SET_KEYS if getattr(short.keys, key)]
+    table = PAIR if short is None else "planetary"
+    for mesh in train.meshes:
+        left += [f"{table}.{key}" for key in _PAIR_KEYS if getattr(mesh.pair, key)]
+        for name, member in zip(mesh.gears, mesh.pair.members, strict=True):
+            gear = f"{table}.{name.split()[0]}"  # planets are alike
+            left += [f"{gear}.{key}" for key in _GEAR_KEYS if getattr(member, key)]
+            left += [f"{gear}.cutter.profile_shift"] if member.cutter and member.cutter.profile_shift else []
+    left += sorted({f"effects.{effect.name}" for mesh in scene.meshes.values() for effect in mesh.effects})
+    return (f"not written: {', '.join(dict.fromkeys(left))}",) if left else ()

@@ -1,4 +1,4 @@
-"""REXS: planetary stages, written and read."""
+"""REXS: pairs and planetary stages, written and read."""
 
 import re
 from xml.etree import ElementTree
@@ -12,7 +12,7 @@ from gearbench.errors import InputError
 from gearbench.exchange.rexs import find_stage, read_rexs, stage_scene, stages
 from gearbench.exchange.rexs_document import read_document
 from gearbench.exchange.rexs_results import write_results
-from gearbench.exchange.rexs_write import write_planetary
+from gearbench.exchange.rexs_write import write_rexs
 from gearbench.scene_file import parse_scene
 
 EFFECTS = {"tooth_bending": {}, "hertz": {}}
@@ -32,7 +32,7 @@ def scene(**keys):
 
 
 def written(folder, whole, change=None):
-    path, _ = write_planetary(whole, folder / "set.rexs")
+    path, _ = write_rexs(whole, folder / "set.rexs")
     if change is not None:
         text = path.read_text(encoding="utf-8")
         path.write_text(change(text), encoding="utf-8")
@@ -130,13 +130,57 @@ def test_results_go_into_the_stages_of_the_set(tmp_path):
         write_results(document, find_stage(document, None), other, tmp_path / "other.rexs")
 
 
-def test_only_sets_are_written(tmp_path):
-    gears = {"pinion": {"teeth": 20}, "wheel": {"teeth": 30}}
-    pair = {"pair": {"normal_module": 2.0, "face_width": 20.0, "centre_distance": 50.5, **gears}}
-    with pytest.raises(InputError, match="only planetary sets"):
-        write_planetary(parse_scene({**pair, "load": {"torque": 50.0}, "effects": EFFECTS}), tmp_path / "pair.rexs")
+EXTERNAL = {
+    "pair": {"normal_module": 2.0, "helix_angle": 12.0, "face_width": 20.0, "centre_distance": 51.5, "backlash": 0.05}
+    | {"pinion": {"teeth": 20, "face_width": 24.0, "bore_diameter": 15.0}}
+    | {"wheel": {"teeth": 30, "bore_diameter": 20.0}}
+}
+INTERNAL = {
+    "pair": {"normal_module": 2.0, "helix_angle": 15.0, "face_width": 25.0, "centre_distance": 62.1}
+    | {"pinion": {"teeth": 39, "bore_diameter": 44.0, "profile_shift": 0.2}}
+    | {"wheel": {"teeth": -99, "addendum": 0.85, "outer_diameter": 226.0, "cutter": {"teeth": 50}}}
+}
+
+
+@pytest.mark.parametrize("tables", [EXTERNAL, INTERNAL])
+def test_a_pair_comes_back_as_it_was(tmp_path, tables):
+    whole = parse_scene({**tables, "load": {"torque": -50.0}, "effects": EFFECTS | {"gear_body": {}}})
+    path, notes = write_rexs(whole, tmp_path / "pair.rexs")
+    assert notes == ("not written: the sign of load.torque, effects.gear_body, effects.hertz, effects.tooth_bending",)
+    back = read_rexs(path)
+    for one, two in zip(whole.pair.gears, back.pair.gears, strict=True):
+        for name in ("teeth", "beta", "profile_shift", "tip_radius", "root_radius", "face_width", "fillet_radius"):
+            assert_allclose(getattr(two, name), getattr(one, name), rtol=1e-12, err_msg=name)
+    assert_allclose(back.pair.meshing.transverse_contact_ratio, whole.pair.meshing.transverse_contact_ratio, rtol=1e-12)
+    for one, two in zip(whole.pair.members, back.pair.members, strict=True):
+        for name in ("bore_diameter", "outer_diameter", "cutter"):
+            assert getattr(two, name) == getattr(one, name)
+    assert back.effect("gear_body") is not None
+    assert back.load.torque == 50.0
+
+
+def test_outside_of_a_ring_smaller_than_its_root_is_not_taken(tmp_path):
+    whole = parse_scene({**INTERNAL, "load": {"torque": 50.0}, "effects": EFFECTS})
+    path, _ = write_rexs(whole, tmp_path / "pair.rexs")
+    path.write_text(path.read_text(encoding="utf-8").replace("226.0", "205.0"), encoding="utf-8")
+    document = read_document(path)
+    found = stage_scene(document, find_stage(document, None))
+    assert "outer_diameter" not in found.tables["pair"]["wheel"]
+    assert any(note.startswith("outside of") and "give outer_diameter" in note for note in found.notes)
+
+
+def test_other_trains_and_files_are_refused(tmp_path):
+    shared = {"normal_module": 2.0, "face_width": 20.0}
+    gears = {name: {"teeth": teeth, **shared} for name, teeth in (("a", 20), ("b", 30), ("c", 25))}
+    meshes = [
+        {"driver": "a", "driven": "b", "centre_distance": 50.5},
+        {"driver": "b", "driven": "c", "centre_distance": 55.5},
+    ]
+    chain = parse_scene({"gears": gears, "meshes": meshes, "load": {"torque": 50.0}, "effects": EFFECTS})
+    with pytest.raises(InputError, match="only pairs and planetary sets"):
+        write_rexs(chain, tmp_path / "chain.rexs")
     with pytest.raises(InputError, match="must end in"):
-        write_planetary(scene(), tmp_path / "set.xml")
+        write_rexs(scene(), tmp_path / "set.xml")
 
 
 def test_at_the_command_line(tmp_path, run):
