@@ -99,7 +99,7 @@ def scene() -> str:
     from docs.keys import key_tables, prose
     from gearbench.geometry.planetary import Planetary
     from gearbench.geometry.train_tables import TrainGear, TrainMesh
-    from gearbench.loads import Load, WeightedLoad
+    from gearbench.loads import DrivingScene, Load, WeightedLoad
 
     return f"""# The scene
 
@@ -121,6 +121,9 @@ A scene is a TOML file. Only `[pair]`, a load and one effect that adds complianc
 ## Load
 
 {key_tables(Load)}
+{prose(DrivingScene)}
+
+{key_tables(DrivingScene)}
 ## Gears and meshes
 
 `[gears.NAME]` and `[[meshes]]` describe a train of any number of gears, for `simulate`, `sweep` and, with `[system]`,
@@ -209,7 +212,7 @@ multiples of the sun's mesh frequency. Example: `examples/stepped_planets.toml`.
 sample the errors of `single_pitch` repeat in every mesh period of this cycle.
 
 Planets that mesh in pairs are given by `[gears.NAME]` and `[[meshes]]`, in the frame of the carrier. Two sets in a row
-are two scenes: `member_torque` of the carrier is the torque on the sun of the next set.
+are two scenes: the second takes its torque from the carrier of the first, as `examples/second_set.toml` does.
 
 {key_tables(Planetary)}
 ## Several loads

@@ -39,6 +39,25 @@ class Load:
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
+class DrivingScene:
+    """Instead of a torque: the loads that a member of another scene passes on, as in two planetary sets in a row.
+
+    Each scene is a contact problem with its own mesh cycle. The shaft between them passes on its mean torque, but no
+    vibration.
+
+    Parameters
+    ----------
+    scene
+        File of the scene that drives this one, relative to this file.
+    member
+        Its member on the shaft of the first driver of this scene: "carrier", say.
+    """
+
+    scene: str
+    member: str
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
 class WeightedLoad:
     """One of several loads of the pair.
 

@@ -16,7 +16,7 @@ from gearbench.geometry.pair import Pair
 from gearbench.geometry.planetary import MEMBERS, SHARED, Planetary
 from gearbench.geometry.train_tables import PARTS, TrainGear, TrainMesh, TrainTables
 from gearbench.keys import key_at, with_values
-from gearbench.loads import Load, WeightedLoad, greatest_load
+from gearbench.loads import DrivingScene, Load, WeightedLoad, greatest_load
 from gearbench.named_files import content, files_in, in_folder
 from gearbench.scene import Operation, Resolution, Scene
 from gearbench.schema import Key, as_table, changed, make, read, read_toml
@@ -64,6 +64,9 @@ def parse_scene(tables: Mapping[str, Any]) -> Scene:
     InputError
         If the scene is not valid; names key, value and the allowed values.
     """
+    if "load" in tables and "loads" in tables:
+        raise InputError("loads", "given", "conflicts with load: give one of the two")
+    tables = _loaded(tables)
     if not tables.keys().isdisjoint(OF_TRAIN):
         return _train(tables)
     parts = dict(tables)
@@ -75,14 +78,36 @@ def parse_scene(tables: Mapping[str, Any]) -> Scene:
     if "gear_names" in parts:
         parts["gear_names"] = tuple(parts["gear_names"])
     if "loads" in parts:
-        if "load" in parts:
-            raise InputError("loads", "given", "conflicts with load: give one of the two")
         parts["loads"] = loads = read_loads(parts["loads"], "loads")
         parts["load"] = greatest_load(loads)
     if "system" in parts:
         parts["system"] = system = read(table_class("system"), parts["system"], "system")
         parts["further"] = tuple(_further(mesh.scene, number) for number, mesh in enumerate(system.meshes))
     return make(Scene, **parts, effects=_effects("effects", effects), coast=_effects("coast", coast))
+
+
+def _loaded(tables: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return the tables with torques in place of a driving scene."""
+    given = tables.get("load")
+    if not isinstance(given, Mapping) or "scene" not in given:
+        return tables
+    load = read(DrivingScene, given, "load")
+    content("load.scene", load.scene)
+    try:
+        driving = read_scene(in_folder(load.scene))
+    except RecursionError:
+        raise InputError("load.scene", load.scene, "must not be driven by this scene") from None
+    if driving.train is None:
+        z_1, z_2 = (gear.teeth for gear in driving.pair.gears)
+        ratios = {driving.gear_names[1]: abs(z_2 / z_1)}
+    else:
+        ratios = driving.train.passed_on(driving.geometry)
+    if load.member not in ratios:
+        raise InputError("load.member", load.member, one_of(load.member, ratios))
+    ratio, rest = ratios[load.member], {key: table for key, table in tables.items() if key != "load"}
+    if driving.loads:
+        return {**rest, "loads": [changed(each, torque=ratio * each.torque) for each in driving.loads]}
+    return {**rest, "load": Load(torque=ratio * driving.load.torque)}
 
 
 def _train(tables: Mapping[str, Any]) -> Scene:

@@ -37,6 +37,7 @@ _TYPES = {
     "float": "must be a number",
     "bool": "must be true or false",
     "tuple": "must be a list",
+    "string": "must be text",
 }
 
 

@@ -55,9 +55,14 @@ def speed_label(data: xr.Dataset | xr.DataArray) -> str:
     return f"{speed['long_name']} [{speed['units']}]"
 
 
+def rounded(value: float, digits: int = 3) -> str:
+    """Write a number with the significant ``digits``, without an exponent."""
+    return np.format_float_positional(float(f"{value:.{digits}g}"), trim="-")
+
+
 def hertz(frequency: float) -> str:
     """Frequency with four digits, without an exponent."""
-    return f"{np.format_float_positional(frequency, 4, fractional=False, trim='-')} Hz"
+    return f"{rounded(frequency, 4)} Hz"
 
 
 def peak(values: Any, speeds: Any) -> tuple[float, float]:

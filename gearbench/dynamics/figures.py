@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearbench.dynamics.drawing import hertz, legend, peak, speed_label, write
+from gearbench.dynamics.drawing import hertz, legend, peak, rounded, speed_label, write
 from gearbench.dynamics.train_figures import draw_modes, draw_ring, draw_sharing
 from gearbench.files import file_parts
 
@@ -90,7 +90,7 @@ def _force(figure: Any, data: xr.Dataset) -> str:
         rms = curve["dynamic_transmission_error_rms"]
         errors.plot(speed, rms, style, color="C2", linewidth=0.8, label=f"RMS of the transmission error{suffix}")
         largest_factor, speed_of_peak = peak(factor, speed)
-        finding.append(f"dynamic factor up to {largest_factor:.3g} at {speed_of_peak:.4g} 1/min{suffix}")
+        finding.append(f"dynamic factor up to {largest_factor:.3g} at {rounded(speed_of_peak, 5)} 1/min{suffix}")
     factors.set_ylabel("dynamic factor")
     forces.set(xlabel=speed_label(data), ylabel="mesh force [N]")
     errors.set_ylabel("transmission error [µm]")
@@ -111,7 +111,7 @@ def _orders(figure: Any, data: xr.Dataset) -> str:
         data["harmonic"].values[force.max(axis=0).argmax()],
         peak(force.max(axis=1), data["speed"].values),
     )
-    return f"order {order:.4g} is the largest, {largest:.3g} N at {speed:.4g} 1/min"
+    return f"order {order:.4g} is the largest, {rounded(largest)} N at {rounded(speed, 5)} 1/min"
 
 
 def _bearings(figure: Any, data: xr.Dataset) -> str:
@@ -119,7 +119,7 @@ def _bearings(figure: Any, data: xr.Dataset) -> str:
     squares = (data["bearing_force_amplitude"] ** 2).sum(["direction", "harmonic"], skipna=False)
     squares = squares.sum("mesh", skipna=False) if "mesh" in squares.dims else squares
     name, largest, speed = _rms_curves(figure, squares, "bearing", "RMS of the force on the bearing [N]")
-    return f"largest on bearing {name}, {largest:.3g} N at {speed:.4g} 1/min"
+    return f"largest on bearing {name}, {rounded(largest)} N at {rounded(speed, 5)} 1/min"
 
 
 def _housing(figure: Any, data: xr.Dataset) -> str:
@@ -127,7 +127,7 @@ def _housing(figure: Any, data: xr.Dataset) -> str:
     unit = data["housing_amplitude"].attrs["units"]
     squares = (data["housing_amplitude"] ** 2).sum("harmonic")
     name, largest, speed = _rms_curves(figure, squares, "point", f"RMS at the point [{unit}]")
-    return f"largest at point {name}, {largest:.3g} {unit} at {speed:.4g} 1/min"
+    return f"largest at point {name}, {largest:.3g} {unit} at {rounded(speed, 5)} 1/min"
 
 
 def _rms_curves(figure: Any, squares: xr.DataArray, dim: str, label: str) -> tuple[str, float, float]:
@@ -154,7 +154,7 @@ def _ripples(figure: Any, data: xr.Dataset) -> str:
     axes.set(xlabel=speed_label(data), ylabel="amplitude of the mesh force [N]")
     legend(figure, axes.get_lines())
     largest, speed = peak(force.max(["ripple", "mesh"]).values, data["speed"].values)
-    return f"ripples cause mesh forces of up to {largest:.3g} N, at {speed:.4g} 1/min"
+    return f"ripples cause mesh forces of up to {rounded(largest)} N, at {rounded(speed, 5)} 1/min"
 
 
 def _modes(figure: Any, data: xr.Dataset) -> str:
@@ -217,8 +217,8 @@ def _waterfall(figure: Any, data: xr.Dataset) -> str:
         axes.axvline(f, color="white", linewidth=0.6, linestyle=":")
     axes.set(xlabel="frequency [Hz]; dotted: natural frequencies", ylabel=speed_label(data))
     row, order = np.unravel_index(force.argmax(), force.shape)
-    peak_position = f"{frequency[row, order]:.4g} Hz and {float(data['speed'][row]):.4g} 1/min"
-    return f"largest mesh force, {force.max():.3g} N, at {peak_position}"
+    peak_position = f"{hertz(frequency[row, order])} and {rounded(float(data['speed'][row]), 5)} 1/min"
+    return f"largest mesh force, {rounded(force.max())} N, at {peak_position}"
 
 
 def _bands(figure: Any, data: xr.Dataset) -> str:
@@ -242,7 +242,7 @@ def _scatter(figure: Any, data: xr.Dataset) -> str:
     axes.set(xlabel=speed_label(data), ylabel="RMS of the mesh force [N]")
     legend(figure, axes.get_lines(), title="share of the samples with a lower RMS")
     largest, speed = peak(data["mesh_force_percentile"].sel(percentile=95.0).values, data["speed"].values)
-    return f"95th percentile of the RMS up to {largest:.3g} N, at {speed:.4g} 1/min"
+    return f"95th percentile of the RMS up to {rounded(largest)} N, at {rounded(speed, 5)} 1/min"
 
 
 def _campbell(figure: Any, data: xr.Dataset) -> str:

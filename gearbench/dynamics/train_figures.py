@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearbench.dynamics.drawing import hertz, legend, peak, speed_label
+from gearbench.dynamics.drawing import hertz, legend, peak, rounded, speed_label
 from gearbench.results.origin import scene_of
 
 if TYPE_CHECKING:
@@ -69,7 +69,7 @@ def draw_sharing(figure: Any, dataset: xr.Dataset) -> str:
     """Draw over speed the largest mesh force over its even share, every mesh force, and the transmission error."""
     top, middle, bottom = figure.subplots(3, sharex=True)
     speed, factor = dataset["speed"].values, dataset["mesh_load_factor"].values
-    top.plot(speed, factor, color="C0")
+    top.plot(speed, factor, color="0.2")
     separated = ~dataset["contact_kept"].values.all(axis=1)
     if separated.any():
         top.plot(speed[separated], factor[separated], ".", color="C3", label="flanks separate")
@@ -77,13 +77,13 @@ def draw_sharing(figure: Any, dataset: xr.Dataset) -> str:
     for number, name in enumerate(dataset["mesh"].values):
         style = "-" if 2 * number < dataset.sizes["mesh"] else "--"  # meshes at sun, then at ring
         middle.plot(speed, dataset["mesh_force_rms"].sel(mesh=name), style, linewidth=1.0, label=str(name))
-    bottom.plot(speed, dataset["train_dynamic_transmission_error_rms"], color="C2")
+    bottom.plot(speed, dataset["train_dynamic_transmission_error_rms"], color="0.2")
     top.set_ylabel("K_γ K_v")
     middle.set_ylabel("RMS F_bt [N]")
     bottom.set(xlabel=speed_label(dataset), ylabel="RMS Δ [µm]")
     legend(figure, middle.get_lines())
     most, at_speed = peak(factor, speed)
-    return f"the most loaded mesh carries {most:.3g} times its even share at {at_speed:.4g} 1/min"
+    return f"the most loaded mesh carries {most:.3g} times its even share at {rounded(at_speed, 5)} 1/min"
 
 
 def draw_ring(figure: Any, dataset: xr.Dataset) -> str:
@@ -104,7 +104,7 @@ def draw_ring(figure: Any, dataset: xr.Dataset) -> str:
         ):
             axes.bar(lobes[which], amplitude.sel(harmonic=order).values[which], color=colour, label=words)
         axes.set(yscale="log", ylim=(FAINT * top, top), ylabel="force [N]")
-        title = f"order {float(order):.4g}, {float(f.sel(harmonic=order, lobes=0)):.4g} Hz"
+        title = f"order {float(order):.4g}, {hertz(float(f.sel(harmonic=order, lobes=0)))}"
         axes.set_title(title, loc="left", fontsize="small")
     last = grid[-1]
     last.set(
@@ -112,4 +112,4 @@ def draw_ring(figure: Any, dataset: xr.Dataset) -> str:
     )
     last.set_xticks(lobes)
     legend(figure, last.get_legend_handles_labels()[0])
-    return f"force waves at the ring at {float(dataset['speed'][index]):.5g} 1/min"
+    return f"force waves at the ring at {rounded(float(dataset['speed'][index]), 5)} 1/min"

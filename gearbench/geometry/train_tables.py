@@ -24,6 +24,9 @@ from gearbench.schema import STRICT, as_table, given, read
 #: Keys of ``[[meshes]]`` that ``[pair]`` has too.
 OF_PAIR = ("centre_distance", "centre_distance_upper", "centre_distance_lower", "backlash")
 
+#: Torque below which a body passes on none, relative to that on the first driver.
+_NO_TORQUE = 1e-9
+
 
 @table(frozen=True, kw_only=True, config=STRICT)
 class TrainGear(Member):
@@ -239,6 +242,14 @@ class TrainTables:
             return train.torques()
         force = self.linkage(train).even_forces(1.0)
         return {m.name: 1e-3 * F * m.pair.gears[0].base_radius for m, F in zip(train.meshes, force, strict=True)}
+
+    def passed_on(self, train: Train) -> dict[str, float]:
+        """Body → torque that it passes on, divided by that on the first driver; only bodies that pass on any."""
+        linkage, shares = self.linkage(train), self.shares(train)
+        force = np.array([shares[mesh.name] / mesh.pair.gears[0].base_radius for mesh in train.meshes])
+        torques = zip(linkage.bodies, np.abs(linkage.on_bodies(force)[:, 2]), strict=True)
+        ends = {train.shaft(train.meshes[0].driver), *train.held}
+        return {name: float(torque) for name, torque in torques if name not in ends and torque > _NO_TORQUE}
 
     @property
     def _shafts(self) -> dict[str, str]:
