@@ -22,7 +22,7 @@ from gearbench.contact.solver import Guess
 from gearbench.contact.transitions import loaded_phases
 from gearbench.dynamics.balance import Excitation
 from gearbench.effects.base import Effect
-from gearbench.effects.shafts import mesh_spread
+from gearbench.effects.shafts import flank_loads, mesh_spread
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.names import PAIR
@@ -170,6 +170,12 @@ class LoadedMesh:
         return FlankState.off_shafts(
             with_shafts.force, with_shafts.stiffness, cycle.transmission_error / MICROMETRES, self.compliance
         )
+
+    @property
+    def load_on_shafts(self) -> tuple[NDArray, NDArray]:
+        """Mean load (size,) of the flank forces on the nodes of the shafts of pinion and wheel."""
+        assert self.on_shafts is not None
+        return flank_loads(self.on_shafts.gears, self.lines, self.solved.solution.force, self.solved.weight)
 
     @cached_property
     def friction(self) -> NDArray:

@@ -282,13 +282,11 @@ class Model(LinearModel):
 
     @cached_property
     def static_states(self) -> tuple[StaticState, ...]:
-        """Static equilibrium of each shaft; shafts of the scene's own pair take the one found with its contact."""
-        states = dict(enumerate(static_equilibrium(self.scene.gearbox)))
-        assert self.loaded_meshes[0].on_shafts is not None
-        for gear in self.loaded_meshes[0].on_shafts.gears:
-            # shafts that share a structure, such as coupled ones, share its state
-            states |= dict.fromkeys(gear.settled.structure.shafts, gear.settled)
-        return tuple(states.values())
+        """Static equilibrium of each shaft under the mean forces of the flanks, where on the face these act."""
+        loads = {name: mesh.load_on_shafts for name, mesh in zip(self.names, self.loaded_meshes, strict=True)}
+        pair = self.loaded_meshes[0].on_shafts
+        assert pair is not None
+        return static_equilibrium(self.scene.gearbox, loads, {gear.number: gear.settled for gear in pair.gears})
 
     @cached_property
     def stiffness(self) -> NDArray:

@@ -262,7 +262,8 @@ def system_effects(
     InputError
         If the shafts and pairs do not fit, or the bearings do not hold a shaft.
     """
-    settled = static_equilibrium(box, of_flanks, {gear.number: gear.settled for gear in near})
+    loaded = {} if of_flanks is None else {PAIR: of_flanks}
+    settled = static_equilibrium(box, loaded, {gear.number: gear.settled for gear in near})
     pinion, wheel = (SeatedGear(box=box, gear=index, settled=settled[box.seats[(PAIR, index)][0]]) for index in (0, 1))
     effects: tuple[Effect, ...] = (Shafts(gears=(pinion, wheel)),)
     shafts = [model.shaft for gear in (pinion, wheel) for model in gear.settled.structure.shafts.values()]

@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.errors import InputError
-from gearbench.geometry.names import PAIR
 from gearbench.geometry.pair import Pair
 from gearbench.system.gearbox import Gearbox
 from gearbench.system.schema import Disc, Ripple, Seat, System
@@ -110,13 +109,15 @@ def steel_disc(radius: float, hole: float, width: float) -> tuple[float, float, 
 
 
 def static_equilibrium(
-    box: Gearbox, of_pair: tuple[NDArray, NDArray] | None = None, near: Mapping[int, StaticState] = MappingProxyType({})
+    box: Gearbox,
+    of_flanks: Mapping[str, tuple[NDArray, NDArray]] = MappingProxyType({}),
+    near: Mapping[int, StaticState] = MappingProxyType({}),
 ) -> tuple[StaticState, ...]:
     """Equilibrium of each shaft in its bearings under mean mesh forces and other loads, in the order of the shafts.
 
-    Shafts connected by bodies share one equilibrium. ``of_pair`` are the nodal loads (size,) of "pair" on the shafts of
-    its pinion and wheel; all other mesh forces, and those of "pair" without ``of_pair``, are spread evenly over the
-    face. Newton's method starts from the equilibria ``near``, by the number of the shaft.
+    Shafts connected by bodies share one equilibrium. ``of_flanks`` are the nodal loads (size,) of a mesh on the shafts
+    of its pinion and wheel, by the name of the mesh; the forces of other meshes are spread evenly over the face.
+    Newton's method starts from the equilibria ``near``, by the number of the shaft.
     """
     states: dict[int, StaticState] = {}
     for structure in box.structures:
@@ -127,8 +128,8 @@ def static_equilibrium(
             for (name, index), (shaft, _) in box.seats.items():
                 if shaft == number:
                     load[motions] += (
-                        of_pair[index]
-                        if of_pair is not None and name == PAIR
+                        of_flanks[name][index]
+                        if name in of_flanks
                         else box.force(name) * box.wrench(name, index, model)
                     )
         start = next((near[number].motion for number in structure.shafts if number in near), None)
