@@ -40,9 +40,9 @@ COEFFICIENT_RATIOS = (0.3, 0.95)
 #: relative to peak-to-peak, per module of face width. SPUR_ERROR: the same for spur pairs, relative to peak-to-peak.
 #: TRUNCATION_ERROR: truncated compliance, for a harmonic of the stiffness, relative to the mean stiffness.
 HELICAL_ERROR, SPUR_ERROR, TRUNCATION_ERROR = 8e-6, 2e-5, 4e-5
-#: FINE_POINTS: number of points on a panel at which extremes are sought. If the last third of the coefficients on a
-#: panel exceeds the share STEEP_SHARE of the range of the curve, or its polynomial misses the curve (``_missed``) by
-#: the share OFF, the polynomial is not trusted and the extremes are limited, see ``_within``.
+#: FINE_POINTS: number of points on a panel at which extremes are sought. If the coefficients that the polynomial of a
+#: panel leaves out (``_left_out``) exceed the share STEEP_SHARE of the range of the curve, or the polynomial misses the
+#: curve (``_missed``) by the share OFF, it is not trusted and the extremes are limited, see ``_within``.
 FINE_POINTS, STEEP_SHARE, OFF = 201, 2e-2, 5e-2
 #: Error of the mean over a panel whose polynomial misses a kink or a jump, over the last two coefficients. With five
 #: Gauss points, a kink anywhere on the panel leaves 0.07 of the last coefficient in RMS, a jump 0.17; measured on
@@ -221,30 +221,60 @@ def _extremes(phases: Phases, values: NDArray) -> tuple[NDArray, NDArray]:
     """Least and greatest values on the panels, both (…, panel)."""
     assert phases.size is not None
     by_panel, fine = values.reshape(*values.shape[:-1], -1, phases.size), _on_panels(phases, values, FINE_POINTS)
-    coefficient = np.abs(by_panel @ legendre_transform(phases.size).T)
-    last = coefficient[..., -max(1, phases.size // 3) :].sum(axis=-1)
     extent = np.ptp(values, axis=-1)[..., None]
-    steep = ((last > STEEP_SHARE * extent) | (_missed(phases, values) > OFF * extent)) & (phases.size > 4)
+    steep = (_left_out(by_panel) > STEEP_SHARE * extent) | (_missed(phases, values) > OFF * extent)
+    steep &= phases.size > 4
     if steep.any():
         low, high = _within(by_panel, fine, steep)
         fine = np.clip(fine, np.where(steep, low, -np.inf)[..., None], np.where(steep, high, np.inf)[..., None])
     return fine.min(axis=-1), fine.max(axis=-1)
 
 
+def _left_out(by_panel: NDArray) -> NDArray:
+    """Estimated sum of the coefficients that the polynomial of a panel leaves out, (…, panel).
+
+    Coefficients fall on as from the second last to the last third, but at least by half.
+    """
+    count = max(2, by_panel.shape[-1] // 3)
+    coefficient = np.abs(by_panel @ legendre_transform(by_panel.shape[-1]).T)
+    before, last = coefficient[..., -2 * count : -count].sum(axis=-1), coefficient[..., -count:].sum(axis=-1)
+    ratio = np.divide(last, before, out=np.full_like(last, 0.5), where=2 * last < before)
+    return last * ratio / (1 - ratio)
+
+
 def _within(values: NDArray, fine: NDArray, steep: NDArray) -> tuple[NDArray, NDArray]:
     """Limits of a curve on panels where it is too steep for a polynomial, both (…, panel).
 
     The polynomials (``fine``) overshoot at the ends of such panels. The limits there are the end value of the
-    neighbour or, if the neighbour is too ``steep`` as well, the less extreme of both end values.
+    neighbour or, if the neighbour is too ``steep`` as well, the less extreme of both end values. Between two samples
+    the curve is a parabola, see ``_vertices``.
     """
     first, last = fine[..., 0], fine[..., -1]
     before, after = np.roll(last, 1, axis=-1), np.roll(first, -1, axis=-1)
     both = [steep & np.roll(steep, shift, axis=-1) for shift in (1, -1)]
-    low, high = values.min(axis=-1), values.max(axis=-1)
+    inside = np.concatenate([values, _vertices(values)], axis=-1)
+    low, high = inside.min(axis=-1), inside.max(axis=-1)
     for extreme, other, doubt in ((first, before, both[0]), (last, after, both[1])):
         low = np.minimum(low, np.where(doubt, np.maximum(extreme, other), other))
         high = np.maximum(high, np.where(doubt, np.minimum(extreme, other), other))
     return low, high
+
+
+def _vertices(values: NDArray) -> NDArray:
+    """Extremes of a curve between two Gauss points from values (…, panel, size); the value at the first without one.
+
+    A parabola joins two Gauss points. Its curvature is the smaller of those on both sides (through the Gauss point
+    before and the one behind), and zero if their signs differ, so that it does not overshoot at steps.
+    """
+    t = gauss(values.shape[-1])[0]
+    slope = np.diff(values, axis=-1) / np.diff(t)
+    curvature = np.diff(slope, axis=-1) / (t[2:] - t[:-2])
+    before, after = curvature[..., :-1], curvature[..., 1:]
+    half = np.where(before * after > 0, np.where(np.abs(before) < np.abs(after), before, after), 0.0)
+    begin, end, slope, step = values[..., 1:-2], values[..., 2:-1], slope[..., 1:-1], np.diff(t)[1:-1]
+    turns = np.abs(slope) < np.abs(half) * step
+    safe = np.where(turns, half, 1.0)
+    return np.where(turns, (begin + end) / 2 - slope**2 / (4 * safe) - safe * step**2 / 4, begin)
 
 
 def coefficients(phases: Phases, values: NDArray, orders: int | None = None) -> NDArray:
