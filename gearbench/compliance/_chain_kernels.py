@@ -1,4 +1,4 @@
-"""Compiled elimination of a chain of blocks, with SciPy's BLAS and LAPACK routines.
+"""Compiled elimination of a chain of blocks for ``chain.Chain``, with SciPy's BLAS and LAPACK routines.
 
 Three blocks at a time and their rows of the right-hand sides stay in the processor's cache; Python's lock is released.
 Arrays are in row-major order, so LAPACK sees them transposed.
@@ -159,20 +159,22 @@ def _both_halves(result, lower, columns):
 
 @entry(FUSED)
 def chain_compliance(result, held, lower, columns, chain, sides, numbers, routines):
-    """BᵀK⁻¹B in ``result``; False if K is not positive definite.
+    """Fill ``result`` with BᵀK⁻¹B; return False if K is not positive definite.
 
     Parameters
     ----------
     result, lower, held
         Memory for (m, m), twice, and for the rows of three blocks, (3, largest block, three largest blocks + m).
     columns
-        Columns of B in the order in which they begin, (m,).
+        Columns of B, ordered by the block at which they begin, (m,).
     chain
-        Sizes of the blocks, then four zeros, (count + 4,); entries of all matrices, flat; where in it the two matrices
-        begin whose weighted sum is the block (i, i + apart), (3, count, 2); and their weights.
+        Sizes of the blocks, then four zeros, (count + 4,); entries of all matrices, flat; for each block
+        (i, i + apart), places in these entries at which the two matrices begin whose weighted sum it is, and the
+        weights, (3, count, 2).
     sides
         Number of groups of columns that begin at a block or above it, (count,); numbers of their first columns, and
-        the number of all columns, (groups + 1,); beginnings and weights of the blocks of B, (count, groups, 2).
+        the number of all columns, (groups + 1,); places and weights, as for ``chain``, of the blocks of B,
+        (count, groups, 2).
     numbers, routines
         Memory for the arguments of BLAS, six integers of 32 bits; ``gearbench.compliance.lapack.addresses``.
     """

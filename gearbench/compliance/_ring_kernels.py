@@ -1,4 +1,4 @@
-"""Compiled kernels for a ring and for a tooth on it; they call SciPy's BLAS and LAPACK routines.
+"""Compiled kernels for ``ring`` and, in ``gear_body``, for a tooth on it; they call SciPy's BLAS and LAPACK routines.
 
 Harmonics and waves are processed one at a time, so that their data stay in the processor's cache. Python's lock is
 released. Arrays are in row-major order, so LAPACK sees them transposed.
@@ -98,8 +98,8 @@ def assemble(along, across, K):
 
 
 @entry(SUMS)
-def condense(along, across, edge, found, routines):
-    """Set ``found`` to ĉ (harmonic, n, n) (R3); return False if a matrix is not positive definite.
+def condense(along, across, edge, compliance, routines):
+    """Set ``compliance`` to ĉ (harmonic, n, n) (R3); return False if a matrix is not positive definite.
 
     Only the last function along R moves the rim; its value there is ``edge``.
     """
@@ -107,7 +107,7 @@ def condense(along, across, edge, found, routines):
     K, half, numbers = np.empty((p, n, p, n)), np.empty((n, n)), np.empty(3, dtype=np.int32)
     blas = (routines, np.int64(LETTERS.ctypes.data), np.int64(FACTORS.ctypes.data), numbers)
     at, size = np.int64(K.ctypes.data), p * n
-    for k in range(len(found)):
+    for k in range(len(compliance)):
         _assembled(along[k], across[k], K)
         if not _factor(at, size, size, blas):
             return False
@@ -116,7 +116,7 @@ def condense(along, across, edge, found, routines):
         for i in range(n):
             half[i, i] = edge
         _solve(at + 8 * (size - n) * (size + 1), size, np.int64(half.ctypes.data), n, n, blas)
-        c = found[k]
+        c = compliance[k]
         c[:] = 0.0
         _square(np.int64(half.ctypes.data), (n, n), False, ONE, np.int64(c.ctypes.data), blas)
         for i in range(n):
@@ -127,7 +127,10 @@ def condense(along, across, edge, found, routines):
 
 @part(FUSED)
 def _lend(P, low, softness):
-    """Replace P (n, low) by P L⁻ᵀ, with L Lᵀ = ``softness`` · 1 − P[low]: lends the springs to the tooth."""
+    """Replace P (n, low) by P L⁻ᵀ, with L Lᵀ = ``softness`` · 1 − P[low].
+
+    P are columns of B, and B + P Pᵀ is then B_σ of ``gear_body._SprungTooth``.
+    """
     count = len(low)
     L = np.empty((count, count))
     for i in range(count):

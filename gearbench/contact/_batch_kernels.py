@@ -1,9 +1,8 @@
-"""Compiled solver for many gap vectors against one compliance, with samples side by side in lanes.
+"""Compiled solver of many error samples if the blocks of a position deflect independently; ``batch`` calls it.
 
-The Newton method of ``gearbench.contact._kernels`` runs on up to ``LANES`` samples at once. Every inner loop runs over
-the lanes, so that it compiles to vector instructions. A converged lane takes no steps. Lanes do not interact, so the
-result of a sample does not depend on its neighbours. The tests compare both solvers with a readable NumPy version.
-Index j counts lanes, i segments, k blocks, and r unknowns of all blocks.
+``_lane_kernels`` explains lanes. The Newton method of ``gearbench.contact._kernels`` runs on all lanes at once; a
+converged lane takes no steps. The tests compare both solvers with a readable NumPy version. Index j counts lanes,
+i segments, k blocks, and r unknowns of all blocks.
 """
 
 from __future__ import annotations
@@ -186,7 +185,7 @@ def back_substitute(ranks, rank, hess, x):
 
 @part(FUSED)
 def newton_step(ranks, rank, lanes, equations, delta, which):
-    """One full Newton step of the lanes whose ``done`` is ``which``; ``lanes.slope`` becomes ∂F/∂δ."""
+    """One full Newton step of q and δ in the lanes whose ``done`` is ``which``; ``lanes.slope`` becomes ∂F/∂δ."""
     number = delta.size
     total, slope, done, step = lanes.total, lanes.slope, lanes.done, lanes.step
     q, y, x, hess = equations
@@ -217,8 +216,8 @@ def solve_lanes(t, system, laws, lanes, equations, delta, stiffness, tolerance, 
     """Newton's method on all lanes of position t of ``system`` (``Blocks``); returns the number of steps.
 
     A lane takes no step while its residual is within the tolerance; ``lanes.done`` tells which lanes these are. In the
-    end they take a last step, and give the stiffness, with the slopes of ``steepen``: the residual falls to a few
-    percent of itself.
+    end these lanes take one more step with the slopes of ``steepen``, which also give the stiffness. These slopes are
+    not the derivative of the forces, so the step leaves a few percent of the residual.
     """
     number = delta.size
     first, ranks = system.firsts[t, : system.blocks[t] + 1], system.ranks[t, : system.blocks[t]]
@@ -246,9 +245,9 @@ def solve_lanes(t, system, laws, lanes, equations, delta, stiffness, tolerance, 
 
 @entry(FUSED)
 def schur_complements(matrix, size, rows, result):
-    """Fill the Schur complements (row, row, lane) of the last ``rows`` rows of symmetric matrices; overwrites these.
+    """Fill ``result`` (row, row, lane) with the Schur complements of the last ``rows`` rows of symmetric matrices.
 
-    Lower triangles of the matrices are stored row by row, (…, lane).
+    Lower triangles of the matrices are stored row by row, (…, lane); they are overwritten.
     """
     number = matrix.shape[1]
     nothing = np.zeros((size, number))
@@ -270,8 +269,9 @@ def schur_complements(matrix, size, rows, result):
 def solve_chunk(gaps, system, draws, lanes, tolerance, limit, results):
     """Solve every position for one chunk of samples and fill ``results``.
 
-    The first guess of (q, δ) is linear in the draws (error, lane), plus its errors at the previous two positions with
-    the weights ``gaps.extrapolation``. Within a position, gaps and δ are counted from the smallest gap of the sample.
+    The first guess of (q, δ) is linear in the draws (error, lane). The errors that this guess had at the previous two
+    positions are added to it with the weights ``gaps.extrapolation``. Within a position, gaps and δ are counted from
+    the smallest gap of the sample.
     """
     number = draws.shape[1]
     rank, unknowns = system.factor.shape[2], system.start.shape[1] - 1

@@ -1,13 +1,13 @@
-"""Compiled solver for many gap vectors if all segments of a position deflect each other.
+"""Compiled solver of many error samples if segments deflect each other by many amplitudes; ``batch`` calls it.
 
-Up to ``LANES`` error samples are solved side by side; each is a lane, the last axis of arrays, for vector instructions.
+``_lane_kernels`` explains lanes. All lanes share the matrix G but do not interact.
 
 Newton's method is applied to the forces u that act in addition to those of the linear problem at the mean errors
 (``gearbench.contact.reference``, B2 of docs/algorithms.md). Its matrices I + ΔG differ from the identity only where the
 slope of a contact law differs from the slope at the mean errors. Conjugate gradients solve them in single precision,
-since a Newton step needs few digits; residuals and stiffness are in double precision. All lanes share G but do not
-interact. ``rise`` is z₁, the z under a unit total force; ``flexibility`` is c = ∂δ/∂F (``Reference``). The tests
-compare the solver with a readable NumPy version.
+since a Newton step needs few digits; residuals and stiffness are in double precision. ``rise`` is z₁, the z under a
+unit total force; ``flexibility`` is c = ∂δ/∂F (``Reference``). The tests compare the solver with a readable NumPy
+version.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ from gearbench.contact._lane_kernels import (
 
 #: Relative residual of the conjugate gradients of a Newton step: coarsest and finest.
 LEAST_PRECISION, MOST_PRECISION = 1e-1, 1e-4
-#: Maximum number of conjugate gradient steps; a lane goes on with the result it has then.
+#: Maximum number of conjugate gradient steps of a Newton step, which takes what they have reached.
 MOST_CONJUGATE = 60
-#: Smallest magnitude of residuals and search directions; forces are of order 1. Segments without load converge at once,
-#: and products of what rounding leaves of their residuals would be denormal numbers, which are slow.
+#: Residuals and search directions of smaller magnitude are set to zero; forces are of order 1. Segments without load
+#: converge at once, and products of the rounding left in their residuals would be denormal numbers, which are slow.
 SMALLEST = np.float32(1e-20)
 
 
@@ -62,10 +62,7 @@ class Conjugate(NamedTuple):
 
 @part(FUSED)
 def residuals(u, z, p, w, rise, load, weight, negative, change, total):
-    """negative ← −F with F = u + p − W₀ z, change ← W − W₀ (single precision), total ← Σ|F|.
-
-    The argument z does not yet contain ``rise`` · ``load``.
-    """
+    """negative ← −F with F = u + p − W₀ (z + rise · load), change ← W − W₀ (single precision), total ← Σ|F|."""
     number = total.size
     for j in range(number):
         total[j] = 0.0

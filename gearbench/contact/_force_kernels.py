@@ -1,9 +1,8 @@
 """Compiled Newton solver whose unknowns are the forces of loaded segments, for problems with many amplitudes.
 
-The steps are the same as in ``gearbench.contact._kernels``, for the same convex J(q, δ). After a step the amplitudes
-are q = Ψᵀ v with forces v; J needs only z = Ψ q = H v and |q|². The matrix has one row for each loaded segment (C9 of
-docs/algorithms.md). Close to the solution its factor is reused for several steps. ``gearbench.compiled`` says what an
-``entry`` is, a ``part`` and ``SUMS``.
+``solver`` calls it. Its steps are those of ``gearbench.contact._kernels``, for the same convex J(q, δ). After a step
+the amplitudes are q = Ψᵀ v with forces v; J needs only z = Ψ q = H v and |q|². The matrix has one row for each loaded
+segment (C9 of docs/algorithms.md). Close to the solution its factor is reused for several steps.
 """
 
 from __future__ import annotations
@@ -26,24 +25,25 @@ from gearbench.contact._kernels import (
 )
 from gearbench.contact._law_kernels import CONSTANTS, SCRATCH, apply_laws, law_constants
 
-#: Residual relative to the greatest deflection: level of rounding, and level below which a residual that no longer
-#: falls counts as rounding.
+#: Residuals relative to the greatest deflection: one that is rounding, and the greatest one that counts as rounding if
+#: a step does not halve it.
 ROUNDING, NEAR_ROUNDING = 1e-15, 1e-13
 #: The factor is reused if the residual is at most the first number, and the last step reduced it to at most the second
 #: fraction.
 REUSED, FALLING = 1e-3, 0.003
-#: Relative error of the stiffness: at rounding, and allowed in a rough solution.
+#: Greatest relative error of the stiffness in a solution to rounding, and after a last step.
 STIFFNESS_ROUNDING, ROUGH_STIFFNESS = 1e-14, 1e-6
-#: Number of scratch rows of a position that are named in ``Rows``.
+#: Number of the arrays (segment,) of real numbers in ``Rows``.
 ROWS = 9
 
 
 class Rows(NamedTuple):
-    """Scratch arrays of a position (segment,), of the contact law (…, segment), and factor B (segment, segment + 1).
+    """Scratch arrays of a position (segment,), of the contact law (…, segment), and B (segment, segment + 1).
 
-    ``weight`` holds the slopes dP/ds, ``residual_z`` the residual H P − z, d the step of the forces and dz that of z.
-    ``loaded`` holds the numbers of the loaded segments and ``root`` the square roots of their slopes. ``offset`` is the
-    term that ``deflect`` adds to H v, ``deflected`` its result; x and v are scratch.
+    B holds the Cholesky factor U and the column U⁻ᵀ S 1 of ``factorise``. ``weight`` holds the slopes dP/ds,
+    ``residual_z`` the residual H P − z, d the step of the forces and dz that of z. ``loaded`` holds the numbers of the
+    loaded segments and ``root`` the square roots of their slopes. ``offset`` is the term that ``deflect`` adds to H v,
+    ``deflected`` its result; x and v are scratch.
     """
 
     weight: NDArray
@@ -63,9 +63,9 @@ class Rows(NamedTuple):
 
 @part(SUMS)
 def eliminate(B, n):
-    """Cholesky factor U of the first n columns of B in place, four rows at a time; further columns become U⁻ᵀ B.
+    """Replace the first n columns of B by their Cholesky factor U, and further columns b by U⁻ᵀ b.
 
-    B is (n, ≥ n); elements below the diagonal are neither read nor written.
+    Four rows are eliminated at a time. B is (n, ≥ n); elements below the diagonal are neither read nor written.
     """
     width = B.shape[1]
     for first in range(0, n, 4):
@@ -132,7 +132,7 @@ def back(B, n, x):
 
 @part(SUMS)
 def force_direction(total, residual_z, B, n, loaded, root, stiffness, x, d):
-    """Newton step dδ, which is returned, and step d of the forces, zero for segments that are not loaded.
+    """Return the Newton step dδ; fill the step d of the forces, zero for segments that are not loaded.
 
     With the residual g = H P − z: (1 + S H S) S⁻¹ d = S (dδ − g) and Σd = 1 − ΣP.
     """
@@ -154,7 +154,7 @@ def force_direction(total, residual_z, B, n, loaded, root, stiffness, x, d):
 
 @part(SUMS)
 def deflect(H, v, plus, result):
-    """result ← H v + plus, skipping zeros of v; returns the greatest absolute value."""
+    """result ← H v + plus, skipping zeros of v; returns the greatest magnitude of the result."""
     for j in range(v.size):
         result[j] = plus[j]
     for i in range(v.size):
@@ -171,8 +171,9 @@ def deflect(H, v, plus, result):
 def stiffness_at(H, weight, B, n, loaded, root, x, v, offset, deflected, most):
     """∂F/∂δ = 1ᵀ (1/W + H)⁻¹ 1 for the slopes W, to a relative error of ``most``.
 
-    The factor in B may belong to other slopes; it is computed again if they differ too much. With
-    r = 1 − (1/W + H) v, the estimate 2 Σv − v·(1/W + H) v has the error rᵀ(1/W + H)⁻¹ r ≤ Σ W r².
+    The factor in B may belong to earlier slopes. It gives a first v, and improves it once. With r = 1 − (1/W + H) v,
+    the estimate 2 Σv − v·(1/W + H) v has the error rᵀ(1/W + H)⁻¹ r ≤ Σ W r². If this bound is too large, or other
+    segments are loaded, B is computed again.
     """
     changed = 0
     for j in range(weight.size):
@@ -216,9 +217,10 @@ def forces(z, dz, t, delta, gap, constants, scratch, force, weight):
 
 @part()
 def search(z, dz, delta, step, norms, previous, descent, gap, constants, scratch, force, weight):
-    """Line search: halve the step until J falls enough; returns t, ΣP − 1, ΣdP/ds, J and |q|² there.
+    """Line search: halve the step until J falls enough; returns the part t taken, and ΣP − 1, ΣdP/ds, J and |q|² there.
 
-    ``norms`` holds |q|² before the step, the product of q before and after it, and |q|² after a whole step.
+    ``norms`` holds |q|² before the step, q before · q after a whole step, and |q|² after a whole step; ``descent`` is
+    the derivative of J along the step, ``previous`` is J before it.
     """
     t = 1.0
     while True:
@@ -236,7 +238,7 @@ def solve_forces(H, gap, z, square, delta, force, rows, tolerance, limit):
     """Newton's method with line search, starting from δ and from deflections z of amplitudes with |q|² = ``square``.
 
     Fills ``force``; returns δ, ∂F/∂δ and the number of steps. A step that is expected to leave a residual of at most
-    ``tolerance``² is the last, and the law is not evaluated after it: ``force`` then follows from the linearised law.
+    ``tolerance``² is the last. The law is not evaluated after it, so ``force`` follows from the linearised law.
     """
     weight, residual_z, d, dz, root, x, v, offset, deflected, loaded, constants, scratch, B = rows
     stiffness, best, stalled, idle, iteration, n, previous = 0.0, math.inf, 0, 0, 0, 0, math.inf
@@ -306,10 +308,10 @@ def compliance_matrix(psi, block, H):
 
 @entry()
 def solve_coupled(problem, q, delta, tolerance, limit, force, stiffness, steps):
-    """Solve every position of a problem whose segments share amplitudes q (position, block, rank).
+    """Solve every position of a problem for its amplitudes q (position, block, rank) and approach δ, by forces.
 
     q and δ hold the guess (δ = −∞ for none), and the solution afterwards. Fills forces, ∂F/∂δ and the numbers of steps.
-    In rough solutions a position without guess starts from the forces of the previous position.
+    If ``tolerance`` is positive, a position without guess starts from the forces of the previous position.
     """
     p = problem
     positions, n = p.gap.shape

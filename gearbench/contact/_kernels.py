@@ -1,7 +1,8 @@
-"""Compiled Newton solver of the contact problem, which the tests compare with a readable NumPy version.
+"""Compiled Newton solver of the contact problem (``problem.ContactProblem``), called by ``solver``.
 
 The unknowns of a position are the amplitudes q of the smooth deflection and the approach δ; the solution minimises a
-convex function J(q, δ). Index i counts positions, j segments, k blocks, and c columns of the factor.
+convex function J(q, δ) (C4 of docs/algorithms.md). Index i counts positions, j segments, k blocks, and c columns of the
+factor Ψ. The tests compare the solver with a readable NumPy version.
 """
 
 from __future__ import annotations
@@ -14,14 +15,13 @@ from numpy.typing import NDArray
 
 from gearbench.compiled import SUMS, entry, part
 from gearbench.contact._law_kernels import CONSTANTS, SCRATCH, apply_laws, law, law_constants
-from gearbench.contact.law import TANGENT_FROM
+from gearbench.contact.law import LARGEST_EXPONENT, TANGENT_FROM
 
-#: Steps without a decrease of J that show that rounding is reached; near convergence two or three may occur.
+#: Steps in turn that do not lower J, after which rounding is reached; near convergence two or three may occur.
 IDLE_STEPS = 8
-#: Two steps in turn that leave more than the first fraction of the residual show so too, if it is below the second
-#: number.
+#: It also ends after two steps in turn that leave more than the first fraction of a residual below the second number.
 STALLED, STALL_LEVEL = 0.5, 1e-11
-#: Line search: part of the linear decrease of J that suffices; rounding of J over its size; shortest step.
+#: Line search: part of the linear decrease of J that suffices; rounding of J relative to J; shortest step.
 SUFFICIENT, ROUNDING_OF_J, SHORTEST_STEP = 1e-4, 1e-14, 1e-12
 
 
@@ -38,11 +38,13 @@ class Arrays(NamedTuple):
 
 
 class Work(NamedTuple):
-    """Scratch arrays of a position (block, rank), Hessian ``hess`` (block, rank, rank), and of the law (…, segment).
+    """Scratch arrays of a position.
 
-    ``q`` holds the first guess of the amplitudes, and the solution afterwards; ``trial`` is q during the line search,
-    ``step`` its change. ``grad`` holds the derivatives of J by q, ``cross`` their derivatives by −δ. ``weight`` holds
-    the slopes dP/ds of the segments, ``loaded`` the numbers of the loaded ones.
+    ``q`` (block, rank) holds the first guess of the amplitudes, and the solution afterwards. ``trial`` is q during the
+    line search, ``step`` the change of q, x scratch of ``newton_direction``. ``grad`` holds the derivatives of J by q,
+    ``cross`` their derivatives by −δ, all (block, rank); ``hess`` is the Hessian (block, rank, rank). ``constants`` and
+    ``scratch`` (…, segment) belong to the contact law; the last row of ``scratch`` holds the compressions s. ``weight``
+    holds the slopes dP/ds of the segments, ``loaded`` the numbers of the loaded ones.
     """
 
     q: NDArray
@@ -72,44 +74,45 @@ class Work(NamedTuple):
 def compression(p, a, h, sigma):
     """Compression of a segment, or of the end of a cell that touches first, under the force p (``law.compression``)."""
     if sigma > 0.0:
-        whole = law(sigma, a, h)[0]
-        if p < whole:
-            return 2.0 * sigma * math.sqrt(p / whole)
+        P_sigma = law(sigma, a, h)[0]
+        if p < P_sigma:
+            return 2.0 * sigma * math.sqrt(p / P_sigma)
     if p <= 0.0:
         return sigma
     if h == 0.0:
         return sigma + a * p
-    edge = math.exp(min(a / h - TANGENT_FROM, 700.0))
+    edge = math.exp(min(a / h - TANGENT_FROM, LARGEST_EXPONENT))
     low = min(p, edge)
     return sigma + low * (a - h * math.log(low)) + h * (p - low)
 
 
 @entry()
 def complementarity(problem, force, delta, residual):
-    """Fill ``residual`` with max |min(P, gap)| of each position, where gap = H P + g(P) + e − δ."""
+    """Fill ``residual`` with max |min(P, d)| of each position; d = H P + g(P) + e − δ is the distance of the flanks."""
     p = problem
     positions, n, rank = p.factor.shape
-    shared = np.empty((p.block.max() + 1, rank))
+    q = np.empty((p.block.max() + 1, rank))
     for i in range(positions):
-        shared[:] = 0.0
+        q[:] = 0.0
         for j in range(n):
             if p.active[i, j]:
                 for c in range(rank):
-                    shared[p.block[i, j], c] += p.factor[i, j, c] * force[i, j]
+                    q[p.block[i, j], c] += p.factor[i, j, c] * force[i, j]
         residual[i] = 0.0
         for j in range(n):
             if p.active[i, j]:
-                gap = compression(force[i, j], p.a[i, j], p.h[i, j], p.sigma[i, j]) + p.gap[i, j] - delta[i]
+                d = compression(force[i, j], p.a[i, j], p.h[i, j], p.sigma[i, j]) + p.gap[i, j] - delta[i]
                 for c in range(rank):
-                    gap += p.factor[i, j, c] * shared[p.block[i, j], c]
-                worst = abs(min(force[i, j], gap))
-                if not worst <= residual[i] and not math.isnan(residual[i]):
-                    residual[i] = worst
+                    d += p.factor[i, j, c] * q[p.block[i, j], c]
+                violation = abs(min(force[i, j], d))
+                # written so that NaN is kept
+                if not violation <= residual[i] and not math.isnan(residual[i]):
+                    residual[i] = violation
 
 
 @part(SUMS)
 def add_loaded(factor, block, loaded, weight, force, work):
-    """Add the contributions of the ``loaded`` segments to gradient and Hessian, four segments of a block at a time."""
+    """Add the contributions of the ``loaded`` segments to gradient and Hessian of J, four of a block at a time."""
     grad, hess, cross = work.grad, work.hess, work.cross
     rank, n = factor.shape[1], 0
     while n < loaded.size:
@@ -211,7 +214,7 @@ def newton_direction(total, slope, work):
 
 @part()
 def closing_direction(i, problem, q, delta, work):
-    """Step of δ that closes the smallest gap, if no segment touches; fills the step of q by steepest descent."""
+    """Step of δ that compresses one segment by 1, if no segment touches; fills the step of q by steepest descent."""
     s, step_d = work.scratch[SCRATCH], math.inf
     fill_compressions(i, problem, q, delta, s)
     for j in range(s.size):
@@ -223,19 +226,20 @@ def closing_direction(i, problem, q, delta, work):
 
 @part()
 def first_approach(gap, a, h, sigma, active, factor):
-    """First guess of δ: all segments touch, but δ is at most that of a single segment under the full load."""
-    greatest, alone = -math.inf, math.inf
+    """First guess of δ: all segments touch, but δ is at most that at which a single segment carries the full load."""
+    greatest_gap, alone = -math.inf, math.inf
     for j in range(gap.size):
         if not active[j]:
             continue
-        greatest = max(greatest, gap[j])
-        whole = law(sigma[j], a[j], h[j])[0]
+        greatest_gap = max(greatest_gap, gap[j])
+        # compression under the full load, 1: of a partly loaded cell, or at most this
+        P_sigma = law(sigma[j], a[j], h[j])[0]
         most = sigma[j] + max(a[j], TANGENT_FROM * h[j])
-        delta = gap[j] + (2.0 * sigma[j] / math.sqrt(whole) if whole > 1.0 else most)
+        delta = gap[j] + (2.0 * sigma[j] / math.sqrt(P_sigma) if P_sigma > 1.0 else most)
         for c in range(factor.shape[1]):
             delta += factor[j, c] * factor[j, c]
         alone = min(alone, delta)
-    return min(greatest + 1.0, alone)
+    return min(greatest_gap + 1.0, alone)
 
 
 @entry()
@@ -256,8 +260,8 @@ def solve_position(i, problem, work, delta, tolerance, limit, forces):
     """Newton's method with line search on the convex J(q, δ) of position i.
 
     J = ½|q|² + Σ ∫P ds − δ. Fills the ``forces``, leaves the amplitudes in work.q, and returns δ, ∂F/∂δ and the
-    number of steps. If ``delta`` is finite, it and work.q are the first guess. When the residual has fallen to
-    ``tolerance``, one last step squares it; the forces are those before this step.
+    number of steps. If ``delta`` is finite, it and work.q are the first guess; otherwise there is none. When the
+    residual has fallen to ``tolerance``, one last step squares it; the forces are those before this step.
     """
     p, q, trial = problem, work.q, work.trial
     law_constants(p.a[i], p.h[i], p.sigma[i], work.constants)

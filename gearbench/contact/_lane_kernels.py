@@ -1,6 +1,7 @@
 """Common parts of the compiled solvers for many samples, ``_batch_kernels`` and ``_coupled_kernels``.
 
-Arrays of samples end with the axis ``lane``. A lane holds one sample and is independent of the others.
+Each lane holds one error sample and does not depend on the others. The lane is the last axis of arrays, so that loops
+over lanes become vector instructions. ``batch`` prepares the arrays and calls the solvers.
 """
 
 from __future__ import annotations
@@ -14,15 +15,14 @@ from gearbench.compiled import FUSED, part
 from gearbench.contact._law_kernels import LEAST, level_start, log_law, logarithm
 from gearbench.contact.law import STEEPEST, TAIL
 
-#: Maximum number of samples solved side by side; their number is a multiple of ``VECTOR``, so that loops are vector
-#: instructions to their end.
+#: Maximum number of lanes. Their number is a multiple of ``VECTOR``, so that no loop ends with single numbers.
 LANES, VECTOR = 128, 16
-#: Smallest σ, half the variation of the compression along a cell; segments that are points have this σ.
+#: Smallest σ, half the variation of the compression along a cell; Gauss points have this σ, so nothing divides by zero.
 POINT = 1e-30
 
 
 class Gaps(NamedTuple):
-    """Gaps and contact laws of a ``Batch``, under its names except for ``existing``, which is its ``count``."""
+    """Gaps and contact laws of a ``Batch``: fields of the same names; ``existing`` is ``Batch.count``."""
 
     existing: NDArray
     extrapolation: NDArray
@@ -52,8 +52,9 @@ class Lanes(NamedTuple):
 
     ``s``, ``p`` and ``w`` are compression, force and slope dp/ds. ``sigma`` holds σ, half the variation of s along a
     cell, and 1/2σ, (2, segment, lane). Gaps and δ are counted from the smallest gap, ``least``. ``load`` is the
-    prescribed ΣP, (position, lane). ``total`` is ΣP − load, or Σ|residual force|; ``slope`` is ΣdP/ds and then ∂F/∂δ;
-    ``step`` is the step of δ; ``done`` is 1 where the lane converged. ``level`` is scratch of the law, (3, lane).
+    prescribed ΣP, (position, lane). ``total`` is ΣP − load in ``_batch_kernels`` and Σ|F_i| (B2) in
+    ``_coupled_kernels``. ``slope`` holds ΣdP/ds, which a Newton step replaces by ∂F/∂δ; ``step`` is the step of δ;
+    ``done`` is 1 where the lane converged. ``level`` is scratch of the law, (3, lane).
     """
 
     gap: NDArray
@@ -102,8 +103,9 @@ def add_combination(start, stop, coefficient, column, rows, out, r):
 def first_guess(start, guess, draws, weights, guess_errors, q):
     """First guess of the unknowns q (n, lanes): start + guess · draws, plus the weighted errors of earlier guesses.
 
-    ``guess_errors`` (2, n, lanes) holds these errors at the previous position and at the one before it. Afterwards row
-    1 belongs to the previous position. Row 0 holds minus the linear guess; ``note_guess_errors`` adds the solution.
+    ``guess_errors`` (2, n, lanes) holds the errors that start + guess · draws had at the previous position (row 0) and
+    at the one before it (row 1). Row 0 moves to row 1 and becomes −(start + guess · draws) of this position;
+    ``note_guess_errors`` adds the solution to it.
     """
     number = q.shape[1]
     for r in range(q.shape[0]):
@@ -221,6 +223,6 @@ def steepen(n, laws, lanes):
                 r = 1.0 / max(2.0 * t - 1.0, 1.0)
                 square = r * r
                 whole = 1.0 + hw * square * (1.0 / 6.0 + TAIL * square * square * square)
-                level = max(t - hw, hw)  # h w (L − 1) of a partly loaded cell
+                level = max(t - hw, hw)  # h w (L − 1) of a partly loaded cell, with L of ``gearbench.contact.law``
                 part = max(level - hw * logarithm(2.0 * t), STEEPEST * level)
                 w[i, j] *= (level if t < 1.0 else 1.0) / (part if t < 1.0 else whole)

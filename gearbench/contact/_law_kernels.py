@@ -1,9 +1,10 @@
 """Compiled contact law at a point, which the compiler inlines into the loops over segments and samples.
 
-The tests compare it with ``gearbench.contact.law``. The level L = a/h − ln P solves L − ln L = κ − ln s with
-κ = a/h + ln h. ``level_start`` guesses it by a rational approximation; ``log_law`` improves it by one step of Halley's
-method, and by one Newton step for the last digits. Logarithms use the bits of a number. There are no branches, so loops
-become vector instructions; two short loops, one for each function, are faster than one.
+The law is that of ``gearbench.contact.law``, with which the tests compare it. The level L = a/h − ln P solves
+L − ln L = κ − ln s with κ = a/h + ln h. ``level_start`` guesses L by a rational approximation; ``log_law`` improves the
+guess by one step of Halley's method and, if ``exact``, by a Newton step. Logarithms split a number into mantissa and
+exponent. There are no branches, so loops become vector instructions; two short loops, one for each function, are faster
+than one.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ import math
 import numpy as np
 
 from gearbench.compiled import FUSED, SUMS, bit_casts, entry, part
-from gearbench.contact.law import TANGENT_FROM
+from gearbench.contact.law import LARGEST_EXPONENT, TANGENT_FROM
 
 #: Number of rows of the constants of the law, and of its scratch.
 CONSTANTS, SCRATCH = 7, 2
@@ -21,9 +22,10 @@ CONSTANTS, SCRATCH = 7, 2
 LEAST = 1e-290
 
 _bits, _double = bit_casts()
-# Bits of a double: mantissa mask, exponent of 1.0, and the trick that reads an exponent field as a double.
+# Bits of a double: mask of the mantissa, bits of 1.0, number of bits of the mantissa.
 _MANTISSA, _ONE, _PLACES = np.uint64(0x000FFFFFFFFFFFFF), np.uint64(0x3FF0000000000000), np.uint64(52)
-_MAGIC, _MAGIC_VALUE = np.uint64(0x4330000000000000), 4503599627370496.0 + 1023.0
+# An integer written into the mantissa of 2⁵² is read as the double 2⁵² + integer. Exponents are stored with 1023 added.
+_BITS_OF_2_52, _BIASED_2_52 = np.uint64(0x4330000000000000), 4503599627370496.0 + 1023.0
 _LN2, _SQRT2 = 0.6931471805599453, 1.4142135623730951
 
 # ln m on [1, 2) to 2e-6, for the first guess (Chebyshev interpolation)
@@ -41,7 +43,7 @@ _BOTTOM_3, _BOTTOM_4 = -1.5703000265079305, -0.14966709188859736
 def split(x):
     """Mantissa in [1, 2) and exponent of a positive double."""
     bits = _bits(x)
-    return _double((bits & _MANTISSA) | _ONE), _double((bits >> _PLACES) | _MAGIC) - _MAGIC_VALUE
+    return _double((bits & _MANTISSA) | _ONE), _double((bits >> _PLACES) | _BITS_OF_2_52) - _BIASED_2_52
 
 
 @part(FUSED)
@@ -81,9 +83,11 @@ def logarithm(x):
 
 @part(FUSED)
 def log_law(s, level, quotient, edge, kappa, h, per_h, exact):
-    """Force, slope and L under a compression s > 0, from ``level_start`` of min(s, edge); per_h = 1/h.
+    """Force, slope dP/ds and L under a compression s > 0.
 
-    They are accurate to rounding if ``exact``; otherwise force and slope to 1e-12, and L is not meaningful.
+    ``level`` and ``quotient`` come from ``level_start`` of min(s, edge); from the compression ``edge`` on, the tangent
+    continues the law; per_h = 1/h. Results are accurate to rounding if ``exact``; otherwise force and slope are to
+    1e-12, and L is not meaningful.
     """
     log = logarithm(quotient)
     residual = level - kappa + log
@@ -118,13 +122,13 @@ def law(s, a, h):
 
 @part()
 def tangent_edge(a, h):
-    """Compression 2h P₀ from which the tangent continues the law."""
-    return TANGENT_FROM * h * math.exp(min(a / h, 690.0) - TANGENT_FROM)
+    """Compression 2h P₀ from which the tangent continues the law, with P₀ of ``law.tangent_force``."""
+    return TANGENT_FROM * h * math.exp(min(a / h, LARGEST_EXPONENT) - TANGENT_FROM)
 
 
 @part(FUSED)
 def energy_of(force, over, h, L):
-    """∫P ds of the logarithmic law; the part ``over`` of the compression lies on its tangent."""
+    """∫P ds of the logarithmic law; ``over`` is the part of the compression that lies on the tangent."""
     low = force - over / h
     return h * low * low * (0.5 * L - 0.25) + over * (low + 0.5 * over / h)
 
@@ -133,9 +137,9 @@ def energy_of(force, over, h, L):
 def apply_laws(s, constants, scratch, force, weight):
     """Fill forces and slopes of segments compressed by s; returns ΣP, ΣdP/ds and ∫ΣP ds.
 
-    ``constants`` come from ``law_constants``; ``scratch`` is (2, segment).
+    ``constants`` come from ``law_constants``, which explains them; ``scratch`` is (2, segment).
     """
-    a, h, kappa, edge, sigma, whole, excess = (
+    a, h, kappa, edge, sigma, P_sigma, excess = (
         constants[0], constants[1], constants[2], constants[3], constants[4], constants[5], constants[6]
     )  # fmt: skip
     level, quotient = scratch[0], scratch[1]
@@ -152,9 +156,9 @@ def apply_laws(s, constants, scratch, force, weight):
         # cells of which only the part t is loaded
         t = s[j] / (2.0 * sigma[j]) if sigma[j] > 0.0 else 1.0
         part, on = t < 1.0, s[j] > 0.0
-        p = whole[j] * t * t if part else p
-        w = whole[j] * t / sigma[j] if part else w
-        e = 2.0 / 3.0 * sigma[j] * whole[j] * t * t * t if part else e + excess[j]
+        p = P_sigma[j] * t * t if part else p
+        w = P_sigma[j] * t / sigma[j] if part else w
+        e = 2.0 / 3.0 * sigma[j] * P_sigma[j] * t * t * t if part else e + excess[j]
         force[j] = p if on else 0.0
         weight[j] = w if on else 0.0
         total += p if on else 0.0
@@ -167,8 +171,8 @@ def apply_laws(s, constants, scratch, force, weight):
 def law_constants(a, h, sigma, constants):
     """Fill the rows of ``constants`` (7, segment), from which forces follow.
 
-    They are a, h, κ, the compression from which the tangent continues the law, σ, P_σ, and the energy of a fully loaded
-    cell minus the energy of a point at its middle.
+    They are a, h, κ, the compression from which the tangent continues the law, σ, the force P_σ under which the whole
+    cell just touches, and the energy of a fully loaded cell minus the energy of a point at its middle.
     """
     last, log_h = 0.0, 0.0
     for j in range(a.size):
@@ -177,8 +181,8 @@ def law_constants(a, h, sigma, constants):
             if h[j] != last:  # most segments have the same constants
                 last, log_h = h[j], math.log(h[j])
             constants[2, j], constants[3, j] = a[j] / h[j] + log_h, tangent_edge(a[j], h[j])
-        whole, _, energy = law(sigma[j], a[j], h[j])
-        constants[4, j], constants[5, j], constants[6, j] = sigma[j], whole, 2.0 / 3.0 * sigma[j] * whole - energy
+        P_sigma, _, energy = law(sigma[j], a[j], h[j])
+        constants[4, j], constants[5, j], constants[6, j] = sigma[j], P_sigma, 2.0 / 3.0 * sigma[j] * P_sigma - energy
 
 
 @entry()

@@ -1,4 +1,9 @@
-"""Compiled search for contact patches on lines of cells; tests/support/patch_twin.py is the readable version."""
+"""Compiled search for contact patches on lines of cells, for ``patches``.
+
+A patch is a part of a contact line on which the compression s (in units of ``length_scale``) is positive. s is known at
+the ends and middles of the cells, and at the points of earlier patches. tests/support/patch_twin.py is the readable
+version.
+"""
 
 from __future__ import annotations
 
@@ -8,11 +13,12 @@ import numpy as np
 
 from gearbench.compiled import entry, part
 
-#: Known points closer to an end or the middle of a cell than this part of half the cell are left out.
+#: Points of earlier patches that are closer to an end or the middle of a cell than this part of half the cell are left
+#: out.
 DISTINCT = 1e-3
-#: A greatest s below zero counts if it is closer to zero than this, over the typical compression.
+#: A maximum of s below zero is kept as a probe if s > −NEAR there: the flanks may touch beside it.
 NEAR = 0.2
-#: Halvings of the distance of two points in the search for a zero: to rounding.
+#: Halvings of the interval of a zero: enough to reach rounding.
 HALVINGS = 48
 
 
@@ -39,10 +45,11 @@ def compressions(interpolation, factor, q, block, delta, gaps, scale, active, s)
 
 
 @part()
-def known_points(s, y, half, panel, known_y, known_s, at, value, piece):
-    """Fill positions, compressions and panels of the points of a line at which s is known, and return their number.
+def known_points(s, y, half, panel, known_y, known_s, at, value, at_panel):
+    """Fill positions, s and panels of the points of a line at which s is known, and return their number.
 
-    They are the ends and middles of the cells and, in between, the points ``known_y``; a panel has its own end points.
+    They are the ends and middles of the cells and, in between, the points ``known_y``. Where two panels meet, each has
+    a point.
     """
     count, k = 0, 0
     for i in range(y.size):
@@ -52,17 +59,17 @@ def known_points(s, y, half, panel, known_y, known_s, at, value, piece):
             point = y[i] + (side - 1) * half[i]
             while k < known_y.size and known_y[k] < point + near:
                 if side > 0 and at[count - 1] + near < known_y[k] < point - near:
-                    at[count], value[count], piece[count] = known_y[k], known_s[k], panel[i]
+                    at[count], value[count], at_panel[count] = known_y[k], known_s[k], panel[i]
                     count += 1
                 k += 1
-            at[count], value[count], piece[count] = point, s[i, side], panel[i]
+            at[count], value[count], at_panel[count] = point, s[i, side], panel[i]
             count += 1
     return count
 
 
 @part()
 def zero_between(at, value, j):
-    """Zero between the points j and j + 1 of the cubic through four points, or the parabola through three of them."""
+    """Zero, between points j and j + 1, of the cubic through the four points around it; at an end of three of them."""
     first, last = max(j - 1, 0), min(j + 2, at.size - 1)
     n = last - first + 1
     x, c = at[first : last + 1], value[first : last + 1].copy()
@@ -86,7 +93,8 @@ def zero_between(at, value, j):
 def hump(at, value, j):
     """Beginning and end of the part where the parabola through point j and its neighbours is positive.
 
-    Both are its vertex if it is negative everywhere, and point j if the part does not lie between the neighbours.
+    If the parabola is negative everywhere, both are its vertex. If the part reaches beyond a neighbour, both are point
+    j.
     """
     low, middle, high = at[j - 1], at[j], at[j + 1]
     left, right = (value[j] - value[j - 1]) / (middle - low), (value[j + 1] - value[j]) / (high - middle)
@@ -105,7 +113,7 @@ def hump(at, value, j):
 def loaded_parts(at, value, begin, end):
     """Find the patches on one panel: fill their beginnings and ends, and return their number.
 
-    A patch that begins where it ends is a greatest s below zero.
+    A patch of zero length marks a maximum of s below zero.
     """
     count, last = 0, at.size - 1
     for j in range(last + 1):
@@ -117,7 +125,8 @@ def loaded_parts(at, value, begin, end):
             if low == high and value[j] < -NEAR:
                 continue
             if low == high and (j == 0 or j == last):
-                # the corner of a relief at the end of a panel touches beside it: a third of the way to the next point
+                # s is known at the end itself; beside it s may be positive, as at the corner of a relief: look a third
+                # of the way to the next point
                 low = high = at[j] + (at[min(j + 1, last - 1)] - at[j]) / 3
         else:
             continue
@@ -132,12 +141,13 @@ def loaded_parts(at, value, begin, end):
 @part()
 def share_nodes(width, nodes, count):
     """Fill ``count`` with the nodes of each patch: ``nodes``, in proportion to the square roots of the widths."""
-    n, whole, remaining = width.size, 0.0, nodes
+    n, total, remaining = width.size, 0.0, nodes
     for i in range(n):
-        whole += math.sqrt(width[i])
+        total += math.sqrt(width[i])
     least = min(2, nodes // n)
     for i in range(n):
-        count[i] = least + math.floor((nodes - least * n) * math.sqrt(width[i]) / whole + 1e-9)
+        # 1e-9: rounding does not take a node away
+        count[i] = least + math.floor((nodes - least * n) * math.sqrt(width[i]) / total + 1e-9)
         remaining -= count[i]
     # the remaining nodes go to the widest patches
     order = np.argsort(-width[:n], kind="mergesort")
@@ -147,28 +157,28 @@ def share_nodes(width, nodes, count):
 
 @entry()
 def patch_nodes(s, y, half, panel, active, known_y, known_s, least, gauss_nodes, gauss_weights, at, width):
-    """Fill positions and widths of Gauss points on the patches of each line, and of probes of no width behind them.
+    """Fill positions and widths of Gauss points on the patches of each line, followed by probes of zero width.
 
-    Probes are ends of patches and places of the greatest s below zero. ``at`` and ``width`` (position, pair, node and
-    probe) are zero where there is neither. ``known_y`` and ``known_s`` (position, pair, point) are further points of
-    the lines, ascending, and s there. Row n of ``gauss_nodes`` and ``gauss_weights`` holds the rule of n points; the
+    Probes are ends of patches and maxima of s below zero. ``at`` and ``width`` (position, pair, node and probe) are
+    zero where there is neither. ``known_y`` and ``known_s`` (position, pair, point) are the points of earlier patches,
+    ascending, and s there. Row n of ``gauss_nodes`` and ``gauss_weights`` holds the rule of n points; the
     last row has as many points as there are nodes on a line. Patches not longer than ``least`` are ignored.
     """
     positions, pairs, segments = y.shape
     nodes, most = gauss_nodes.shape[1], 3 * segments + known_y.shape[2]
     point, value, begin, end = np.empty((4, most))
-    piece, count = np.empty(most, dtype=np.int64), np.empty(most, dtype=np.int64)
+    at_panel, count = np.empty(most, dtype=np.int64), np.empty(most, dtype=np.int64)
     for i in range(positions):
         for k in range(pairs):
             at[i, k], width[i, k] = 0.0, 0.0
             if not active[i, k]:
                 continue
             points = known_points(
-                s[i, k], y[i, k], half[i, k], panel[i, k], known_y[i, k], known_s[i, k], point, value, piece
+                s[i, k], y[i, k], half[i, k], panel[i, k], known_y[i, k], known_s[i, k], point, value, at_panel
             )
             n, probe, first = 0, nodes, 0
             for j in range(1, points + 1):
-                if j < points and piece[j] == piece[first]:
+                if j < points and at_panel[j] == at_panel[first]:
                     continue
                 patches = loaded_parts(point[first:j], value[first:j], begin[n:], end[n:])
                 for patch in range(n, n + patches):
@@ -184,21 +194,21 @@ def patch_nodes(s, y, half, panel, active, known_y, known_s, least, gauss_nodes,
             if n == 0:
                 continue
             share_nodes(end[:n] - begin[:n], nodes, count)
-            first = 0
+            node = 0
             for patch in range(n):
                 m, reach = count[patch], (end[patch] - begin[patch]) / 2
                 for j in range(m):
-                    at[i, k, first + j] = begin[patch] + reach * (1 + gauss_nodes[m, j])
-                    width[i, k, first + j] = reach * gauss_weights[m, j]
-                first += m
+                    at[i, k, node + j] = begin[patch] + reach * (1 + gauss_nodes[m, j])
+                    width[i, k, node + j] = reach * gauss_weights[m, j]
+                node += m
 
 
 @entry()
 def rows_on_pieces(y, half, piece, active, at, gauss_nodes, weights, rows):
     """Fill ``rows`` (position, pair, point, node), initially zero, which interpolate from nodes y to the points ``at``.
 
-    Each piece of a line has a polynomial through its nodes; beyond the ends of a line the end values are used. ``half``
-    (position, pair, node) holds half the widths of the nodes, which sum to half the width of a piece. Row n of
+    Each piece of a line has a polynomial through its nodes; points beyond an end of the line get the value at the end.
+    ``half`` (position, pair, node) holds half the widths of the nodes, which sum to half the width of a piece. Row n of
     ``gauss_nodes`` and ``weights`` holds the rule of n points and its barycentric weights (Berrut and Trefethen, SIAM
     Review 46, 2004).
     """

@@ -23,6 +23,8 @@ TANGENT_FROM = 2.0
 #: Minimum of 1/φ in ``steepening``: where the tangent continues the law, g⁻¹(2σ) ≤ 3 g⁻¹(σ), so a cell is at most 3/2
 #: as stiff as (C7) says.
 STEEPEST = 2 / 3
+#: Largest exponent passed to exp, so that the result and its small multiples are finite.
+LARGEST_EXPONENT = 690.0
 #: Coefficient of r⁸ in the approximation −r²/6 − … of the mean of ln(1 + ξr) over |ξ| < 1, which is ln 2 − 1 at r = 1.
 TAIL = 5 / 6 - math.log(2)
 
@@ -119,6 +121,6 @@ def kernel_coefficients(a: NDArray, h: NDArray) -> NDArray:
     per_h = 1 / np.where(logarithmic, h, 1.0)
     ratio = np.where(logarithmic, a, 0.0) * per_h
     kappa = ratio + np.log(np.where(logarithmic, h, 1.0))
-    # exp(690) is still finite
-    edge = np.where(logarithmic, TANGENT_FROM * h * np.exp(np.minimum(ratio, 690.0) - TANGENT_FROM), np.inf)
+    exponent = np.minimum(ratio, LARGEST_EXPONENT) - TANGENT_FROM
+    edge = np.where(logarithmic, TANGENT_FROM * h * np.exp(exponent), np.inf)
     return np.ascontiguousarray(np.stack([a, h, kappa, edge, per_h], axis=1))

@@ -1,6 +1,7 @@
-"""Compiled loops of the dynamics: stability (D7) and integration over time (D10). p and v are modal motions and speeds.
+"""Compiled loops of the dynamics: stability (D7) for ``stability``, integration over time (D10) for ``nonlinear``.
 
-The tests compare them with readable NumPy versions.
+p and v are modal motions and speeds. A row is a relative motion of the gears of a mesh: the approach, then tilt and
+bending (``ForceCurve``). The tests compare the loops with readable NumPy versions.
 """
 
 from __future__ import annotations
@@ -11,6 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.compiled import entry, part
+
+#: Newton's method for the motion of the meshes: maximum number of steps, and residual relative to the mean deflection.
+MOST_STEPS, RESIDUAL = 20, 1e-9
 
 
 class ForceTable(NamedTuple):
@@ -54,7 +58,7 @@ class Workspace(NamedTuple):
 
 @part()
 def _free(coefficients, s, count, p, v):
-    """Free motion of the first ``count`` modes in a step, at the speed s; p and v (mode, column) change in place."""
+    """Free motion of the first ``count`` modes over a step at speed s; p and v (mode, column) change in place."""
     for r in range(count):
         pp, pv, vp, vv = coefficients[0, s, r], coefficients[1, s, r], coefficients[2, s, r], coefficients[3, s, r]
         for j in range(p.shape[1]):
@@ -84,8 +88,9 @@ def _kick(stiffness, a, dt, count, p, v, motion):
 def monodromy(full, half, a, kick, dt, r, counts):
     """Matrix (speed, 2·mode, 2·mode) that maps (p, v/ω_r) over one period: free motion alternates with kicks.
 
-    The kicks K(t) − K̄ have the shape (1 or speed, step, row, row). At each speed the first ``counts`` modes (speed,)
-    move; the others stand still.
+    ``full`` and ``half`` (4, speed, mode) are ``stability.free_motion`` over a step and half a step, a (row, mode) the
+    relative motions per modal motion, ``kick`` (1 or speed, step, row, row) is K(t) − K̄, dt (speed,) the step, r
+    (mode,) is ω_r. At each speed the first ``counts`` modes (speed,) move; the others stand still.
     """
     rows, size = a.shape
     steps = kick.shape[1]
@@ -110,7 +115,10 @@ def monodromy(full, half, a, kick, dt, r, counts):
 
 @part()
 def _flank(table, spacing, row, x):
-    """Force of a flank and its slope at the approach x after first contact; linear between and beyond the points."""
+    """Force of a flank and its slope at the approach x after first contact, at the phase ``row`` of the ``table``.
+
+    Both are linear between the points of the table and beyond them.
+    """
     position = x / spacing
     if position <= 0.0:
         return 0.0, 0.0
@@ -146,6 +154,7 @@ def _add_force(curve, row, x, weight, f, J):
     f[0] += weight * force
     J[0, 0] += weight * k
     for j in range(len(coupling)):
+        # m_j(F) and its slope
         resultant, slope = curve.force[row, j] + coupling[j] * (force - mean), coupling[j]
         if loaded < 1.0:
             # below the mean force: a parabola through zero that keeps the slope at the mean force
@@ -171,7 +180,7 @@ def _motion(curve, mean_state, row, share, free_motion, work):
     J, A = work.matrices
     next_row, size = (row + 1) % len(curve.begin), len(free_motion)
     x[:] = free_motion
-    for _ in range(20):
+    for _ in range(MOST_STEPS):
         f[:], J[:] = 0.0, 0.0
         _add_force(curve, row, x, 1.0 - share, f, J)
         if share > 0.0:
@@ -189,7 +198,7 @@ def _motion(curve, mean_state, row, share, free_motion, work):
                 for m in range(size):
                     A[i, j] += mean_state.residual_compliance[i, m] * (J[m, j] - mean_state.stiffness[m, j])
             largest = max(largest, abs(residual[i]))
-        if largest <= 1e-9 * mean_state.deflection:
+        if largest <= RESIDUAL * mean_state.deflection:
             break
         _solve(A, residual)
         for i in range(size):
@@ -231,7 +240,10 @@ def _step(p, v, free, damper_factors, kick, scratch):
 
 @part()
 def _change(ends, mesh_motion, inverse, repeats):
-    """Largest change of the modes over the last ``repeats`` periods, as an approach of the mesh."""
+    """Largest change of a mode over the last ``repeats`` periods, as the approach of the mesh that it causes.
+
+    ``ends`` (period, 2, mode) holds p and v at the ends of periods; ``inverse`` (mode,) is 1/ω.
+    """
     change = 0.0
     for j in range(mesh_motion.shape[1]):
         change = max(change, abs(mesh_motion[0, j] * (ends[-1, 0, j] - ends[-1 - repeats, 0, j])))
@@ -255,20 +267,21 @@ def run(state, free, damper_factors, mesh_motion, curve, mean_state, record, lim
     curve, mean_state
         ``ForceTable`` and ``MeanState``.
     record
-        x and f over the last periods (2, row, period, phase).
+        x and f over the last periods (2, row, period, phase), filled.
     limits
-        Time step, steps between phases, maximum number of periods, change (over the mean deflection) below which a
-        motion repeats for certain, and below which it counts as repeating after the last period.
+        Time step [s], steps between phases, maximum number of periods, and two changes relative to the mean deflection:
+        below the first the motion repeats, and the integration ends; after the last period the second is enough.
     """
     rows, modes = mesh_motion.shape
-    steps, kept, substeps = len(curve.begin), record.shape[2], int(limits[1])
+    phases, kept, substeps = len(curve.begin), record.shape[2], int(limits[1])
+    dt, same, near = limits[0], limits[3], limits[4]
     p, v = state
     work = Workspace(np.zeros((4, rows)), np.zeros((2, rows, rows)))
     kick, free_motion = np.zeros(modes), np.zeros(rows)
     ends, scratch, period_count = np.zeros((kept + 1, 2, len(p))), np.zeros(len(p)), 0
     for period in range(int(limits[2])):
         record[:, :, :-1] = record[:, :, 1:].copy()
-        for step in range(steps * substeps):
+        for step in range(phases * substeps):
             row, share = step // substeps, (step % substeps) / substeps
             for i in range(rows):
                 free_motion[i] = mean_state.motion[i]
@@ -280,17 +293,17 @@ def run(state, free, damper_factors, mesh_motion, curve, mean_state, record, lim
             for j in range(modes):
                 kick[j] = 0.0
                 for i in range(rows):
-                    kick[j] += limits[0] * mesh_motion[i, j] * work.vectors[3, i]
+                    kick[j] += dt * mesh_motion[i, j] * work.vectors[3, i]
             _step(p, v, free, damper_factors, kick, scratch)
         ends[:-1] = ends[1:].copy()
         ends[-1] = state
         period_count = 0
-        # A motion that nearly repeats settles slowly. By chance it may then agree better with a longer period.
+        # the shortest period counts: a motion that settles slowly may by chance agree better with a longer one
         for repeats in range(1, min(kept, period) + 1):
             change = _change(ends, mesh_motion, free[4], repeats) / mean_state.deflection
-            if change <= limits[4]:
+            if change <= near:
                 period_count = repeats
-                if change <= limits[3]:
+                if change <= same:
                     return period_count
                 break
     return period_count

@@ -1,4 +1,4 @@
-"""Compiled balance of many error samples, of which ``LANES`` are solved side by side. See ``sample_balance``."""
+"""Compiled harmonic balance of many error samples, ``LANES`` of them side by side; ``sample_balance`` explains it."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ import numpy as np
 
 from gearbench.compiled import FUSED, entry, part
 
-#: Number of samples solved side by side: so few fit into the cache.
+#: Number of samples solved side by side, few enough for the processor's cache.
 LANES = 64
-#: Smallest square of a norm [N²] that is a divisor.
+#: Smallest square of a norm [N²] by which is divided, so that a zero vector gives no NaN.
 LEAST = np.float32(1e-37)
 
 
@@ -52,10 +52,11 @@ def _apply(motion, there, back, stiffness, e, moved, over_time, out):
 
 @entry(FUSED)
 def balance_samples(motion, force_orders, there, back, deviation, blocked, settled, steps, forces):
-    """Fill the orders of the mesh forces (speed, order, sample): ``force_orders`` · e with e + (V_s − V_0) G e = b.
+    """Fill ``forces``, the orders of the mesh forces (speed, order, sample): ``force_orders`` · e.
 
-    G is ``motion``, V_s − V_0 over time is ``deviation`` (row, row, time, sample), b is ``blocked`` (unknown, sample),
-    ``there`` and ``back`` lead from orders to times and back. Generalised conjugate residuals improve e of a sample to
+    e solves e + (V_s − V_0) G e = b. G is ``motion`` (speed, unknown, unknown), V_s − V_0 over time is ``deviation``
+    (row, row, time, sample), b is ``blocked`` (unknown, sample). The matrix ``there`` leads from the orders of a row to
+    its values over time, ``back`` from these to the orders. Generalised conjugate residuals improve e of a sample to
     a residual of ``settled`` · |b|, in at most ``steps`` steps.
     """
     rows, _, times, samples = deviation.shape
