@@ -27,7 +27,7 @@ from gearbench.geometry.action import ContactLines
 from gearbench.scene import Scene
 from gearbench.threads import single_threaded_blas
 
-#: Minimum number of Gauss points for each panel, a piece of a line between kinks of the gap; the load is smooth there.
+#: Minimum number of Gauss points on a panel: a piece of a line between kinks of the gap, on which the load is smooth.
 NODES_PER_PANEL = 5
 
 
@@ -100,7 +100,7 @@ def with_gaps(problem: ContactProblem, effects: Sequence[Effect], lines: Contact
 def with_field(problem: ContactProblem, field: NDArray) -> ContactProblem:
     """``problem`` with a further gap ``field`` (position, pair, node) [mm], already divided by the levers.
 
-    A lever is a lever arm over the base radius. The field is smooth along a line. Its nodes are those of
+    A lever is a lever arm divided by the base radius. The field is smooth along a line. Its nodes are those of
     ``Cells.smooth_lines`` or, if there are no cells, the segments themselves.
     """
     if problem.cells is None:

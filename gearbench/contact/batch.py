@@ -1,4 +1,4 @@
-"""Contact of many samples of random errors, which have different gaps but the same compliance; milliseconds a sample.
+"""Contact of many samples of random errors, in milliseconds each: their gaps differ, their compliance is the same.
 
 The gap of a sample is linear in its errors, e = e₀ + Σ_m ε_m e_m. Everything that does not depend on the sample is
 computed once, in ``prepare``:
@@ -403,8 +403,8 @@ def solve_one_chunk(
     batch, draws
         The prepared problem, and the errors of the samples minus their means (lane, error).
     load
-        Load divided by the load of the problem (position, lane), by default 1. ``Batch.cell_correction`` is used as
-        it is, although it belongs to load 1.
+        Load divided by the load of the problem (position, lane), by default 1. The ``Batch.cell_correction`` of load 1
+        serves for all loads.
     segments
         Whether to return forces and slopes of the segments too.
     """

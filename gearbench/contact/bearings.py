@@ -1,4 +1,4 @@
-"""Contact on elastic shafts, iterated with the equilibrium of bearings whose stiffness depends on load."""
+"""Contact of a pair on elastic shafts, iterated until the bearings, whose stiffness depends on load, are in balance."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ from gearbench.effects.shafts import SeatedGear, Shafts, flank_loads
 from gearbench.geometry.action import ContactLines
 from gearbench.scene import Scene
 
-#: Convergence: change of a segment's force over the largest force, and maximum number of iterations.
+#: Largest change of a segment's force in the last iteration, divided by the largest force; maximum number of
+#: iterations.
 TOLERANCE, MAX_ITERATIONS = 1e-9, 50
 
 
@@ -77,7 +78,7 @@ def solve_on_shafts(
         guess = Guess.empty(problem)
         solution = solve_patches(problem, guess)
         gears = next(effect for effect in effects if isinstance(effect, Shafts)).gears
-        # without ShaftMotion everything is linear, and the compliance of the shafts does not depend on the load
+        # a second effect, ShaftMotion, exists if bearings are nonlinear or shafts carry other loads; else all is linear
         converged = len(effects) == 1
         if previous_force is not None:
             change = np.abs(solution.force - previous_force).max()

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 class Side:
     """One gear in one mesh: its flank polynomials at loaded segments and where gaps are needed.
 
-    Polynomials are divided by the levers (lever arm over base radius).
+    Polynomials are divided by the levers (lever arms divided by the base radius).
 
     Parameters
     ----------
@@ -48,8 +48,8 @@ class Link:
     sides
         Numbers of the two sides in ``Bodies.sides``.
     groups
-        Positions at which the same teeth are loaded, each with the compliance C between the functions of all tooth
-        pairs at both sides (pair × function, pair × function) [mm·mm²/N].
+        Groups of positions at which the same teeth are loaded: indices of the positions, and the compliance C between
+        the polynomials of all tooth pairs at both sides (pair × function, pair × function) [mm·mm²/N].
     """
 
     sides: tuple[int, int]

@@ -47,7 +47,7 @@ def scene_lines(scene: Scene, mesh_phase: NDArray) -> ContactLines:
 def greatest_deflection(scene: Scene) -> float:
     """Greatest approach of the gears along the line of action over a mesh cycle [mm], for any resolution.
 
-    It comes from a coarse solution and includes the range of the gaps other than the separation. Lines that reach
+    It comes from a coarse solution, plus the range of those gaps that are not part of the separation. Lines that reach
     ``MARGIN`` times as far thus miss no contact, even in samples of random errors.
     """
     return _greatest_deflection(replace(scene, resolution=Resolution()))

@@ -6,8 +6,8 @@ the stiffness of the supports, f the external load; B_m q is the approach due to
 Newton's method replaces each mesh by its tangent at the current force, F_m ← max(0, F_m + k_m (B_m q + g_m − δ_m)); the
 q in balance with these tangents gives the next forces. How parallel paths share the torque follows from the solution.
 
-An elastic body that is loaded by one mesh opens a gap in its other meshes. The shape of this gap along contact lines is
-computed from the current loads; its mean C F, with the compliance C between meshes, is part of the balance.
+An elastic body that is loaded by one mesh opens a gap in its other meshes. The shape of this gap along contact lines
+follows from the current loads. Its mean is C F, with the compliance C between meshes, and is part of the balance.
 """
 
 from __future__ import annotations
@@ -38,9 +38,9 @@ SWING = 0.25
 GROWTH = 8.0
 #: Stiffness of separated meshes, divided by that under load; it keeps the matrices of Newton's method regular.
 SEPARATED_STIFFNESS = 1e-6
-#: In ``Statics.balanced``: residual of the balance, divided by the load, at which it ends; maximum numbers of steps and
-#: of halvings of a step.
-_RESIDUAL, _MAX_INNER, _MAX_HALVINGS = 1e-13, 30, 30
+#: In ``Statics.balanced``: smallest residual that is asked for, divided by the load (rounding); maximum numbers of
+#: steps and of halvings of a step.
+MIN_RESIDUAL, MAX_INNER_STEPS, MAX_HALVINGS = 1e-13, 30, 30
 #: Maximum residual that is accepted after the last step, since rounding at flanks that just touch may limit it.
 ACCEPTED_RESIDUAL = 1e-9
 #: ``FORCE_TOLERANCE`` for elastic bodies, whose gaps lag one iteration behind the load distribution.
@@ -201,8 +201,8 @@ class Statics:
         F, k, residual = state(q)
         size = np.abs(residual / lever).max(axis=-1) / load
         best = q, F, size
-        for _ in range(_MAX_INNER):
-            unsolved = best[2] > max(tolerance, _RESIDUAL)
+        for _ in range(MAX_INNER_STEPS):
+            unsolved = best[2] > max(tolerance, MIN_RESIDUAL)
             if not unsolved.any():
                 break
             step = np.zeros_like(residual)
@@ -210,7 +210,7 @@ class Statics:
             matrix = K + (np.swapaxes(rows, -1, -2) * k[unsolved][:, None]) @ rows
             step[unsolved] = np.linalg.solve(matrix, residual[unsolved][..., None])[..., 0]
             slope, t, new = np.einsum("...i,...i->...", residual, step), np.ones(q.shape[:-1]), q
-            for _ in range(_MAX_HALVINGS):
+            for _ in range(MAX_HALVINGS):
                 new = q + t[..., None] * step
                 F, k, residual = state(new)
                 # beyond the minimum the function rises more than half as steeply as it fell at the start of the step
@@ -267,7 +267,7 @@ class ForceSearch:
     nominal: NDArray
     least: float = LEAST
     tolerance: float = FORCE_TOLERANCE
-    gap_change: Callable[[], float] = float  # float() is 0
+    gap_change: Callable[[], float] = float  # without bodies nothing changes: float() is 0
 
     def solve(self, statics: Statics, force: NDArray) -> tuple[NDArray, NDArray, NDArray, int]:
         """F (position, mesh), q (position, motion), ∂F/∂δ (position, mesh) and number of steps; starts from ``force``.
@@ -282,7 +282,7 @@ class ForceSearch:
         for step in range(STEPS):
             F = np.maximum(force, least)
             approach, k = self.meshes_under(F)
-            # the balance with tangents starts from its solution if all meshes were loaded
+            # start the balance with tangents from the motions that it would have if all meshes stayed loaded
             total = approach + (0.0 if statics.between is None else (statics.between @ F[..., None])[..., 0])
             B, W = statics.rows, statics.tangent(k)
             right = statics.force - (F + _times(W, statics.offset - total)) @ B
@@ -299,7 +299,7 @@ class ForceSearch:
                 relative_change = max(relative_change, self.gap_change())
             if relative_change <= allowed:
                 return new, q, k * (new > 0), step + 1
-            # forces that oscillate, as they may where flanks just touch, go half of the step
+            # where flanks just touch, forces may oscillate; these take half of the step
             swings = (change * previous < 0) & (np.abs(change) > SWING * np.abs(previous))
             damped = np.where(swings, (force + new) / 2, new)
             # close to separation the tangent replaces the contact, so the growth is not limited

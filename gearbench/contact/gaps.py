@@ -1,4 +1,4 @@
-"""Gaps of a scene's effects on the segments of contact lines, and positions of their kinks."""
+"""Gaps between the flanks: their sum over the effects on contact lines, their kinks, and whether they vary at all."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from gearbench.geometry.pair import Pair
 from gearbench.geometry.separation import Separation, separation
 from gearbench.scene import Scene
 
-#: A gap that varies less than this along the contact lines is constant [mm].
+#: A gap that varies by at most this counts as constant [mm].
 LEAST_VARIATION = 1e-10
 #: Phases, and nodes on their lines, at which the gap is sampled.
 TRIAL_PHASES, TRIAL_SEGMENTS = 8, 12
@@ -50,8 +50,7 @@ def gap_kinks(scene: Scene) -> tuple[list[float], list[float]]:
 
 
 def gap_effects(scene: Scene) -> tuple[GapEffect, ...]:
-    """Acting effects of ``scene`` that add a gap."""
-    # shafts change the gap, not the profiles, so they are not among the flank effects
+    """Acting effects of ``scene`` that add a gap, including those of shafts, which do not belong to the flanks."""
     return tuple(effect for effect in scene.acting_effects if isinstance(effect, GapEffect))
 
 
@@ -87,7 +86,7 @@ def conforming(scene: Scene) -> bool:
 def total_gap(effects: Iterable[Effect], lines: ContactLines) -> NDArray:
     """Sum of the gaps of the ``effects`` (position, pair, segment) [mm], divided by the levers of the segments.
 
-    A lever is a relative lever arm: lever arm over base radius, 1 on the line of action.
+    A lever is a lever arm divided by the base radius, 1 on the line of action.
     """
     total = np.zeros(lines.shape)
     for effect in effects:

@@ -56,8 +56,8 @@ CUBIC_PHASES, SAMPLES = np.array([-1, 0, 1, 2]), 33
 REFINING_DISTANCES = (3e-3, 1e-4)
 #: Ramps longer than the first length get a panel; zones longer than the second are not ramps [mesh periods].
 LONG_RAMP, RAMP_LIMIT = 3e-3, 8e-3
-#: Length of a ramp, from first touch to contact of the whole line, over the distance from first touch to zero mean
-#: compression, as measured on relieved spur pairs: the part that touches first keeps the rest apart.
+#: Length of a ramp, from first touch to contact of the whole line, divided by the distance from first touch to zero
+#: mean compression. It was measured on relieved spur pairs; the part that touches first keeps the rest apart.
 RAMP_RATIO = 4.0
 
 

@@ -1,4 +1,8 @@
-"""Arrays of the dimensionless contact problem at every position of a mesh cycle, and of its solution."""
+"""The dimensionless contact problem at every position of a mesh cycle and its solution, as arrays.
+
+``assemble`` makes the problem, ``solver`` solves it. A segment is a piece of a contact line that carries one force: a
+cell, over which the gap may vary, or a Gauss point.
+"""
 
 from __future__ import annotations
 
@@ -44,7 +48,7 @@ class Cells:
         Load of each position divided by the load of the problem, (position,).
     field
         Gap that elastic bodies open under the loads of other meshes, at the nodes of ``smooth_lines``, (position, pair,
-        node) [mm]; already included in ``gaps``.
+        node) [mm]; ``gaps`` include it.
     """
 
     effects: tuple[Effect, ...]
@@ -69,7 +73,7 @@ class Cells:
 class ContactProblem:
     """Contact problem: H P + g(P) + e = δ on loaded segments, ≥ δ on separated ones, P ≥ 0, ΣP = 1.
 
-    Unknown are the forces P of the segments and the approach δ of the gears (C1 of docs/theory.md).
+    The unknowns are the forces P of the segments and the approach δ of the gears (C1 of docs/theory.md).
 
     H = Ψ Ψᵀ has one block for every tooth pair, or a single block if pairs deflect each other. Forces are in units of
     the normal force F_bn, displacements in units of ``length_scale``. ``gearbench.contact.law`` defines the law g of a

@@ -22,7 +22,8 @@ from gearbench.contact.problem import ContactProblem, ContactSolution, gram
 from gearbench.contact.solver import Guess, has_law, law_forces
 from gearbench.geometry.action import ContactLines
 
-#: Stiffness that is added to each resultant, over that of the problem, so that a resultant of few segments is regular.
+#: Stiffness that is added to each resultant, in units of the problem: with few loaded segments a resultant may have
+#: none.
 ADDED_STIFFNESS = 1e-9
 
 
@@ -81,7 +82,6 @@ def resultants_of_samples(batch: Batch, lines: ContactLines, solution: BatchSolu
     slope, factor, problem = solution.slope, batch.factor, batch.problem
     R = existing_first(problem)(row_shapes(lines, rows).reshape(*problem.active.shape, rows))
     size, complements = factor.shape[-1] + rows, np.empty((len(slope), rows, rows, slope.shape[-1]))
-    # only loaded segments give a resultant its stiffness; if these are few, it may have none
     addend = np.append(np.ones(factor.shape[-1]), np.full(rows, ADDED_STIFFNESS))
     i, j = np.tril_indices(size)
     for t in range(len(slope)):

@@ -18,7 +18,7 @@ def by_lever(
 ) -> tuple[NDArray, NDArray | None, NDArray, NDArray]:
     """Ψ, H, a and h for moments P̃ = w P in place of forces P, with levers w (T5 of docs/theory.md).
 
-    The moments are about the pinion's axis, divided by its base radius. A lever is a lever arm over the base radius.
+    The moments are about the pinion's axis, divided by its base radius. A lever is a lever arm divided by this radius.
     With compressions s = w (δ − e) the equations keep their form and symmetry.
     """
     if matrix is not None:

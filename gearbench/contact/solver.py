@@ -1,4 +1,4 @@
-"""Solver of the contact problem at every position, with checks of the residuals."""
+"""Solution of the contact problem at every position: choice of the method, and checks of the residuals."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ RESIDUAL_LIMIT = 1e-9
 ROUNDING_LIMIT = 1e-10
 #: Maximum number of Newton steps at a position.
 MAX_STEPS = 200
-#: Newton's method has the forces as unknowns if all segments share their amplitudes, and there are more than 1/DENSE
-#: amplitudes for each segment; with at most FEW segments, 1/(2·DENSE) amplitudes for each are sufficient.
+#: Newton's method has the forces as unknowns if all segments share their amplitudes, and there are fewer than DENSE
+#: segments for each amplitude, or 2·DENSE if there are at most FEW segments. The matrix is then smaller.
 DENSE, FEW = 2.0, 48
-#: Residual at which a rough solution takes its last Newton step. This step squares the residual.
+#: Residual at which the Newton method of a rough solution takes its last step. This step squares the residual.
 ROUGH = 1e-6
 
 

@@ -30,11 +30,12 @@ from gearbench.geometry.action import ContactLines
 from gearbench.scene import Resolution, Scene
 from gearbench.threads import single_threaded_blas
 
-#: Distance of the beginning of a cell from a kink at which it is cut, over the base pitch: rounding only.
+#: Lines are cut at kinks, up to rounding: a kink this close to the beginning of a cell, divided by the base pitch, is
+#: there.
 ON_KINK = 1e-9
 #: Default number of Gauss points on each panel.
 GAUSS_POINTS = 5
-#: With more than five Gauss points: number of uniform phases of the coarse solution, and ``close`` of ``panel_starts``.
+#: With more than ``GAUSS_POINTS``: number of uniform phases of the coarse solution, and ``close`` of ``panel_starts``.
 MORE_PHASES, CLOSER = 72, (1e-5, 1e-3, 1e-5)
 
 
@@ -81,6 +82,7 @@ def phases_of_loads(scene: Scene, shares: NDArray) -> list[tuple[NDArray, NDArra
     close = CLOSER if exact else CLOSE
     free = replace(scene, resolution=Resolution())
     one = len(shares) == 1
+    # ``transitions`` is cached
     of_loads = [transitions(free, exact=exact)] if one else transitions_of_loads(free, shares, exact=exact)
     return [(*gauss_phases(panel_starts(of_load, longest, close), size), size) for of_load in of_loads]
 
@@ -129,6 +131,7 @@ def transitions_of_loads(scene: Scene, shares: NDArray, *, exact: bool = False) 
 
 def _transition(x: float, rank: int, side: int = 0) -> Transition:
     """Transition at the phase τ of x = τ + k."""
+    # a tiny negative x % 1.0 is rounded to 1.0
     return Transition(x % 1.0 % 1.0, rank, side)
 
 
@@ -198,8 +201,8 @@ def _at_kinks(scene: Scene, lines: ContactLines, s: NDArray) -> list[NDArray]:
 def _at_passages(scene: Scene, x: NDArray, on_line: NDArray) -> list[list[Transition]]:
     """Transitions at passages through an end of the path (rank 0) or a kink, if the flanks touch there.
 
-    One list for each load case of ``on_line`` (load, curve, x), which holds the greatest compression on a
-    line, the compressions at its ends, and further ones.
+    One list for each load case of ``on_line`` (load, curve, x), whose curves are the greatest compression on a line and
+    the compressions at its beginning, at its end, and at its kinks.
     """
     meshing, flanks = scene.pair.meshing, flank_separation(scene)
     kinks, face = gap_kinks(scene)
