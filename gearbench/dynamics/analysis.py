@@ -114,18 +114,19 @@ def check_harmonics(harmonics: int) -> None:
 
 
 def speed_variables(
-    model: LinearModel, speeds: NDArray, harmonics: int, found: tuple[Steady, NDArray] | None = None
+    model: LinearModel, speeds: NDArray, harmonics: int, steady_motion: tuple[Steady, NDArray] | None = None
 ) -> Variables:
     """Variables of the Dataset that depend on speed, by name.
 
-    ``found``: a steady motion that was found elsewhere (with loss of contact), and its largest Floquet multipliers
-    (speed, mesh); by default those of the linear model.
+    ``steady_motion`` holds the motion and its largest Floquet multipliers (speed, mesh); by default those of the linear
+    model. ``train_nonlinear`` passes a motion with loss of contact.
     """
     # with several frequencies the truncated products make the last orders inaccurate: solve a few more than returned
     solved = harmonics + (EXTRA_ORDERS if len(model.groups) > 1 else 0)
     rows = np.arange(len(model.stiffness))
-    solution, stability = found or (steady(model, speeds, solved), _stability(model, speeds, harmonics))
+    solution, stability = steady_motion or (steady(model, speeds, solved), _stability(model, speeds, harmonics))
     index, equivalent_force = solution.index[1:], np.moveaxis(solution.equivalent_force, 1, 2)
+    # transmission errors (speed, order, mesh), motions (speed, order, row), bearings (speed, order, bearing, 3)
     te, motion, at_bearings = model.modes.response_to_mesh_forces(solution.omega, equivalent_force, rows)
     # f = (f − K̄ x) + K̄ x, in the first row of each mesh, its approach
     force = (equivalent_force + motion @ model.stiffness.T)[..., :: model.rows_per_mesh]

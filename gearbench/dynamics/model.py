@@ -1,4 +1,10 @@
-"""Dynamic model of a scene: its meshes, their excitation, and the modes of the system."""
+"""Dynamic model of a scene: its meshes, their excitation, and the modes of the system.
+
+``LinearModel`` is the base of ``Model``, for scenes with ``[system]``, and of ``train_model.TrainModel``, for meshes
+that are one contact problem. A row is one relative motion of the gears of a mesh (approach, tilt or bending), together
+with the force that does work on it. Meshes of the same frequency form a ``Group``; orders are multiples of its
+frequency.
+"""
 
 from __future__ import annotations
 
@@ -218,7 +224,7 @@ class LinearModel(ABC):
     def harmonics(self, harmonics: int) -> NDArray:
         """Harmonics of a Dataset (harmonic,), up to the ``harmonics``-th of each mesh frequency.
 
-        If one group has several mesh frequencies, they are multiples of the first of these.
+        If one group has several mesh frequencies, harmonics are multiples of the first of these.
         """
         orders, first = self.groups[0].orders(harmonics)[1:], self.groups[0].periods[0]
         return orders if first == 1 else orders / first

@@ -1,4 +1,4 @@
-"""Response with loss of contact and back-side impact, integrated over time for rising and for falling speed."""
+"""Response with loss of contact and impact on back flanks, integrated over time for rising and for falling speed."""
 
 from __future__ import annotations
 
@@ -33,15 +33,17 @@ if TYPE_CHECKING:
 
 #: Smallest number of phases of the force table, and number of phases per order.
 STEPS, PER_ORDER = 128, 8
-#: Maximum number of modes integrated over time, and their highest frequency over that of the highest excited order.
-#: Modes with the largest shares in the mesh compliance are taken; the others follow quasi-statically.
+#: Maximum number of modes integrated over time, and their highest frequency divided by that of the highest excited
+#: order. Modes with the largest shares in the mesh compliance are taken; the others follow quasi-statically.
 MODES, FASTEST = 12, 1.5
-#: Maximum phase by which a mode advances in a time step [rad], and minimum number of time steps per phase of the table.
+#: Maximum phase by which a mode advances in a time step [rad]; minimum number of time steps per phase of the force
+#: table.
 RESOLVED, WITHIN = 0.3, 2
 #: Maximum number of mesh periods after which a motion may repeat. It repeats if it then differs by less than ``SAME``
 #: times the mean deflection, which ends the integration, or by less than ``NEAR`` times it when the integration ends.
 REPEATS, SAME, NEAR = 8, 1e-7, 3e-4
-#: The integration ends at the latest when the slowest mode has faded by e^−FADED; bounds of this number of periods.
+#: The integration ends at the latest when the slowest mode has faded to e^−FADED; minimum and maximum of this number of
+#: periods.
 FADED, LEAST, MOST = 40.0, 300, 20_000
 
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from gearbench.dynamics.balance import Excitation, block_rows, real
 from gearbench.dynamics.waves import curve
 
-#: Residual over right-hand side at which the balance of a sample is solved, and maximum number of steps.
+#: Residual, relative to the right-hand side, at which the balance of a sample is solved; maximum number of steps.
 SETTLED, STEPS = 1e-4, 40
 
 

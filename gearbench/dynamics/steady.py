@@ -17,7 +17,7 @@ from gearbench.dynamics.model import LinearModel
 SMALLEST_SHARE = 1e-2
 #: Maximum number of combinations, and number of sampled speeds.
 MOST, SAMPLED_SPEEDS = 80, 25
-#: Residual over excitation at which the meshes are in balance, and maximum number of steps.
+#: Residual, relative to the first guess of the motion, at which the meshes are in balance; maximum number of steps.
 SETTLED, STEPS = 1e-2, 12
 
 
@@ -36,7 +36,7 @@ class Steady:
         Mesh forces minus the forces of the mean stiffnesses, f − K̄ x (speed, row, order) [N]; order zero holds the
         change from the quasi-static state.
     residual
-        Residual of the balance over the excitation (speed,).
+        Residual of the balance of several frequencies, relative to the first guess of the motion (speed,).
     """
 
     index: NDArray
@@ -52,7 +52,7 @@ def steady(model: LinearModel, speeds: NDArray, harmonics: int) -> Steady:
     of another thus make combinations n ω_1 ± m ω_2. The balance is (D5) of ``docs/theory.md``.
     """
     groups, kept = model.groups, [group.orders(harmonics) for group in model.groups]
-    # the orders of group g have the indices first[g] … first[g + 1] − 1; order zero is the index 0
+    # the orders of group g have the indices first[g] … first[g + 1] − 1; index 0 is order zero, which all groups share
     first = np.cumsum([1, *(len(orders) - 1 for orders in kept)])
     index = np.zeros((first[-1], len(groups)), dtype=int)
     equivalent_force = np.zeros((len(speeds), len(model.stiffness), len(index)), dtype=complex)

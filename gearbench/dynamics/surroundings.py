@@ -58,6 +58,7 @@ def mode_variables(model: Model, which: NDArray) -> Variables:
     for mesh in range(len(model.names)):
         rows = slice(row_count * mesh, row_count * (mesh + 1))
         energy.append(_twice_strain_energy(model.stiffness[rows, rows], modes.mesh[rows]))
+    # twice the strain energy of a mode with unit modal mass is ω²
     share = np.array(energy)[:, which] / modes.frequency[which] ** 2
     shapes, start = [], 0
     for number, shaft in enumerate(box.models):

@@ -1,8 +1,9 @@
 """Loss of contact in planetary sets and parallel paths: harmonic balance with forces that follow the motion.
 
-The linear balance (D5) takes the contact at the quasi-static motion. Here it is repeated with force and stiffness of
-the meshes at the motion found before: Newton's method for the orders of the motion. D- and M-numbers are equations of
-docs/theory.md.
+``nonlinear.nonlinear_response`` calls it for such trains. The linear balance (D5) takes forces and stiffnesses of the
+meshes at their quasi-static motion. Here it is solved again and again, each time with forces and stiffnesses at the
+motion of the previous solution: Newton's method for the orders of the motion. Numbers such as (D5) and (M4) are
+equations of docs/theory.md.
 """
 
 from __future__ import annotations
@@ -47,14 +48,14 @@ PER_ORDER, LEAST = 8, 128
 SWEEPS = "up", "down"
 #: A note is written if their RMS forces differ by more than this share of the mean force.
 APART = 0.01
-#: Change of the motion, relative to its largest order, at which it is in balance, and maximum number of steps.
+#: Change of the motion in a step, relative to its largest order, at which it is in balance; maximum number of steps.
 SETTLED, STEPS = 1e-9, 40
 #: Maximum number of times that a step in speed is halved.
 HALVINGS = 4
 #: Largest force of a mesh, relative to equal sharing, up to which its contact is solved; its curve is linear above.
 MOST = 6.0
-#: Maximum number of steps to the approach without the bodies that meshes share.
-LOCAL_STEPS = 40
+#: In ``NonlinearTrain.contact``: maximum number of steps, and residual relative to the largest approach.
+LOCAL_STEPS, LOCAL_RESIDUAL = 40, 1e-12
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -94,10 +95,13 @@ class NonlinearTrain:
         return wave
 
     def contact(self, x: NDArray) -> tuple[NDArray, NDArray]:
-        """Force of the meshes and ∂F/∂δ of each alone (position, mesh), at the approaches x (position, mesh) [mm].
+        """Force F [N] of the meshes and ∂F/∂δ [N/mm] of each by itself (position, mesh), at their approaches x [mm].
 
-        Where bodies couple the meshes (M4), x = d + (C + D) F, and d is the approach at which the ``curves`` are read.
-        Each curve lacks the compliance D of its mesh (ρ/k in theory), so that C + D has no negative eigenvalue.
+        x is (position, mesh). If no body connects the meshes, the ``curves`` give F at x. If bodies connect them (M4),
+        a part of the approach is the deflection (C + D) F of the bodies; the curves give F at the rest
+        d = x − (C + D) F, which Newton's method finds. C is the compliance between the meshes. D is a part of the
+        compliance of each mesh that its curve leaves out (ρ/k in docs/theory.md), so that C + D has no negative
+        eigenvalue.
         """
         statics = self._statics
         x = x + statics.offset
@@ -106,13 +110,13 @@ class NonlinearTrain:
             return F, np.where(F > 0, k, 0.0)
         D = np.broadcast_to(statics.shifted, x.shape)
         C = statics.between + D[..., None] * np.eye(x.shape[1])
-        d, tolerance = x - (C @ self.model.solved.balance.force[..., None])[..., 0], 1e-12 * np.abs(x).max()
+        d, allowed = x - (C @ self.model.solved.balance.force[..., None])[..., 0], LOCAL_RESIDUAL * np.abs(x).max()
         F, k = self._on_curves(d)
         for _ in range(LOCAL_STEPS):
-            rest = x - d - (C @ F[..., None])[..., 0]
-            if np.abs(rest).max() <= tolerance:
+            residual = x - d - (C @ F[..., None])[..., 0]
+            if np.abs(residual).max() <= allowed:
                 break
-            d = d + np.linalg.solve(np.eye(x.shape[1]) + C * k[:, None], rest[..., None])[..., 0]
+            d = d + np.linalg.solve(np.eye(x.shape[1]) + C * k[:, None], residual[..., None])[..., 0]
             F, k = self._on_curves(d)
         return F, np.where(F > 0, k / (1 + D * k), 0.0)
 
@@ -147,15 +151,15 @@ class NonlinearTrain:
     def reach(
         self, speed: float, start: tuple[float, NDArray], halvings: int = HALVINGS
     ) -> tuple[NDArray, Excitation, NDArray] | None:
-        """``settle`` at a speed from the ``start``, another speed and its motion. A step that fails is halved."""
-        before, motion = start
+        """``settle`` at a speed, from the ``start`` (another speed and its motion); a step that fails is halved."""
+        previous, motion = start
         h = self.model.receptances(self.model.groups[0], np.array([speed]), self.harmonics)
-        found = self.settle(h, motion)
-        if found is not None or halvings == 0 or speed == before:
-            return found
-        middle = (before + speed) / 2
-        half = self.reach(middle, start, halvings - 1)
-        return None if half is None else self.reach(speed, (middle, half[0]), halvings - 1)
+        settled = self.settle(h, motion)
+        if settled is not None or halvings == 0 or speed == previous:
+            return settled
+        middle = (previous + speed) / 2
+        at_middle = self.reach(middle, start, halvings - 1)
+        return None if at_middle is None else self.reach(speed, (middle, at_middle[0]), halvings - 1)
 
     def growth(self, excitation: Excitation, speed: float) -> float:
         """Largest Floquet multiplier of small motions about that with this ``excitation``."""
@@ -170,20 +174,20 @@ class NonlinearTrain:
         quasi-static motion. Unstable motions become NaN in ``speed_variables``.
         """
         model, (group,), motion = self.model, self.model.groups, self.quasi_static.motion
-        kept, count = self.quasi_static.orders, len(self.model.names)
-        equivalent = np.zeros((len(speeds), count, len(kept)), dtype=complex)
+        orders, count = self.quasi_static.orders, len(self.model.names)
+        equivalent = np.zeros((len(speeds), count, len(orders)), dtype=complex)
         touching = np.zeros((len(speeds), count), dtype=bool)
         stability, static, mean = np.full((len(speeds), count), np.nan), self.quasi_static, model.stiffness
-        begin = float(speeds[sequence[0]])
+        previous_speed = float(speeds[sequence[0]])
         for s in sequence:
             speed, chosen = float(speeds[s]), None
-            for start in (begin, motion), (speed, static.motion):
-                if (found := self.reach(speed, start)) is None:
+            for start in (previous_speed, motion), (speed, static.motion):
+                if (settled := self.reach(speed, start)) is None:
                     continue
-                chosen, stability[s] = found, self.growth(found[1], speed)
+                chosen, stability[s] = settled, self.growth(settled[1], speed)
                 if stability[s, 0] <= 1 + GROWTH_TOLERANCE:
                     break
-            begin = speed
+            previous_speed = speed
             if chosen is None:
                 equivalent[s], motion = np.nan, static.motion
                 continue
@@ -193,8 +197,8 @@ class NonlinearTrain:
             equivalent[s, :, 0] -= static.force[:, 0] - mean @ static.motion[:, 0]
             touching[s] = (F > 0).all(axis=0)
         steady = Steady(
-            index=kept[:, None],
-            omega=model.omega(group, speeds)[:, None] * kept,
+            index=orders[:, None],
+            omega=model.omega(group, speeds)[:, None] * orders,
             equivalent_force=equivalent,
             residual=np.zeros(len(speeds)),
         )
