@@ -18,7 +18,7 @@ from gearbench.results.quantities import Quantity
 
 FOLDER = Path(__file__).parent
 #: An option of as many commands is described once.
-COMMON = 4
+COMMON = 3
 #: Responses that differ from the first of their kind in the harmonic alone.
 HIGHER = re.compile(r"_amplitude_([2-9]|\d\d)$")
 
@@ -201,15 +201,15 @@ mass = 4.5
 inertia = 0.011
 ```
 
-All meshes are one contact problem, in which elastic bodies (`[effects.gear_body]`) couple them. `simulate` computes
+All meshes are one contact problem, which elastic bodies (`[effects.gear_body]`) couple. `simulate` computes
 `load_sharing` of each mesh, `mesh_load_factor` K_γ, `train_transmission_error`, motions of floating members, and forces
-and torques on every member with their harmonics; `robust` their scatter over the errors of `[planetary.scatter]` and of
-the flanks; `response` computes these over speed, `response --samples` their scatter.
+and torques on every member with their harmonics; `robust` their scatter over `[planetary.scatter]` and errors of the
+flanks; `response` all of these over speed.
 
 With stepped planets the meshes of sun and ring have different frequencies. Results run over the cycle after which both
-have their phases again: `mesh_phase` counts mesh periods of the sun, and `harmonic` holds the orders of both, as
-multiples of the sun's mesh frequency. Example: `examples/stepped_planets.toml`. Within a
-sample the errors of `single_pitch` repeat in every mesh period of this cycle.
+phases repeat: `mesh_phase` counts mesh periods of the sun, and `harmonic` holds the orders of both, as multiples of
+the sun's mesh frequency. Within a sample the errors of `single_pitch` repeat in every mesh period of this cycle.
+Example: `examples/stepped_planets.toml`.
 
 Planets that mesh in pairs are given by `[gears.NAME]` and `[[meshes]]`, in the frame of the carrier. Two sets in a row
 are two scenes: the second takes its torque from the carrier of the first, as `examples/second_set.toml` does.

@@ -11,7 +11,7 @@ from pydantic import TypeAdapter
 
 from gearbench.schema import Key, keys, parts
 
-#: Limits that are as large only refuse slips, such as a wrong unit; pages leave them out.
+#: Limits that are as large only refuse slips, such as a wrong unit; pages leave them out, and 0 as the only limit.
 LARGE = 1000.0
 #: Tables that a page has shown, and where.
 Shown = dict[type, str]
@@ -79,7 +79,7 @@ def _allowed(part: Mapping[str, Any]) -> str:
     low, high = (None if limit is None or abs(limit) >= LARGE else limit for limit in (low, high))
     kind = {"number": "", "integer": "whole, ", "boolean": "", "string": "text", "array": "list"}
     text = kind.get(part.get("type", ""), "")
-    if low is None:
+    if low is None or (low == 0 and high is None):
         return text.removesuffix(", ")
     above = "above " if "exclusiveMinimum" in part else ""
     return f"{text}{above}{low:g} to {high:g}" if high is not None else f"{text}{above or 'at least '}{low:g}"

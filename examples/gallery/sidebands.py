@@ -31,4 +31,4 @@ for axis, (title, effect) in zip(axes, cases.items(), strict=True):
     axis.legend(frameon=False, fontsize=8, loc="upper right")
 for axis in axes[1:]:
     axis.set_ylabel("")
-figure.savefig("side_bands.png", dpi=80)
+figure.savefig("sidebands.png", dpi=80)

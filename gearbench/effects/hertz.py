@@ -25,10 +25,10 @@ from gearbench.schema import STRICT
 #: Number of polynomials of R in the compliance of solid teeth, unless a scene asks for a low order; used for the
 #: softening at tip edges.
 FLANK_POLYNOMIALS = 5
-#: Length of an interval of the table, in half-widths of the contact strip; parabolas are then accurate to 1e-4 c
-#: (c: see ``_kinks``).
+#: Length of an interval of the table, in half-widths of the contact strip; parabolas are then accurate to 1e-4 of
+#: c = Σ 2(1−ν²)/(πE) of both gears.
 _STEP = 0.25
-#: Minimum and maximum number of intervals on a base pitch.
+#: Minimum and maximum number of intervals on a base pitch; the separation has ``NODES`` on it.
 _FEWEST, _MOST = NODES / 4, 2 * NODES
 #: Positions in an interval (0 … 1) at which the law is evaluated: just inside its ends, because the law may jump there.
 _NODES_OF_PARABOLA = np.array([1e-9, 0.5, 1 - 1e-9])
@@ -70,7 +70,7 @@ class Hertz(ComplianceEffect):
         """``compliance`` computed directly for each segment, without a table."""
         materials = lines.pair.materials
         compliances = [2 / (math.pi * material.plane_strain_modulus) for material in materials]
-        c = sum(compliances)
+        c = sum(compliances)  # Σ 2(1−ν²)/(πE)
         if self.law == "yang_sun":
             return LineLaw(a=np.full(lines.shape, c), h=np.zeros(lines.shape))
         # at an interference point ρ is 0 and the logarithm infinite: keep ρ above a lower limit

@@ -38,9 +38,9 @@ class ToothBending(Tooth):
     Parameters
     ----------
     model
-        "plate": the Reissner–Mindlin plate of variable thickness of Garambois et al. (2017). "solid": three-dimensional
-        elasticity on the exact section with its fillet, by the Ritz method. "finite_elements": three-dimensional
-        elasticity by finite elements, computed once for a macro-geometry and kept on disk.
+        "plate": Reissner–Mindlin plate of variable thickness. "solid": three-dimensional elasticity on the exact
+        section with its fillet. "finite_elements": the same by finite elements, computed once for a macro-geometry and
+        kept on disk.
     basis
         Plate only. "paper": 9 unknowns, x(a + by + cx) for the deflection and both rotations at height x and position y
         along the face. The default without ``order``.
@@ -50,8 +50,8 @@ class ToothBending(Tooth):
     fillet
         Plate only. Whether the thickness includes the root fillet; without it, it is constant below the base circle.
     load
-        Plate only. "full": the whole normal force bends the plate, as in that paper. "component": only its component
-        normal to the mid-plane does.
+        Plate only. "full": the whole normal force bends the plate, as in Garambois et al. (2017). "component": only its
+        component normal to the mid-plane does.
     accuracy
         Finite elements only. Relative error of the compliance.
     """
