@@ -1,4 +1,4 @@
-"""Teeth on their gear body: solid teeth joined to a ring along their roots.
+"""Teeth on their gear body: solid teeth joined to a ring along their roots; the model "ring" of ``effects.gear_body``.
 
 The root of every tooth moves by q and loads the rim of the ring with tractions t. Both are series of the same
 polynomials φ of s and z, orthonormal on the root, for each displacement component. S is the stiffness of the tooth
@@ -7,8 +7,9 @@ between the roots. Then (R6 of docs/theory.md)
 
     q = B t    S q + t = Φᵀ P    ⇒    deflection of the flank due to the body = Φ (S + B⁻¹)⁻¹ Φᵀ P.
 
-The gear is periodic. For waves e^{2πi m d/z} over the teeth d, B(m) is a sum over the ring's harmonics n = m, m ± z,
-m ± 2z, …, and each wave is solved separately. Half-turn symmetry makes all these matrices real in the phases
+The teeth are alike, so any load on them is a sum of waves m: loads that differ by the factor e^{2πi m/z} from one tooth
+to the next. Waves do not interact, and each is solved separately. The roots of a wave meet the ring's harmonics n = m,
+m ± z, m ± 2z, …, over which B(m) is a sum. Half-turn symmetry makes all these matrices real in the phases
 η = i^{k+j} (times i for u_θ, u_z) of the polynomials P_k(s) g_j(z). With a web off the middle of the face they are
 Hermitian.
 """

@@ -113,7 +113,7 @@ def _pressure(pressure: FlankPressure, scene: Scene) -> Tables:
         "y": [pressure.range[0]],
         "dw": [scene.pair.meshing.face_width],
         "dh": [pressure.range[1] - pressure.range[0]],
-        "top": [float(np.nanquantile(pressure.values, 0.99))],
+        "top": [float(np.nanquantile(pressure.values, 0.99))],  # peaks at edges would hide the rest
     }
     return {"pressure": image}
 
@@ -195,6 +195,7 @@ def _teeth(picture: Picture) -> Tables:
     """
     mesh_shape = mesh(picture.scene.pair)
     pitch_point = mesh_shape.on_path(np.array([picture.scene.pair.meshing.pitch_point]))[0]
+    # the figure shows the higher tooth on either side of the pitch point, with a margin
     half = 1.15 * max(g.tooth_height for g in picture.scene.pair.gears) + 0.15 * mesh_shape.pitch
     path = mesh_shape.on_path(np.array(mesh_shape.path))
     return {

@@ -184,7 +184,7 @@ class Linkage:
         return np.round(F / F.max(), 12) * F.max()  # equal paths get exactly equal forces
 
     def check(self) -> None:
-        """Refuse motions that neither meshes nor springs support.
+        """Refuse motions that neither meshes nor springs hold.
 
         Raises
         ------
@@ -192,13 +192,14 @@ class Linkage:
             With the name of the least supported motion.
         """
         B, K = self.rows, self.stiffness
-        # meshes of unit stiffness, and supports relative to the stiffest; scaled to a unit diagonal
+        # only zero matters: meshes have stiffness 1, supports theirs relative to the stiffest, the diagonal is scaled
+        # to 1
         total = B.T @ B + K / max(np.diag(K).max(initial=0.0), 1.0)
         size = np.sqrt(np.diag(total))
         size = np.where(size > 0, size, 1.0)
         values, vectors = np.linalg.eigh(total / np.outer(size, size))
         if values[0] < _HELD * values[-1]:
-            # shafts turn freely too if the gears that hold them float, which are the cause
+            # if a gear floats unsupported, shafts that only it holds turn freely too: name the gear, the cause
             floats = np.array([motion.stiffness == 0 and motion in self.additional_motions for motion in self.motions])
             worst = self.motions[int(np.argmax(np.abs(vectors[:, 0]) * (floats if floats.any() else 1.0)))]
             raise InputError("gears", worst.name, "nothing holds it: neither its meshes nor a stiffness")

@@ -1,4 +1,8 @@
-"""The transverse section of an involute gear: its angles, pitch and base circle. Source: ISO 21771."""
+"""Transverse section of an involute gear: angles, pitch and base circle. Source: ISO 21771.
+
+They follow from number of teeth, module and angles alone. ``gear.Gear`` adds what depends on tip, root and profile
+shift.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 @dataclass(frozen=True, kw_only=True)
 class TransverseSection:
-    """An involute gear, spur or helical, as far as number of teeth, module and angles determine it.
+    """Transverse section of a gear, spur or helical.
 
     Equations: (G1) of docs/theory.md.
 
@@ -72,11 +76,11 @@ class TransverseSection:
         return math.copysign(1.0, self.teeth)
 
     def roll_length(self, radius: ArrayLike) -> NDArray:
-        """Roll length ℓ = √(R² − r_b²) at R [mm], the flank's radius of curvature; negative on an internal gear."""
+        """Roll length ℓ = √(R² − r_b²) [mm] at radii R [mm], the flank's radius of curvature; negative on a ring."""
         return self.sign * np.sqrt(np.maximum(np.square(radius) - self.base_radius**2, 0.0))
 
     def radius_at(self, roll: ArrayLike) -> NDArray:
-        """R [mm] at a roll length [mm]."""
+        """Radii R [mm] at roll lengths [mm]: the inverse of ``roll_length``."""
         return self.sign * np.hypot(self.base_radius, roll)
 
     @property

@@ -38,7 +38,7 @@ EVALUATIONS = 60
 RADIUS, LEAST_RADIUS = 0.05, 1e-4
 #: An objective may get worse by no more than this share of its extent (rounding).
 ROUNDING = 1e-12
-#: Value of every objective over its extent that stands for a design that is not feasible.
+#: Value of every objective, divided by its extent, that stands for a design that is not feasible.
 INFEASIBLE = 1e3
 
 
@@ -185,7 +185,7 @@ class _Refinement:
         return tuple(codes)
 
     def evaluated(self, x: NDArray) -> Evaluation:
-        """Evaluate x, with a cache."""
+        """Evaluation at x, kept in ``seen``."""
         key = np.asarray(x, dtype=float).tobytes()
         if key not in self.seen:
             # the start design keeps its codes to the bit

@@ -1,7 +1,7 @@
 // Find the designs within all ranges of the filters; from them draw the cloud, the fronts and the parallel coordinates.
 // Runs in the browser alone: nothing is sent to the server, and all changes within one frame are handled once.
 // Designs outside a range are left out, the others are kept; those inside a box or lasso are marked (all without one).
-const state = (designs.explore ??= { marks: 0 });  // what other scripts have chosen, and what is drawn already
+const state = (designs.explore ??= { marks: 0 });  // what axes.js and area.js have set, and what is drawn already
 if (state.waiting) return;
 state.waiting = true;
 const count = designs.data.x.length;
