@@ -76,7 +76,7 @@ class TransverseSection:
         return math.copysign(1.0, self.teeth)
 
     def roll_length(self, radius: ArrayLike) -> NDArray:
-        """Roll length ℓ = √(R² − r_b²) [mm] at radii R [mm], the flank's radius of curvature; negative on a ring."""
+        """Roll length ℓ = √(R² − r_b²) [mm] at radii R [mm]: radius of curvature of the flank; negative on a ring."""
         return self.sign * np.sqrt(np.maximum(np.square(radius) - self.base_radius**2, 0.0))
 
     def radius_at(self, roll: ArrayLike) -> NDArray:
