@@ -52,9 +52,8 @@ def pair() -> str:
 
     return f"""# The pair
 
-The table `[pair]` and the tables of both gears. Sizes and symbols follow ISO 21771; [Theory](theory.md) has the
-equations of protuberance (G12), tooth thickness (G13 to G15), temperatures (G16), tip edges (G17) and internal gears
-(G18). An internal gear has a negative number of teeth, `teeth = -99`, and no root stress.
+The table `[pair]` and the tables of both gears. Sizes and symbols follow ISO 21771, equations (G…) are in
+[Theory](theory.md#geometry). An internal gear has a negative number of teeth, `teeth = -99`, and no root stress.
 
 ```toml
 [pair]

@@ -77,7 +77,7 @@ def _allowed(part: Mapping[str, Any]) -> str:
         return ", ".join(f"`{toml_value(value)}`" for value in part.get("enum", (part.get("const"),)))
     low, high = part.get("minimum", part.get("exclusiveMinimum")), part.get("maximum")
     low, high = (None if limit is None or abs(limit) >= LARGE else limit for limit in (low, high))
-    kind = {"number": "", "integer": "whole, ", "boolean": "", "string": "text", "array": "list"}
+    kind = {"number": "", "integer": "whole, ", "boolean": "", "string": "", "array": "list"}
     text = kind.get(part.get("type", ""), "")
     if low is None or (low == 0 and high is None):
         return text.removesuffix(", ")
