@@ -25,6 +25,8 @@ from gearbench.scene import Resolution, Scene
 #: A coarse solution: numbers of uniform phases and of segments on a line, number of nodes of the smooth compliance as a
 #: share of the usual one, and truncation of this compliance.
 COARSE_PHASES, COARSE_SEGMENTS, COARSE_NODES, COARSE_TRUNCATION = 24, 12, 0.7, 1e-3
+#: Factor on the segments of helical pairs, because the ends of their patches pass kinks of the gap.
+HELICAL_SEGMENTS = 2
 #: How far lines reach beyond the path of contact while the deflection is unknown, as a share of the distance up to
 #: which the separation of the flanks is known.
 _REACH = 2 / 3
@@ -117,9 +119,11 @@ def coarse_solution(scene: Scene, count: int) -> CoarseSolution:
 
 
 def _solve_coarsely(scene: Scene, phase: NDArray, span: tuple[float, float] | None) -> CoarseSolution:
-    scene = replace(scene, resolution=Resolution(positions=len(phase), segments=COARSE_SEGMENTS))
+    finer = HELICAL_SEGMENTS if scene.pair.meshing.overlap_ratio else 1
+    scene = replace(scene, resolution=Resolution(positions=len(phase), segments=finer * COARSE_SEGMENTS))
     lines = lines_within(scene, phase, span)
-    problem = assemble(scene, lines, truncation=COARSE_TRUNCATION, nodes=round(COARSE_NODES * smooth_nodes(lines)))
+    nodes = round(COARSE_NODES * smooth_nodes(lines) / math.sqrt(finer))
+    problem = assemble(scene, lines, truncation=COARSE_TRUNCATION, nodes=nodes)
     guess = Guess.empty(problem)
     solve_roughly(problem, guess)
     return CoarseSolution(phase=phase, lines=lines, problem=problem, guess=guess, shares=np.ones(1))

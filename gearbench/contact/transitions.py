@@ -3,7 +3,7 @@
 A coarse solution at uniform phases tells which lines touch, and where. Pair k is at x = τ + k, which increases while
 the pair passes through the mesh; the compressions of its line are curves of x. Where the greatest compression changes
 sign, a contact patch appears or vanishes. Where the compression at an end of the line changes sign, a patch reaches or
-leaves this end; short patches on helical lines reach and leave kinks of the gap in the same way. The geometry
+leaves this end; patches on helical lines reach and leave kinks of the gap in the same way. The geometry
 determines further transitions, at which an end of the face passes an end of the path of contact or a kink of the gap.
 They count only if the flanks touch there.
 """
@@ -30,9 +30,6 @@ from gearbench.geometry.action import ContactLines
 from gearbench.scene import Resolution, Scene
 from gearbench.threads import single_threaded_blas
 
-#: Lines are cut at kinks, up to rounding: a kink this close to the beginning of a cell, divided by the base pitch, is
-#: there.
-ON_KINK = 1e-9
 #: Default number of Gauss points on each panel.
 GAUSS_POINTS = 5
 #: With more than ``GAUSS_POINTS``: number of uniform phases of the coarse solution, and ``close`` of ``panel_starts``.
@@ -183,19 +180,28 @@ def _steep_side(scene: Scene, passage: Passage) -> int:
 def _at_kinks(scene: Scene, lines: ContactLines, s: NDArray) -> list[NDArray]:
     """Compressions where a helical line has the kinks of its gap in u, each (position, pair).
 
-    NaN if the line has no such kink, or if its patch reaches an end: curves bend where a short patch passes a kink.
+    NaN if the line has no such kink, or if its patch reaches an end: curves bend where an end of a patch passes a kink.
     """
     meshing = scene.pair.meshing
     if not (meshing.overlap_ratio and lines.cells):
         return []
     inside = np.maximum(s[:, :, 0, 0], s[:, :, -1, -1]) <= 0
-    begin, at_kinks = lines.u - lines.length * math.sin(meshing.beta_b) / 2, []
-    for kink in gap_kinks(scene)[0]:
-        distance = np.abs(begin - kink)
-        nearest = distance.argmin(axis=2)[..., None]
-        value = np.take_along_axis(s[..., 0], nearest, axis=2)[..., 0]
-        at_kinks.append(np.where(inside & (distance.min(axis=2) < ON_KINK * meshing.base_pitch), value, np.nan))
+    width = lines.length * math.sin(meshing.beta_b)
+    begin, width, at_kinks = lines.u - width / 2, np.where(width > 0, width, np.inf), []
+    for kink in _under_load(scene, gap_kinks(scene)[0]):
+        t = (kink - begin) / width
+        cell = np.argmax((t >= 0) & (t <= 1), axis=2)[..., None]
+        t = np.take_along_axis(t, cell, axis=2)[..., 0]
+        a, m, e = np.moveaxis(np.take_along_axis(s, cell[..., None], axis=2)[:, :, 0], -1, 0)
+        value = a * (1 - t) * (1 - 2 * t) + 4 * m * t * (1 - t) + e * t * (2 * t - 1)
+        at_kinks.append(np.where(inside & (t >= 0) & (t <= 1), value, np.nan))
     return at_kinks
+
+
+def _under_load(scene: Scene, kinks: Iterable[float]) -> list[float]:
+    """``kinks`` in u; off the line of action both ends of contact at a corner, instead of the kink between them."""
+    flanks = flank_separation(scene)
+    return [*kinks] if flanks is None else [*(u for u in kinks if u not in flanks.kinks), *flanks.changes]
 
 
 def _at_passages(scene: Scene, x: NDArray, on_line: NDArray) -> list[list[Transition]]:
@@ -204,10 +210,10 @@ def _at_passages(scene: Scene, x: NDArray, on_line: NDArray) -> list[list[Transi
     One list for each load case of ``on_line`` (load, curve, x), whose curves are the greatest compression on a line and
     the compressions at its beginning, at its end, and at its kinks.
     """
-    meshing, flanks = scene.pair.meshing, flank_separation(scene)
+    meshing = scene.pair.meshing
     kinks, face = gap_kinks(scene)
-    if flanks is not None and not meshing.overlap_ratio:  # the whole line touches at the corner of a relief
-        kinks = [*(u for u in kinks if u not in flanks.kinks), *flanks.changes]
+    if not meshing.overlap_ratio:  # the whole line touches at the corner of a relief
+        kinks = _under_load(scene, kinks)
     ends = (meshing.path_start, meshing.path_end)
     of_loads: list[list[Transition]] = [[] for _ in on_line]
     for passage in _passages(scene, (*ends, *kinks), face):

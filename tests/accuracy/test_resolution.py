@@ -98,18 +98,20 @@ def test_a_load_transfer_next_to_an_end_of_the_path_ends_a_panel():
     assert misses(found, exact, "mesh_stiffness")[0] < 0.6
 
 
-def test_stiffness_bends_where_a_short_patch_passes_an_end_of_the_path():
-    """Without panels that end there, its peak-to-peak value was 5.7 % too small, and its noise floor 4.2 %."""
+@pytest.mark.parametrize("share", [0.3, pytest.param(0.2, marks=pytest.mark.slow)])
+def test_stiffness_bends_where_a_patch_passes_an_end_of_the_path_or_the_corner_of_a_relief(share):
+    """Without panels that end there, its peak-to-peak value was 3 to 6 % too small."""
     scene = example("nrel_5mw_stage3")
-    scene = replace(scene, effects=(*scene.effects, OffLineContact()), load=Load(torque=0.3 * scene.load.torque))
+    scene = replace(scene, effects=(*scene.effects, OffLineContact()), load=Load(torque=share * scene.load.torque))
     solved = solve_scene(scene)
-    transfers = [change.phase for change in transitions(replace(scene, resolution=Resolution())) if change.side]
-    phase = np.sort([*np.arange(20) / 20, *np.add.outer(transfers, [-5e-5, 5e-5]).ravel() % 1])
-    lines = scene_lines(replace(scene, resolution=Resolution(segments=60)), phase)
-    fine = solve_lines(replace(scene, resolution=Resolution(positions=len(phase))), lines, np.full(len(phase), 1.0))
+    transfers = [change for change in transitions(replace(scene, resolution=Resolution())) if change.side]
+    # least stiffness: next to a load transfer, on the side on which the curve is flat
+    phase = np.sort([*np.arange(20) / 20, *((change.phase - 1e-4 * change.side) % 1 for change in transfers)])
+    fine = replace(scene, resolution=Resolution(positions=len(phase)))
+    fine = solve_lines(fine, scene_lines(fine, phase), np.full(len(phase), 1.0))
     span = np.ptp(fine.cycle.mesh_stiffness)
     error = abs(peak_to_peak(solved.phases, solved.cycle.mesh_stiffness) - span)
-    assert error < min(0.04 * span, output(solved, "mesh_stiffness_peak_to_peak_noise_floor")[1])
+    assert error < min(0.01 * span, output(solved, "mesh_stiffness_peak_to_peak_noise_floor")[1])
 
 
 def test_wide_flanks_that_touch_all_along_have_the_nodes_that_their_teeth_need():
