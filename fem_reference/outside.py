@@ -119,6 +119,15 @@ class Outside:
             found.append((places.index(place), tooth))
         return places, found
 
+    @property
+    def lug_loads(self) -> int:
+        """Largest number of loads of the lugs on a sector."""
+        body = self.section.body
+        if body.lugs is None:
+            return 0
+        arc = body.lugs.length / abs(self.section.held_radius) + abs(self._turn(self.axis.breaks[-1]))
+        return EACH * len(self._places[0]) * (2 + int(arc / abs(body.pitch_angle)))
+
     @cached_property
     def _on_lugs(self) -> list[dict[int, sp.csr_array]]:
         """Load vectors of a lug at each place in the sectors that it reaches, by the number of the sector."""

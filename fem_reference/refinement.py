@@ -19,9 +19,11 @@ from numpy.typing import NDArray
 
 from fem_reference.axis import FaceFunctions
 from fem_reference.circulant import flank_blocks
+from fem_reference.outside import Outside
 from fem_reference.section import Body
 from fem_reference.sector import Grain, Section
 from fem_reference.solver import available_solver
+from fem_reference.waves import wave_numbers
 from gearbench.budget import memory_limit, require, sector_memory
 from gearbench.compliance.flank import FlankCompliance
 from gearbench.compliance.local import half_space_compression, waves_across
@@ -116,7 +118,13 @@ class Level:
     def memory(self) -> float:
         """Memory [bytes], within a factor of two."""
         of_element = (3 * (self.number + 1) ** 2) ** 2
-        return sector_memory(of_element * float(self.of_nodes.sum(axis=1)[self.section.nodes].mean(axis=1).sum()))
+        sector = sector_memory(of_element * float(self.of_nodes.sum(axis=1)[self.section.nodes].mean(axis=1).sum()))
+        if self.body.lugs is None:
+            return sector
+        z, flank = abs(self.body.gear.teeth), math.prod(default_order(self.body.gear))
+        loads = flank + Outside(section=self.section, axis=self.axis).lug_loads
+        # complex compliances of the waves, and those of the flank of every tooth from them
+        return sector + 16 * len(wave_numbers(z)) * loads**2 + 24 * z * flank * loads
 
 
 def default_order(gear: Gear) -> tuple[int, int]:

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from fem_reference.outside import Outside
 from fem_reference.refinement import NEIGHBOURS, Level, default_order, solved
 from fem_reference.section import Body
 from fem_reference.sector import Grain, Section
+from fem_reference.waves import wave_numbers
 from gearbench import simulate
 from gearbench.compliance.gear_body import ToothedRing
 from gearbench.compliance.lugs import Lugs
@@ -123,3 +127,16 @@ def test_a_pair_with_a_ring_is_that_of_finite_elements(support):
         assert float(found[name]) == pytest.approx(float(exact[name]), rel=limit)
     name = "transmission_error_peak_to_peak"
     assert float(found[name]) == pytest.approx(float(exact[name]), rel=0.03)
+
+
+@pytest.mark.parametrize("helix", [0.0, 20.0])
+def test_memory_counts_the_loads_of_lugs(helix):
+    """Complex compliances of all waves between them, for which the level without lugs has no room."""
+    gear, lugs = ring(helix), Lugs(angles=(0.05, 1.7, 3.5), length=12.0)
+    body = Body(gear=gear, bore_radius=gear.root_radius - 3.0, teeth=3, support=(0.0, 0.0), lugs=lugs)
+    level = Level(body=body, number=3, waves=5)
+    outside = Outside(section=level.section, axis=level.axis)
+    loads = outside.functionals().shape[1] - 6
+    assert loads <= outside.lug_loads <= 2 * loads
+    more = level.memory - Level(body=replace(body, lugs=None), number=3, waves=5).memory
+    assert more >= 16 * len(wave_numbers(abs(gear.teeth))) * loads**2
