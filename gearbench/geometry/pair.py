@@ -51,6 +51,11 @@ _EXTERNAL = ("bore_diameter", "rim_thickness", "protuberance", "grinding_stock")
 _INTERNAL = ("outer_diameter", "support", "cutter")
 
 
+def foreign_keys(teeth: int) -> tuple[str, ...]:
+    """Keys that a gear of ``teeth`` cannot have."""
+    return _EXTERNAL if teeth < 0 else _INTERNAL
+
+
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Member:
     """Data of one gear of a pair.
@@ -128,8 +133,8 @@ class Member:
             raise InputError("tip_diameter", self.tip_diameter, "conflicts with addendum: give one of the two")
         if self.root_diameter is not None and self.dedendum != 1.25:
             raise InputError("root_diameter", self.root_diameter, "conflicts with dedendum: give one of the two")
-        kind, foreign = ("an internal", _EXTERNAL) if self.teeth < 0 else ("an external", _INTERNAL)
-        for key in foreign:
+        kind = "an internal" if self.teeth < 0 else "an external"
+        for key in foreign_keys(self.teeth):
             if (value := getattr(self, key)) is not None:
                 shown = "given" if is_dataclass(value) else value
                 raise InputError(key, shown, f"is not a key of {kind} gear (teeth = {self.teeth})")

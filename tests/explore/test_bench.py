@@ -142,6 +142,13 @@ def test_answers_are_coarse_then_those_of_simulate(scene):
     assert [list(t) for t in found[2:]] == [["warnings"], ["harris", "torque"]]
 
 
+def test_gears_have_controls_of_their_own_keys_only():
+    paths = {control.path for group in flat(form(read_scene(EXAMPLES / "ring.toml"))) for control in group.controls}
+    own = {"pair.pinion.bore_diameter", "pair.wheel.outer_diameter"}
+    assert own <= paths
+    assert not {"pair.wheel.bore_diameter", "pair.wheel.protuberance", "pair.pinion.outer_diameter"} & paths
+
+
 def test_a_ring_is_answered_like_a_wheel():
     ring = read_scene(EXAMPLES / "ring.toml")
     found = [answer["now"][0] for answer in Answers(ring)(asked(ring, load__torque=50.0))]

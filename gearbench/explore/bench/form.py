@@ -13,7 +13,7 @@ from gearbench.effects.base import Effect
 from gearbench.effects.registry import effect_class, effect_names
 from gearbench.errors import GearbenchError
 from gearbench.geometry.names import GEARS
-from gearbench.geometry.pair import Pair
+from gearbench.geometry.pair import Member, Pair, foreign_keys
 from gearbench.geometry.planetary import (
     AT_RING,
     DEVIATIONS,
@@ -174,6 +174,8 @@ def _group(kind: type, path: str, table: Mapping[str, Any]) -> Group:
     left_out = ("shaft",) if kind is TrainGear and path.startswith("planetary.") else ()
     # module, pressure angle and helix angle are keys of the set; only the planet's gear at the ring may have its own
     left_out += SHARED if left_out and not path.endswith(AT_RING) else ()
+    if kind in (Member, TrainGear):
+        left_out += foreign_keys(table.get("teeth", -1 if path == "planetary.ring" else 1))
     with_control = {name: key for name, key in keys(kind).items() if name not in left_out and not takes_files(kind)}
     shown = [_control(key, f"{path}.{name}", table.get(name)) for name, key in with_control.items()]
     if kind is Planetary:
