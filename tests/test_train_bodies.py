@@ -161,6 +161,27 @@ def test_a_set_without_errors_is_solved_for_a_part_of_its_cycle_only(teeth, plan
     assert_allclose(found.spread, whole.spread, atol=1e-8 * np.abs(whole.spread).max())
 
 
+@pytest.mark.parametrize(("planets", "teeth", "contacts"), [(3, (36, 30, 96), 2), (4, (18, 18, 54), 4)])
+def test_planets_in_phase_share_their_contact(planets, teeth, contacts, monkeypatch):
+    """Every other planet of four in counter phase; an error of 1e-9 µm makes all contacts different."""
+    solved, next_round = [], equilibrium.MeshAt.next_round
+    monkeypatch.setattr(
+        equilibrium.MeshAt, "next_round", lambda mesh, *of: (solved.append(mesh), next_round(mesh, *of))[1]
+    )
+    sun, planet, ring = teeth
+    keys = {"sun": (sun, 20.0), "planet": (planet, 14.0), "ring": (ring, 120.0), "planets": planets, "phases": 2}
+    keys |= {"torque": 60.0, "effects": {**EFFECTS, "hertz": {}}} | ({} if planets == 4 else {"ring": (ring, 215.0)})
+    found, count = {}, {}
+    for name, more in {"equal": {}, "unequal": {"pin_tangential": [1e-9, *([0.0] * (planets - 1))]}}.items():
+        solved.clear()
+        found[name] = solve_train(made(**keys | more)).balance
+        count[name] = len(solved)
+    assert [count[name] % n for name, n in (("equal", contacts), ("unequal", 2 * planets))] == [0, 0]
+    assert count["equal"] / contacts == count["unequal"] / (2 * planets)
+    assert_allclose(found["equal"].force, found["unequal"].force, rtol=1e-9)
+    assert_allclose(found["equal"].motion, found["unequal"].motion, atol=1e-9 * np.abs(found["unequal"].motion).max())
+
+
 def test_permuting_and_turning_planets_changes_nothing_on_bodies_either():
     effects = {**EFFECTS, "hertz": {}, "crowning": {"amount": 4.0}}
     keys = {"effects": effects, "pin_stiffness": 150.0, "torque": 400.0, "phases": 4}

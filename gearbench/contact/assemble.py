@@ -80,8 +80,8 @@ def assemble(
         interpolation=interpolation, laws=only_laws.laws, share=np.ones(len(gaps)),
         nodes=max(smooth_lines.shape[2], NODES_PER_PANEL * (1 + int(lines.panel.max(initial=0)))),
     )  # fmt: skip
-    # the load is spread over the cell: Ψ is averaged by Simpson's rule
-    factor = np.array([1, 4, 1]) / 6 @ interpolation @ factor
+    # the load is spread over the cell
+    factor = cells.means @ factor
     return replace(
         problem,
         factor=np.ascontiguousarray(factor.reshape(*problem.gap.shape, -1)),

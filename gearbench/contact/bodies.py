@@ -27,16 +27,17 @@ class Side:
     ----------
     mesh
         Number of the mesh.
-    cells
-        Means of the polynomials over the segments that carry the forces (position, pair, segment, function) [1/mm].
     nodes
         Their values at the nodes at which gaps are needed (position, pair, node, function) [1/mm], see
         ``assemble.with_field``.
+    means
+        Matrix from values at the nodes to means over the segments that carry the forces (position, pair, segment,
+        node); None if these are the nodes.
     """
 
     mesh: int
-    cells: NDArray
     nodes: NDArray
+    means: NDArray | None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -114,4 +115,9 @@ class Bodies:
 
     def _generalised_loads(self, loads: Sequence[NDArray]) -> list[NDArray]:
         """Generalised loads Σ φ_i P_i of all tooth pairs, for every side, (position, pair × function)."""
-        return [(loads[side.mesh][..., None, :] @ side.cells).reshape(len(side.cells), -1) for side in self.sides]
+        generalised = []
+        for side in self.sides:
+            at_nodes = loads[side.mesh][..., None, :]
+            at_nodes = at_nodes if side.means is None else at_nodes @ side.means
+            generalised.append((at_nodes @ side.nodes).reshape(len(side.nodes), -1))
+        return generalised

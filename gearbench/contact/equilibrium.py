@@ -12,22 +12,29 @@ follows from the current loads. Its mean is C F, with the compliance C between m
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.contact.assemble import with_field
+from gearbench.contact.batch import on_threads
 from gearbench.contact.bodies import Bodies
 from gearbench.contact.loads import in_full_load_units
-from gearbench.contact.patches import solve_patches
+from gearbench.contact.patches import ROUNDS, Round, first_round, forces_on_cells, last_round, next_round, solve_patches
 from gearbench.contact.problem import ContactProblem, ContactSolution, under_shares
-from gearbench.contact.solver import ConvergenceError, Guess
+from gearbench.contact.solver import ConvergenceError, Guess, law_forces, solve
+from gearbench.threads import default_threads
 
 #: Newton's method ends if no force changes by more than this share of the greatest force; maximum number of steps.
 FORCE_TOLERANCE, STEPS = 1e-11, 60
+#: Number of rounds on contact patches after which forces that have not settled are those of ``solve_patches``: ends of
+#: patches may alternate between two places.
+MOST_ROUNDS = 9
 #: Force, divided by the nominal force, below which the tangent replaces the contact of a mesh.
 LEAST = 1e-9
 #: Tolerance of the balance with tangents, divided by ``ForceSearch.tolerance``.
@@ -78,6 +85,50 @@ class MeshAt:
         problem = self.problem if field is None else with_field(self.problem, field)
         solution = in_full_load_units(solve_patches(under_shares(problem, share), guess), share)
         return solution.approach / self.cos_b, solution.stiffness * self.cos_b**2, solution
+
+    def next_round(
+        self, force: NDArray, guess: Guess, field: NDArray | None, before: MeshRound | None, number: int
+    ) -> MeshRound:
+        """Round ``number`` of ``solve_patches`` under forces F_bt (position,) [N]; problems without cells are solved.
+
+        ``field`` is as for ``under``. Forces and fields may differ from those of the round ``before``. All rounds from
+        ``ROUNDS`` on are last rounds, and after ``MOST_ROUNDS`` all rounds are repeated.
+        """
+        share, solution = force / self.nominal, None
+        problem = under_shares(self.problem if field is None else with_field(self.problem, field), share)
+        if problem.cells is None:
+            solution = solve(problem, guess)
+            found = Round(solution.approach, solution.stiffness, None)
+        elif before is None:
+            found = first_round(problem, guess)
+        elif number < ROUNDS:
+            found = next_round(problem, guess, before.found)
+        elif number <= MOST_ROUNDS:
+            solution, found = last_round(problem, guess, before.found)
+        else:
+            solution, found = solve_patches(problem, guess), before.found
+            found = found._replace(approach=solution.approach, stiffness=solution.stiffness)
+        if solution is None:
+            points = None if found.patches is None else found.patches[0]
+            exact = None if points is None else law_forces(points, guess.delta, guess.q).reshape(points.shape)
+            loads = forces_on_cells(problem, guess, exact)
+        else:
+            solution = in_full_load_units(solution, share)
+            loads = solution.force
+        return MeshRound(found, share * found.approach / self.cos_b, found.stiffness * self.cos_b**2, loads, solution)
+
+
+class MeshRound(NamedTuple):
+    """A round of the contact of a mesh: approach δ [mm], ∂F_bt/∂δ [N/mm] and how the loads are distributed.
+
+    ``loads`` is (position, pair, segment), up to a factor; ``solution`` that of ``last_round``, or without cells.
+    """
+
+    found: Round
+    approach: NDArray
+    stiffness: NDArray
+    loads: NDArray
+    solution: ContactSolution | None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -295,10 +346,13 @@ class ForceSearch:
             change = np.where(force > least, new - force, np.maximum(new - F, 0.0))
             relative_change = np.abs(change).max() / np.abs(new).max()
             allowed = self.tolerance if step < STEPS - 1 else max(self.tolerance, ACCEPTED_RESIDUAL)
-            if relative_change <= allowed:
+            settled = relative_change <= allowed
+            if settled:
                 relative_change = max(relative_change, self.gap_change())
             if relative_change <= allowed:
                 return new, q, k * (new > 0), step + 1
+            if settled:
+                continue  # under the same forces
             # where flanks just touch, forces may oscillate; these take half of the step
             swings = (change * previous < 0) & (np.abs(change) > SWING * np.abs(previous))
             damped = np.where(swings, (force + new) / 2, new)
@@ -309,8 +363,12 @@ class ForceSearch:
         )
 
 
-def balance(meshes: Sequence[MeshAt], statics: Statics, bodies: Bodies | None = None) -> Balance:
+def balance(
+    meshes: Sequence[MeshAt], statics: Statics, bodies: Bodies | None = None, alike: Sequence[int] | None = None
+) -> Balance:
     """Balance of a train: forces and contact of all meshes, with elastic ``bodies`` that several meshes load.
+
+    ``alike`` is the first of the meshes that are in the same state as a mesh; by default each has its own.
 
     Raises
     ------
@@ -320,39 +378,43 @@ def balance(meshes: Sequence[MeshAt], statics: Statics, bodies: Bodies | None = 
     nominal = np.array([mesh.nominal for mesh in meshes])
     cos_b = np.array([mesh.cos_b for mesh in meshes])
     guesses = [Guess.empty(mesh.problem) for mesh in meshes]
-    solutions: list[ContactSolution] = []
+    rounds: list[MeshRound] = []
     fields: list[NDArray | None] = [None] * len(meshes)
     between = np.zeros((1, len(meshes), len(meshes)))
+    alike = range(len(meshes)) if alike is None else alike
+    number, least = -1, ROUNDS if any(mesh.problem.cells is not None for mesh in meshes) else 0
 
     def loads(force: NDArray) -> list[NDArray]:
         """Forces of each mesh (position, pair, segment) [N], distributed as in the last solution."""
-        shares = (one.force / one.force.sum(axis=(1, 2), keepdims=True) for one in solutions)
+        shares = (one.loads / one.loads.sum(axis=(1, 2), keepdims=True) for one in rounds)
         return [share * total[:, None, None] for share, total in zip(shares, (force / cos_b).T, strict=True)]
 
     def meshes_under(force: NDArray) -> tuple[NDArray, NDArray]:
-        if bodies is not None and solutions:
+        nonlocal number
+        number += 1
+        if bodies is not None and rounds:
             fields[:] = bodies.fields(loads(force))
-        answers: list[tuple[NDArray, NDArray, ContactSolution]] = []
-        solved: dict[tuple[int, bytes, bytes], int] = {}
-        for m, (mesh, F, guess, field) in enumerate(zip(meshes, force.T, guesses, fields, strict=True)):
-            # planets in phase under the same force have the same contact
-            same = solved.setdefault((id(mesh), F.tobytes(), b"" if field is None else field.tobytes()), m)
-            if same < m:
-                guess.q[:], guess.delta[:] = guesses[same].q, guesses[same].delta
-            answers.append(answers[same] if same < m else mesh.under(F, guess, field))
-        solutions[:] = [solution for _, _, solution in answers]
-        approach, k = (np.stack(each, axis=1) for each in list(zip(*answers, strict=True))[:2])
+
+        def next_round(m: int) -> MeshRound:
+            before = rounds[m] if rounds else None
+            return meshes[m].next_round(force[:, m], guesses[m], fields[m], before, number)
+
+        different = sorted(set(alike))
+        found = dict(zip(different, on_threads(next_round, different, default_threads()), strict=True))
+        rounds[:] = [found[m] for m in alike]
+        approach, k = (np.stack([getattr(one, name) for one in rounds], axis=1) for name in ("approach", "stiffness"))
         return approach - (between @ force[..., None])[..., 0], k
 
     def gap_change() -> float:
-        """Greatest change of the gaps if they are computed from the last loads, divided by the greatest approach."""
-        if bodies is None:
-            return 0.0
-        now = bodies.fields(
-            loads(cos_b * np.stack([solution.force.sum(axis=(1, 2)) for solution in solutions], axis=1))
-        )
+        """Greatest change of the gaps if they are computed from the last loads, divided by the greatest approach.
+
+        It is infinite while rounds of contact patches are left.
+        """
+        if bodies is None or number < least:
+            return math.inf if number < least else 0.0
+        now = bodies.fields([one.loads for one in rounds])
         pairs = [(a, b) for a, b in zip(now, fields, strict=True) if a is not None and b is not None]
-        most = max(float(np.abs(solution.approach).max()) for solution in solutions)
+        most = max(float(np.abs(one.approach).max()) for one in rounds)
         return max((float(np.abs(a - b).max()) for a, b in pairs), default=0.0) / most
 
     even = np.tile(nominal, (len(meshes[0].problem.gap), 1))
@@ -367,6 +429,7 @@ def balance(meshes: Sequence[MeshAt], statics: Statics, bodies: Bodies | None = 
     search = ForceSearch(meshes_under=meshes_under, nominal=nominal, tolerance=tolerance, gap_change=gap_change)
     force, q, k, steps = search.solve(statics, even)
     # the contact of separated meshes was solved under a tiny force, which is removed
+    solutions = (one.solution for one in rounds if one.solution is not None)
     loaded = zip(solutions, (force > 0).T[..., None, None], strict=True)
     cleared = tuple(replace(solution, force=solution.force * mask) for solution, mask in loaded)
     parts = {"solutions": cleared, "fields": tuple(fields), "statics": statics, "steps": steps}

@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,14 +53,45 @@ def solve_patches(problem: ContactProblem, guess: Guess | None = None) -> Contac
     guess = guess or Guess.empty(problem)
     if problem.cells is None:
         return solve(problem, guess)
-    coarse, patches = solve_roughly(problem, guess, ON_CELLS), None
+    found = first_round(problem, guess)
     for _ in range(ROUNDS - 1):
-        patches = on_patches(problem, guess, patches)
-        coarse = solve_roughly(patches[0], guess)
-    solution = solve(on_patches(problem, guess, patches)[0], guess)
-    force = _forces_on_cells(problem, guess, solution)
+        found = next_round(problem, guess, found)
+    return last_round(problem, guess, found)[0]
+
+
+class Round(NamedTuple):
+    """A solution on contact patches: approach δ_n [mm], ∂F_bn/∂δ_n [N/mm], and the patches; None if it is on cells."""
+
+    approach: NDArray
+    stiffness: NDArray
+    patches: Patches | None
+
+
+def first_round(problem: ContactProblem, guess: Guess) -> Round:
+    """Rough solution of ``problem`` on cells, as close as the ends of patches on cells are."""
+    return Round(*solve_roughly(problem, guess, ON_CELLS), None)
+
+
+def next_round(problem: ContactProblem, guess: Guess, before: Round) -> Round:
+    """Rough solution of ``problem`` on the patches of the round ``before``, whose solution ``guess`` holds."""
+    patches = on_patches(problem, guess, before.patches)
+    return Round(*solve_roughly(patches[0], guess), patches)
+
+
+def last_round(problem: ContactProblem, guess: Guess, before: Round) -> tuple[ContactSolution, Round]:
+    """Checked solution of ``problem`` on the patches of the round ``before``, with the forces of its cells.
+
+    Raises
+    ------
+    ConvergenceError
+        If a residual stays above 1e-9.
+    """
+    patches = on_patches(problem, guess, before.patches)
+    solution = solve(patches[0], guess)
     # approach and stiffness of the round before, for the error estimate
-    return replace(solution, coarse_approach=coarse[0], coarse_stiffness=coarse[1], force=force)
+    coarse = {"coarse_approach": before.approach, "coarse_stiffness": before.stiffness}
+    cells = {"force": forces_on_cells(problem, guess, solution.force)}
+    return replace(solution, **coarse, **cells), Round(solution.approach, solution.stiffness, patches)
 
 
 def solve_roughly_on_patches(problem: ContactProblem, guess: Guess) -> tuple[NDArray, NDArray]:
@@ -190,8 +222,13 @@ def on_patches(problem: ContactProblem, guess: Guess, previous: Patches | None =
     return replace(new, factor=factor, block=block, blocks=problem.blocks), nodes
 
 
-def _forces_on_cells(problem: ContactProblem, guess: Guess, solution: ContactSolution) -> NDArray:
-    """Forces on the cells of ``problem``, scaled so that lines carry the loads of the ``solution`` on patches."""
-    force = law_forces(problem, guess.delta, guess.q).reshape(problem.shape)
-    exact, total = solution.force.sum(axis=2), force.sum(axis=2)
+def forces_on_cells(problem: ContactProblem, guess: Guess, exact: NDArray | None = None) -> NDArray:
+    """Forces on the cells of ``problem`` [N] under the solution ``guess``, (position, pair, segment).
+
+    They are scaled so that lines carry the loads of the forces ``exact`` (position, pair, point), if given.
+    """
+    force = problem.force * law_forces(problem, guess.delta, guess.q).reshape(problem.shape)
+    if exact is None:
+        return force
+    exact, total = exact.sum(axis=2), force.sum(axis=2)
     return force * np.where(total > 0, exact / np.where(total > 0, total, 1.0), 0.0)[..., None]

@@ -7,6 +7,7 @@ cell, over which the gap may vary, or a Gauss point.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,6 +62,11 @@ class Cells:
     nodes: int
     share: NDArray
     field: NDArray | None = None
+
+    @cached_property
+    def means(self) -> NDArray:
+        """Matrix from values at the nodes of ``smooth_lines`` to means over cells, (position, pair, segment, node)."""
+        return np.array([1.0, 4.0, 1.0]) / 6 @ self.interpolation  # Simpson's rule
 
     def part(self, positions: slice | NDArray) -> Cells:
         """Data of some of the positions."""

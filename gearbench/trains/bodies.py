@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
@@ -18,9 +19,6 @@ from gearbench.effects.gear_body import GearBody
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.train import Train
 from gearbench.scene import Scene
-
-#: Weights of Simpson's rule: mean over a cell from the values at its beginning, middle and end.
-_MEAN = np.array([1.0, 4.0, 1.0]) / 6
 
 
 def yielding_bodies(
@@ -42,7 +40,7 @@ def yielding_bodies(
                 known[id(contact), index] = _side(scenes[mesh.name], lines, contact, index)
             seats.setdefault(gear, []).append(len(sides))
             side = known[id(contact), index]
-            sides.append(Side(mesh=number, cells=side.cells, nodes=side.nodes))
+            sides.append(replace(side, mesh=number))
             names.append((mesh.name, index))
 
     def link(one: int, other: int) -> Link:
@@ -90,5 +88,4 @@ def _side(scene: Scene, lines: ContactLines, contact: MeshAt, index: int) -> Sid
         nodes_on_lines.lever, -1
     )
     nodes = np.where(nodes_on_lines.active[..., None, None], nodes, 0.0)
-    means = nodes if cells is None else _MEAN @ cells.interpolation @ nodes
-    return Side(mesh=0, cells=means, nodes=nodes)
+    return Side(mesh=0, nodes=nodes, means=None if cells is None else cells.means)

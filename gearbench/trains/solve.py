@@ -6,12 +6,13 @@ from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.contact.assemble import assemble, with_field
+from gearbench.contact.batch import on_threads
 from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.equilibrium import LEAST, SEPARATED_STIFFNESS, Balance, MeshAt, Statics, balance
 from gearbench.contact.panels import CLOSE, LONGEST, panel_starts
@@ -31,7 +32,7 @@ from gearbench.results.solved import Solved
 from gearbench.results.train_cycle import TrainCycle
 from gearbench.scene import Load, Resolution, Scene
 from gearbench.schema import changed
-from gearbench.threads import single_threaded_blas
+from gearbench.threads import default_threads, single_threaded_blas
 from gearbench.trains import symmetry
 from gearbench.trains.bodies import yielding_bodies
 
@@ -180,7 +181,7 @@ def check_train(scene: Scene) -> Linkage:
     except InputError as error:
         if planetary is None:
             raise
-        allowed = f"{error.value} {error.allowed}; {planetary.fitting}"
+        allowed = f"{error.allowed}; {planetary.fitting}"
         raise InputError("planetary.positions", planetary.keys.positions, allowed) from None
     linkage = scene.train.linkage(train, coast=scene.load.coast)
     try:
@@ -237,7 +238,7 @@ def solve_train(
     even = np.array([mesh_scene.F_bt for mesh_scene in scenes.values()])
     f = linkage.force(scene.load.torque)
     statics = Statics(rows=linkage.rows, stiffness=linkage.stiffness, force=f, offset=scene.train.offset(linkage))
-    contact_at, balanced = _balanced(train, scenes, phases, statics, alike=alike)
+    contact_at, balanced = _balanced(train, scenes, phases, statics, equal_teeth=alike)
     for _ in range(ROUNDS):
         heavy = balanced.force.max(axis=0) / [mesh.nominal for _, mesh in contact_at.values()]
         # off the line of action the contact lines extend with the load
@@ -246,7 +247,7 @@ def solve_train(
             break
         share = np.where(heavy > HEAVIER, heavy, 1.0)
         scenes = {name: _under(mesh_scene, by) for (name, mesh_scene), by in zip(scenes.items(), share, strict=True)}
-        contact_at, balanced = _balanced(train, scenes, phases, statics, alike=alike)
+        contact_at, balanced = _balanced(train, scenes, phases, statics, equal_teeth=alike)
     contact_of = {
         name: Solved(
             scene=scenes[name],
@@ -266,22 +267,29 @@ def solve_train(
 
 
 def _balanced(
-    train: Train, scenes: Mapping[str, Scene], phases: Phases, statics: Statics, *, alike: bool
+    train: Train, scenes: Mapping[str, Scene], phases: Phases, statics: Statics, *, equal_teeth: bool
 ) -> tuple[dict[str, tuple[ContactLines, MeshAt]], Balance]:
     """Contact lines and contact problem of each mesh by name, and the equilibrium of all meshes."""
-    solved_before: dict[Scene, list[tuple[ContactLines, MeshAt]]] = {}
-    contact_at = {}
     coast = next(iter(scenes.values())).load.coast
-    shift = train.phases(coast=coast)
-    for name, scene in scenes.items():
-        plain, phase = unnamed(scene), phases.phase * train.periods[name] / phases.length + shift[name]
-        phase = phase if tooth_to_tooth_effects(plain) else phase % 1.0
-        others = solved_before.setdefault(plain, [])
+    shift, phase_of = train.phases(coast=coast), {}
+    plain = {name: unnamed(scene) for name, scene in scenes.items()}
+    for name, scene in plain.items():
+        phase = phases.phase * train.periods[name] / phases.length + shift[name]
+        phase_of[name] = phase if tooth_to_tooth_effects(scene) else phase % 1.0
+    first_of = {scene: name for name, scene in reversed(plain.items())}
+
+    def first_mesh(scene: Scene) -> list[tuple[ContactLines, MeshAt]]:
+        return [_mesh(scene, phase_of[first_of[scene]], equal_teeth)]
+
+    solved_before = dict(zip(first_of, on_threads(first_mesh, first_of, default_threads()), strict=True))
+    contact_at = {}
+    for name, scene in plain.items():
+        others, phase = solved_before[scene], phase_of[name]
         reordered = next((found for other in others if (found := _reordered(other, phase)) is not None), None)
-        contact_at[name] = reordered or _mesh(plain, phase, alike)
+        contact_at[name] = reordered or _mesh(scene, phase, equal_teeth)
         others.append(contact_at[name])
     phases_of_meshes = np.array([lines.mesh_phase for lines, _ in contact_at.values()])
-    parts = symmetry.parts(train, [unnamed(scene) for scene in scenes.values()], phases_of_meshes, statics)
+    parts, alike = symmetry.parts(train, list(plain.values()), phases_of_meshes, statics)
     first = contact_at
     if len(parts) > 1:
         positions = slice(len(phases.phase) // len(parts))  # of the first part of the cycle
@@ -289,7 +297,7 @@ def _balanced(
         known = {id(mesh): replace(mesh, problem=part_of(mesh.problem, positions)) for _, mesh in contact_at.values()}
         first = {name: (lines.part(positions), known[id(mesh)]) for name, (lines, mesh) in contact_at.items()}
     bodies = yielding_bodies(train, scenes, first, coast=coast)
-    balanced = balance([mesh for _, mesh in first.values()], statics, bodies)
+    balanced = balance([mesh for _, mesh in first.values()], statics, bodies, alike)
     return contact_at, symmetry.whole(balanced, parts, statics)
 
 
@@ -326,9 +334,12 @@ def _phases(scenes: Mapping[str, Scene], train: Train, coast: bool) -> Phases:
     size = resolution.gauss_points or GAUSS_POINTS
     exact = size > GAUSS_POINTS
     changes = []
-    for name, scene in scenes.items():
-        of_mesh = transitions(changed(unnamed(scene), resolution=Resolution()), exact=exact)
-        shifted = ((transition, (transition.phase - shift[name]) % 1.0 % 1.0) for transition in of_mesh)
+    plain = {name: changed(unnamed(scene), resolution=Resolution()) for name, scene in scenes.items()}
+    different = list(dict.fromkeys(plain.values()))
+    found = on_threads(partial(transitions, exact=exact), different, default_threads())
+    of_scene = dict(zip(different, found, strict=True))
+    for name, scene in plain.items():
+        shifted = ((transition, (transition.phase - shift[name]) % 1.0 % 1.0) for transition in of_scene[scene])
         # the same in every mesh period of the cycle
         changes += [
             transition._replace(phase=(phase + p) * most / periods[name] % most)
@@ -356,12 +367,11 @@ def _repeats(meshes: list[tuple[Scene, float, int]]) -> int:
 def _reordered(mesh: tuple[ContactLines, MeshAt], phase: NDArray) -> tuple[ContactLines, MeshAt] | None:
     """The mesh in the order of the phases ``phase``; None if these are not its own."""
     lines, contact = mesh
-    present, target = (np.round(1e9 * phases) for phases in (lines.mesh_phase, phase))
-    if np.array_equal(present, target):
+    if np.abs(lines.mesh_phase - phase).max() <= symmetry.EQUAL:
         return mesh
     order = np.empty(len(phase), dtype=int)
-    order[np.argsort(target, kind="stable")] = np.argsort(present, kind="stable")
-    if not np.array_equal(present[order], target):
+    order[np.argsort(phase)] = np.argsort(lines.mesh_phase)
+    if np.abs(lines.mesh_phase[order] - phase).max() > symmetry.EQUAL:
         return None
     return lines.part(order), replace(contact, problem=part_of(contact.problem, order))
 

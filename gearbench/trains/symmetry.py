@@ -19,13 +19,14 @@ from gearbench.scene import Scene
 
 #: Tolerance at which two states count as equal: places (relative to the largest), phases [mesh periods], coupling
 #: (relative).
-_EQUAL = 1e-9
+EQUAL = 1e-9
 
 
-def parts(train: Train, scenes: Sequence[Scene], phase: NDArray, statics: Statics) -> NDArray:
+def parts(train: Train, scenes: Sequence[Scene], phase: NDArray, statics: Statics) -> tuple[NDArray, NDArray]:
     """Mesh whose first part of the cycle a mesh repeats, for all meshes in all parts, (part, mesh).
 
-    The meshes change places by a rotation about the input shaft. A train without symmetry has a single part.
+    The meshes change places by a rotation about the input shaft. A train without symmetry has a single part. Also
+    return the first of the meshes that are in the same state as a mesh all the time, (mesh,).
 
     Parameters
     ----------
@@ -43,22 +44,23 @@ def parts(train: Train, scenes: Sequence[Scene], phase: NDArray, statics: Static
     x, y = np.moveaxis(np.array([[train.places[shaft] for shaft in both] for both in shafts]), -1, 0)
     place = x + 1j * y - (x + 1j * y)[0, 0]
     kind = np.array([scenes.index(scene) for scene in scenes])
-    for n in (n for n in range(count, 1, -1) if positions % n == 0):
+    for n in (n for n in range(count, 0, -1) if positions % n == 0):
         by_part = phase.reshape(count, n, -1)
+        by_part = np.concatenate([by_part, by_part[:, :1]], axis=1)  # the cycle repeats
         for other in np.flatnonzero(kind == kind[0])[1:]:
             # a rotation that takes the first mesh to the place of the other one
             turned = place * (place[other, 1] / place[0, 1])
             distance = np.abs(turned[:, None] - place).max(axis=-1) / np.abs(place).max()
-            takes_place = (kind[:, None] == kind) & (distance < _EQUAL)
+            takes_place = (kind[:, None] == kind) & (distance < EQUAL)
             order = takes_place.argmax(axis=1)
-            if not (takes_place.sum(axis=1) == 1).all() or np.abs(by_part[:, 1:] - by_part[order, :-1]).max() > _EQUAL:
+            if not (takes_place.sum(axis=1) == 1).all() or np.abs(by_part[:, 1:] - by_part[order, :-1]).max() > EQUAL:
                 continue
             if _couples_alike(statics, order):
                 orders = [np.arange(count)]
-                for _ in range(n - 1):
+                for _ in range(count * n):
                     orders.append(order[orders[-1]])
-                return np.array(orders)
-    return np.arange(count)[None]
+                return np.array(orders[:n]), np.min(orders[::n], axis=0)
+    return np.arange(count)[None], np.arange(count)
 
 
 def _couples_alike(statics: Statics, order: NDArray) -> bool:
@@ -70,7 +72,7 @@ def _couples_alike(statics: Statics, order: NDArray) -> bool:
     under = B @ np.linalg.solve(statics.stiffness + B.T @ B, np.column_stack([B.T, statics.force]))
     approach, load = under[:, :-1], under[:, -1]
     pairs = (approach[np.ix_(order, order)], approach), (load[order], load), (offset[order], offset)
-    return all(np.abs(one - other).max() <= _EQUAL * np.abs(other).max() for one, other in pairs)
+    return all(np.abs(one - other).max() <= EQUAL * np.abs(other).max() for one, other in pairs)
 
 
 def whole(first: Balance, parts: NDArray, statics: Statics) -> Balance:
