@@ -12,7 +12,7 @@ from gearbench.explore.columns import Column
 from gearbench.explore.stored import Stored
 from gearbench.scene import Scene
 
-#: The two objectives: quantity of the horizontal and of the vertical axis of the front, as in the paper of the README.
+#: The two objectives, on the horizontal and the vertical axis of the front, as in Garambois et al. (2017).
 ACROSS, UP = "mesh_stiffness_rms_mean", "transmission_error_rms_mean"
 #: Their standard deviations.
 SCATTER_ACROSS, SCATTER_UP = "mesh_stiffness_rms_std", "transmission_error_rms_std"
