@@ -83,7 +83,7 @@ def _force(figure: Any, data: xr.Dataset) -> str:
         curve = data if sweep is None else data.sel(sweep=sweep)
         style, suffix = ("--", ", falling") if sweep == "down" else ("-", "" if sweep is None else ", rising")
         kept, factor = curve["contact_kept"].values, curve["dynamic_factor"].values
-        factors.plot(speed, factor, style, color="C0", label=f"largest mesh force over mean{suffix}")
+        factors.plot(speed, factor, style, color="C0", label=f"largest / mean mesh force{suffix}")
         if not kept.all():
             factors.plot(speed[~kept], factor[~kept], ".", color="C3", label=f"flanks separate{suffix}")
         forces.plot(speed, curve["mesh_force_rms"], style, color="C1", label=f"RMS of the mesh force{suffix}")

@@ -72,6 +72,7 @@ def multipliers(modes: Modes, rows: NDArray, omega: NDArray, stiffness: NDArray)
     from gearbench.dynamics._kernels import monodromy
 
     elastic = np.flatnonzero(modes.frequency > 0)
+    # modes with the largest shares in the compliance of the meshes
     share = np.diag(modes.stiffness)[rows] @ (modes.mesh[np.ix_(rows, elastic)] / modes.frequency[elastic]) ** 2
     kept = np.sort(elastic[np.argsort(-share, kind="stable")[:MODES]])
     r, zeta = modes.frequency[kept], modes.damping_ratio[kept]
@@ -80,14 +81,17 @@ def multipliers(modes: Modes, rows: NDArray, omega: NDArray, stiffness: NDArray)
     mesh_motion, largest = np.ascontiguousarray(modes.mesh[np.ix_(rows, kept)]), np.empty(len(omega))
     for block in in_blocks(len(omega), (2 * len(r)) ** 2):
         counts = (np.multiply.outer(dt[block], r) < RESOLVED).sum(axis=1)
-        full, half = (free_motion(r, zeta, share * dt[block, None]) for share in (1.0, 0.5))
+        full, half = (free_motion(r, zeta, part * dt[block, None]) for part in (1.0, 0.5))
         maps = monodromy(full, half, mesh_motion, kick[block] if len(kick) > 1 else kick, dt[block], r, counts)
         largest[block] = np.abs(np.linalg.eigvals(maps)).max(axis=1)
     return largest
 
 
 def free_motion(r: NDArray, zeta: NDArray, dt: NDArray) -> NDArray:
-    """Coefficients (4, speed, mode) of the map (p, v) → (p, v) by the free motion of modes over Δt."""
+    """Coefficients (4, speed, mode) of the map (p, v) → (p, v) by the free motion of modes over Δt.
+
+    They are those of p and v in the new p, then in the new v.
+    """
     damped = r * np.sqrt(1 - zeta**2)
     decay = np.exp(-zeta * r * dt)
     c, s = decay * np.cos(damped * dt), decay * np.sin(damped * dt)
