@@ -37,7 +37,8 @@ def draw_modes(figure: Any, dataset: xr.Dataset) -> str:
     shown = np.flatnonzero(~np.array(is_twin, dtype=bool))[:DRAWN]
     count = max(len(shown), 1)
     figure.set_size_inches(2.9 * min(count, ROW), 3.2 * math.ceil(count / ROW) + 0.4)
-    grid = figure.subplots(math.ceil(count / ROW), min(count, ROW), squeeze=False)
+    grid = figure.subplots(math.ceil(count / ROW), min(count, ROW), squeeze=False, sharex=True, sharey=True)
+    grid[0, 0].invert_yaxis()
     for axes in grid.flat:
         axes.set_axis_off()
     around = np.linspace(0, 2 * np.pi, 121)
@@ -60,7 +61,6 @@ def draw_modes(figure: Any, dataset: xr.Dataset) -> str:
             spoke = np.array([[0.0, 0.0], [0.0, -r]]) @ rotation + centre + (x, y)
             axes.plot(*spoke.T, color=colour, linewidth=0.9)
         axes.set_aspect("equal")
-        axes.invert_yaxis()
         axes.set_title(f"{hertz(float(f[k]))}, {kinds[k]}", fontsize="small")
     return f"modes up to {hertz(float(f.max()))}" if len(f) else "no mode is excited"
 
