@@ -1,1 +1,1 @@
-"""3D finite element reference for tooth compliance (gmsh, scikit-fem)."""
+"""3D finite element reference for tooth compliance and contact (gmsh, scikit-fem)."""

@@ -331,6 +331,13 @@ class Section:
         out[:edge, :edge] = np.kron(of_edge, np.diag([radial, along, along]))
         return out
 
+    def normal(self, R: NDArray) -> NDArray:
+        """Components along R, θ and y of the inward normals of the right flank at radii (point,), (point, 3)."""
+        gear = self.body.gear
+        cos = np.minimum(gear.base_radius / R, 1.0)
+        across, along = math.cos(gear.beta_b), math.sin(gear.beta_b)
+        return np.stack([-np.sqrt(1 - cos**2) * across, -cos * across, np.full_like(R, along)], axis=-1)
+
     def flank_load(self, count: int, *, left: bool = False) -> NDArray:
         """∫ f_i(R) n·N dR on the right flank for the ``count`` polynomials of the height, (3·node, count).
 
@@ -340,21 +347,13 @@ class Section:
         points, weights = gauss(n + count // 2 + 4)
         value, _ = lagrange(n, points)
         out = np.zeros((3 * len(self.positions), count))
-        rows, columns, turned = len(self.grain.flank) - 1, len(self.grain.across) - 1, -1.0 if left else 1.0
+        rows, columns = len(self.grain.flank) - 1, len(self.grain.across) - 1
         for row in range(rows):
             # the left column is the first of the others
             e = rows + row * (columns - 1) if left else row
             R, _, _, height, _, _ = self.maps[e](np.full_like(points, 0.0 if left else 1.0), points)
             f = flank_functions(count, R, gear.form_radius, gear.tip_radius) * (height * weights)[:, None]
-            cos = np.minimum(gear.base_radius / R, 1.0)
-            normal = np.stack(
-                [
-                    -np.sqrt(1 - cos**2) * math.cos(gear.beta_b),
-                    -turned * cos * math.cos(gear.beta_b),
-                    np.full_like(R, turned * math.sin(gear.beta_b)),
-                ],
-                axis=-1,
-            )
+            normal = self.normal(R) * ([1.0, -1.0, -1.0] if left else 1.0)
             force = np.einsum("pj,pc,pk->jck", value, normal, f)
             nodes = self.nodes[e].reshape(n + 1, n + 1)[:, 0 if left else -1]
             np.add.at(out, (3 * nodes[:, None] + np.arange(3)), force)

@@ -209,6 +209,7 @@ def _rows(dataset: xr.Dataset) -> Iterator[tuple[str, str, str]]:
     import numpy as np
 
     from gearbench.cli.summary import duration
+    from gearbench.dynamics.train_nonlinear import SWEEPS
 
     if "percentile" in dataset.dims:
         high = dataset["mesh_force_percentile"].sel(percentile=95.0)
@@ -227,7 +228,7 @@ def _rows(dataset: xr.Dataset) -> Iterator[tuple[str, str, str]]:
             if np.isnan(factor).all():
                 continue
             index = int(np.nanargmax(factor))
-            of = "" if sweep is None else f", speed {'rising' if sweep == 'up' else 'falling'}"
+            of = "" if sweep is None else f", {SWEEPS[sweep]}"
             yield f"mesh {mesh}: largest dynamic factor{of}", f"{factor[index]:.3f}", "1"
             yield "  at a speed of", f"{float(dataset['speed'][index]):.5g}", "1/min"
             yield "  RMS of the mesh force there", f"{float(of_sweep['mesh_force_rms'][index]):.4g}", "N"

@@ -158,6 +158,7 @@ class ToothedRing:
         spacing = RING_APART if self.support is None else APART_ON_SPRINGS
         computed, weights = harmonic_weights(int(np.abs(n).max()), spacing)
         c = rim_harmonics(self.ring, tuple(computed))
+        # signs of the squared phases
         odd = ((-1.0) ** (np.array([1, 0, 1])[:, None] + np.arange(axis))).ravel()
         c = np.concatenate([c, np.conj(c) * (odd[:, None] * odd)]).reshape(2 * len(computed), -1)
         below = (n < 0)[:, :, None]

@@ -102,7 +102,7 @@ class Ring:
         return result
 
     def reaching(self, n: NDArray) -> NDArray:
-        """Whether each harmonic n reaches from one edge to the other, (harmonic,)."""
+        """Whether each harmonic n reaches from one edge to the other, with a margin of a fifth, (harmonic,)."""
         return n * abs(math.log(self.inner_radius / self.radius)) < 1.2 * LAYER
 
     def edges(self, n: NDArray) -> NDArray:
@@ -139,7 +139,7 @@ class Ring:
         return [np.arange(odd.size)] if self.screw else [np.flatnonzero(odd == k) for k in range(2)]
 
     def stiffness(self, n: NDArray) -> tuple[NDArray, NDArray]:
-        """Stiffness K (harmonic, p·3·q, p·3·q), and the values of the functions of R at r_o, (p,).
+        """Stiffness K (harmonic, p·3·q, p·3·q) with p functions of R, q of z; and values of those of R at r_o, (p,).
 
         There are p + 1 functions of R if the inner edge is free: the first then moves the inner edge. The last function
         moves the rim.
@@ -159,6 +159,7 @@ class Ring:
         B, A = self._axial(n)
         m, BT, q = n[:, None, None], _transposed(B), self.order[1]
         across = np.zeros((len(n), 8, 3, q, 3, q))
+        # numbers of the integrals of ``_along``: ff R, ff, ff/R, ff′R, f′fR, ff′, f′f, f′f′R
         M, M1, M2, X, XT, X1, X1T, S = range(8)
         # ⟨tr, tr⟩ λ + 2μ(ε_θθ² + ε_RR² + ε_zz²) + μ(γ_θR² + γ_θz² + γ_Rz²), field by field
         for term, a, b, matrix in (
@@ -244,6 +245,7 @@ def harmonic_weights(most: int, spacing: float = APART) -> tuple[NDArray, NDArra
         n = np.arange(1, most + 1)
         weights = np.zeros((most + 1, len(computed)))
         weights[0, 0] = 1.0
+        # n ĉ_n is interpolated over ln n by splines of degree five
         weights[1:, 1:] = spline_weights(np.log(computed[1:]), np.log(n), 5) * computed[1:] / n[:, None]
     weights.flags.writeable = False
     return computed, weights

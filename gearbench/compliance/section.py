@@ -1,16 +1,17 @@
-"""Section of a solid tooth mapped from a rectangle, and the elastic energy of products of functions on it.
+"""Section of a solid tooth, mapped from a rectangle, and the elastic energy of functions on it.
 
-Coordinates: x = R − r_f along the height, s ∈ [−1, 1] across the tooth at constant radius, θ = s ψ(R), and z along the
-axis in the frame that turns with the screw. Displacements are u_θ, u_R, u_z in cylindrical components, so that nothing
-depends on the position along the screw. With the half-width e = R ψ along the arc, curvature c = 1/R (zero
-for a straight block), κ = tan β / r and D = ∂_z − κ ∂_θ the strains are (S1 of docs/theory.md)
+``solid_tooth.SolidTooth`` adds the functions of z along the face. Coordinates: x = R − r_f along the height, s ∈ [−1,
+1] across the tooth at constant radius, θ = s ψ(R), and z along the axis in the frame that turns with the screw.
+Displacements are u_θ, u_R, u_z in cylindrical components, so that nothing depends on the position along the screw. With
+the half-width e = R ψ along the arc, curvature c = 1/R (zero for a straight block), κ = tan β / r and D = ∂_z − κ ∂_θ
+the strains are (S1 of docs/theory.md)
 
     ε_θθ = ∂_s u_θ / e + c u_R     γ_θR = ∂_R u_θ − c u_θ + ∂_s u_R / e     ∂_R = ∂_x − s (e′/e − c) ∂_s
     ε_RR = ∂_R u_R                 γ_θz = D u_θ + ∂_s u_z / e               ∂_θ = ∂_s / (c e)
     ε_zz = D u_z                   γ_Rz = D u_R + ∂_R u_z                   dV = e dx ds dz
 
-Every term is (function of x) × (function of s) × (function of z): the stiffness is a short sum of Kronecker products,
-exact in s and z, with a quadrature in x alone.
+Every term is (function of x) × (function of s) × (function of z). The stiffness is therefore a short sum of Kronecker
+products: integrals over s and z are exact, and those over x come from a quadrature.
 """
 
 from __future__ import annotations
@@ -36,16 +37,19 @@ from gearbench.compliance.bases import (
 from gearbench.compliance.outline import Outline
 from gearbench.threads import lazy
 
-#: Quadrature points of a panel of an outline, in addition to the number of functions along the height.
-POINTS = 16
+#: Quadrature points of a panel, in addition to the number of functions along the height: of an outline, and without
+#: one.
+POINTS, POINTS_WITHOUT_OUTLINE = 16, 12
 #: From ``JOINTED`` functions along the height on, there are two families. The share of the lower family is
 #: ``LEAST_SHARE`` plus half its share of the height, because the stress is singular at the root.
 JOINTED, LEAST_SHARE = 9, 0.25
 
-#: A term of a strain: sign, field (θ, R, z), function of x, function of s, derivative in z.
+#: A term of a strain: its sign, its field (0: u_θ, 1: u_R, 2: u_z), the numbers of its functions of x and s (below),
+#: and the order of its derivative by z.
 Term = tuple[float, int, int, int, int]
 
-# functions of x: f, f′, f(e′/e − c), c f, f/e, κ f/(c e); functions of s: P, s P′, P′
+# with f the function along the height and P that across, the functions of x are f, f′, f(e′/e − c), c f, f/e, κ f/(c
+# e), and those of s are P, s P′, P′
 _F, _DF, _FA, _CF, _FE, _FK = range(6)
 _P, _SDP, _DP = range(3)
 
@@ -61,10 +65,11 @@ def _axial(field: int) -> tuple[Term, ...]:
 
 
 def _around(field: int) -> tuple[Term, ...]:
-    """∂_s of a field over e."""
+    """∂_s of a field, divided by e."""
     return ((1.0, field, _FE, _DP, 0),)
 
 
+# T, R, Z: θ, R, z
 STRAIN_TT = (*_around(0), (1.0, 1, _CF, _P, 0))
 STRAIN_RR = _radial(1)
 STRAIN_ZZ = _axial(2)
@@ -126,7 +131,7 @@ class ToothSection:
         """Quadrature in x: nodes, weights, e and e′ there, (node,)."""
         if self.outline is not None:
             return self.outline(self.order[1] + POINTS)
-        points = self.order[1] + 12
+        points = self.order[1] + POINTS_WITHOUT_OUTLINE
         xi, weight = height_quadrature(points, [] if self.joint is None else [self.joint / self.height])
         x = xi * self.height
         e = np.broadcast_to(np.asarray(self.half_width(x), dtype=float), x.shape)
@@ -175,7 +180,8 @@ class ToothSection:
         (n_s, n_x), terms = self.shape, (2, 2, 3, 3)
         count = self._along.shape[1]
         along = self._along.swapaxes(1, 2).reshape(-1, count * count)
-        # first sum over pairs of functions of x, many of which share a pair of functions of s
+        # many pairs of functions of x share a pair of functions of s: sum these first; 36 = 2·2 derivatives × 3·3
+        # fields
         summed = ((lam * of_lam + mu * of_mu) @ along).reshape(36, -1, count, count)
         result, moving = np.empty((2, 2, 3, n_s, n_x, 3, n_s, n_x)), count - self.order[1]
         inner, root = slice(int(self.free), None), slice(0, moving)

@@ -13,6 +13,7 @@ import numpy as np
 
 from gearbench.dynamics.drawing import hertz, legend, peak, rounded, speed_label, write
 from gearbench.dynamics.train_figures import draw_modes, draw_ring, draw_sharing
+from gearbench.dynamics.train_nonlinear import SWEEPS
 from gearbench.files import file_parts
 
 if TYPE_CHECKING:
@@ -81,7 +82,7 @@ def _force(figure: Any, data: xr.Dataset) -> str:
     speed, errors, finding = data["speed"].values, forces.twinx(), []
     for sweep in data["sweep"].values if "sweep" in data.dims else [None]:
         curve = data if sweep is None else data.sel(sweep=sweep)
-        style, suffix = ("--", ", falling") if sweep == "down" else ("-", "" if sweep is None else ", rising")
+        style, suffix = "--" if sweep == "down" else "-", "" if sweep is None else f", {SWEEPS[sweep]}"
         kept, factor = curve["contact_kept"].values, curve["dynamic_factor"].values
         factors.plot(speed, factor, style, color="C0", label=f"largest / mean mesh force{suffix}")
         if not kept.all():

@@ -275,10 +275,10 @@ def _dataset(
 def _remarks(sweep: NonlinearModel, speeds: NDArray, periods: NDArray, rms: NDArray) -> list[str]:
     """Notes for the reader of the sweeps, one line each."""
     lines = []
-    for direction, of_sweep in zip(SWEEPS, periods, strict=True):
+    for sweep_name, of_sweep in zip(SWEEPS.values(), periods, strict=True):
         for count in sorted({int(p) for p in of_sweep} - {1}):
             text = f"repeats after {count} mesh periods" if count else f"does not repeat within {REPEATS} mesh periods"
-            lines.append(f"speed {direction}: the motion {text} at {spans(speeds, of_sweep == count)} 1/min")
+            lines.append(f"{sweep_name}: the motion {text} at {spans(speeds, of_sweep == count)} 1/min")
     lines += note_differing_sweeps(speeds, rms, sweep.model.force[:1])
     if sweep.curve.backlash <= 0:
         lines.append("no backlash: back flanks touch as soon as drive flanks separate")

@@ -58,8 +58,9 @@ def mode_variables(model: Model, which: NDArray) -> Variables:
     for mesh in range(len(model.names)):
         rows = slice(row_count * mesh, row_count * (mesh + 1))
         energy.append(_twice_strain_energy(model.stiffness[rows, rows], modes.mesh[rows]))
-    # twice the strain energy of a mode with unit modal mass is ω²
-    share = np.array(energy)[:, which] / modes.frequency[which] ** 2
+    known = np.array(energy)[:, which]
+    # twice the strain energy of a mode with unit modal mass is ω²; the last part is the rest: couplings and bodies
+    energies = np.vstack([known, np.maximum(modes.frequency[which] ** 2 - known.sum(axis=0), 0.0)])
     shapes, start = [], 0
     for number, shaft in enumerate(box.models):
         shape_of_shaft = modes.shape[start : start + shaft.size, which].reshape(len(shaft.nodes), 6, len(which))
@@ -68,9 +69,8 @@ def mode_variables(model: Model, which: NDArray) -> Variables:
         shapes.append(shape_of_shaft[:, [0, 1, 2, 5]] * np.array([1.0, 1.0, 1.0, arc])[:, None])
         start += shaft.size
     shape = np.moveaxis(np.concatenate(shapes), -1, 0)
-    # the last part of the energy is the rest: couplings and bodies
     return {
-        "mode_energy": (("mode", "part"), np.vstack([share, 1 - share.sum(axis=0)]).T),
+        "mode_energy": (("mode", "part"), (energies / energies.sum(axis=0)).T),
         "shaft_mode_shape": (
             ("mode", "station", "component"),
             shape / np.maximum(np.abs(shape).max(axis=(1, 2), keepdims=True), 1e-300),
@@ -79,8 +79,9 @@ def mode_variables(model: Model, which: NDArray) -> Variables:
 
 
 def _twice_strain_energy(stiffness: NDArray, rows: NDArray) -> NDArray:
-    """Twice the strain energy (mode,) of a spring whose motions in the modes are ``rows`` (m, mode)."""
-    return np.einsum("im,ij,jm->m", rows, stiffness, rows, optimize=True)
+    """Twice the strain energy (mode,) of a spring whose motions in the modes are ``rows`` (m, mode), as squares."""
+    values, vectors = np.linalg.eigh(stiffness)
+    return np.maximum(values, 0.0) @ (vectors.T @ rows) ** 2
 
 
 def ripple_variables(model: Model, speeds: NDArray) -> Variables:

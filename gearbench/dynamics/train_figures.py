@@ -31,7 +31,7 @@ def draw_modes(figure: Any, dataset: xr.Dataset) -> str:
     assert scene.train is not None
     linkage, f = scene.train.linkage(scene.geometry), dataset["natural_frequency"].values
     train = linkage.train
-    radius = train.base_radii
+    radius = linkage.radii
     size = DRAWN_MOTION * min(radius.values())
     is_twin = [any(kinds[i] == kinds[k] and f[k] - f[i] < TWIN * f[k] for i in range(k)) for k in range(len(f))]
     shown = np.flatnonzero(~np.array(is_twin, dtype=bool))[:DRAWN]
@@ -46,12 +46,12 @@ def draw_modes(figure: Any, dataset: xr.Dataset) -> str:
     for axes, k in zip(grid.flat, shown, strict=False):
         for name in linkage.bodies:
             x, y, arc = size * dataset["mode_shape"].isel(mode=k).sel(bearing=name).values
+            r = radius[name]
             if name == linkage.carrier:
-                r = train.meshes[0].pair.centre_distance
                 pins = np.array([train.places[pin] for pin in linkage.carried])
                 curve, centre = np.vstack([pins, pins[:1]]), np.zeros(2)
             else:
-                r, centre = radius[name], train.places[name]
+                centre = train.places[train.shaft(name)]
                 curve = centre + r * circle
             turn = arc / r
             rotation = np.array([[math.cos(turn), math.sin(turn)], [-math.sin(turn), math.cos(turn)]])

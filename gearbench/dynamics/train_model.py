@@ -61,32 +61,36 @@ class RigidBody:
 
 
 def rigid_bodies(tables: TrainTables, linkage: Linkage) -> dict[str, RigidBody]:
-    """Bodies by name; gears are steel discs and rings unless the file gives masses and inertias."""
-    bodies = {}
-    for name in linkage.bodies:
-        discs = []
-        for gear in linkage.train.gears:
-            if linkage.train.shaft(gear) == name:
-                mesh = next(mesh for mesh in linkage.train.meshes if gear in mesh.gears)
-                index = mesh.gears.index(gear)
-                bore = mesh.pair.members[index].bore_diameter or 0.0
-                discs.append(steel_gear(mesh.pair, index, bore / 2)[:2])
-        if name == linkage.carrier:
-            pair = linkage.train.meshes[0].pair
-            discs.append(steel_disc(pair.centre_distance, 0.0, pair.meshing.face_width / 2)[:2])
-        mass, inertia = np.sum(discs, axis=0)
-        bodies[name] = RigidBody(mass=float(mass), inertia=float(inertia))
-    if (planetary := tables.planetary) is None:
-        return bodies
-    for name, body in bodies.items():
-        given = getattr(planetary.keys.dynamics, "planet" if name in planetary.keys.names else name)
-        stiffness = math.inf if name == planetary.keys.held else 0.0
-        bodies[name] = RigidBody(
-            mass=body.mass if given.mass is None else 1e-3 * given.mass,
-            inertia=body.inertia if given.inertia is None else INERTIA * given.inertia,
-            torsion=stiffness if given.torsional_stiffness is None else METRE * given.torsional_stiffness,
+    """Bodies by name; gears are steel discs and rings unless the file gives masses and inertias.
+
+    The mass of a twisted gear is part of its shaft, with which it moves across the axis. A given inertia of a planet is
+    that of both gears, and is divided between them as between steel discs.
+    """
+    train, twisted = linkage.train, linkage.twisted
+    masses, inertias = dict.fromkeys(linkage.bodies, 0.0), dict.fromkeys(linkage.bodies, 0.0)
+    for gear in train.gears:
+        mesh = next(mesh for mesh in train.meshes if gear in mesh.gears)
+        index = mesh.gears.index(gear)
+        mass, inertia, _ = steel_gear(mesh.pair, index, (mesh.pair.members[index].bore_diameter or 0.0) / 2)
+        masses[train.shaft(gear)] += mass
+        inertias[linkage.body(gear)] += inertia
+    if linkage.carrier is not None:
+        pair = train.meshes[0].pair
+        masses[linkage.carrier], inertias[linkage.carrier], _ = steel_disc(
+            pair.centre_distance, 0.0, pair.meshing.face_width / 2
         )
-    return bodies
+    torsion = {name: twisted.get(name, 0.0) for name in linkage.bodies}
+    if (planetary := tables.planetary) is not None:
+        torsion[planetary.keys.held] = math.inf
+        for name in (name for name in linkage.bodies if name not in twisted):
+            given = getattr(planetary.keys.dynamics, "planet" if name in planetary.keys.names else name)
+            masses[name] = masses[name] if given.mass is None else 1e-3 * given.mass
+            if given.inertia is not None:
+                both = [name, *(gear for gear in twisted if train.shaft(gear) == name)]
+                share = INERTIA * given.inertia / sum(inertias[each] for each in both)
+                inertias |= {each: share * inertias[each] for each in both}
+            torsion[name] = torsion[name] if given.torsional_stiffness is None else METRE * given.torsional_stiffness
+    return {n: RigidBody(mass=masses[n], inertia=inertias[n], torsion=torsion[n]) for n in linkage.bodies}
 
 
 def train_mechanics(linkage: Linkage, bodies: Mapping[str, RigidBody]) -> Mechanics:
@@ -105,16 +109,18 @@ def train_mechanics(linkage: Linkage, bodies: Mapping[str, RigidBody]) -> Mechan
             row[names.index(carried), :2] = -y, x
     # the last motions of the linkage are the elastic ones
     motions[len(turning) :] = linkage.moved[len(linkage.motions) - len(elastic) :]
-    inertia = _inertia(bodies, names)
     approach = np.einsum("mba,qba->mq", linkage.of_bodies, motions)
+    moved = motions.copy()
+    for gear in linkage.twisted:  # they turn relative to their shafts
+        moved[:, names.index(gear)] += motions[:, names.index(linkage.train.shaft(gear))]
     stiffness = [*(bodies[name].torsion for name in turning), *(motion.stiffness for motion in elastic)]
     return Mechanics(
-        mass=np.einsum("qba,ba,pba->qp", motions, inertia, motions),
+        mass=np.einsum("qba,ba,pba->qp", moved, _inertia(bodies, names), moved),
         stiffness=np.diag(stiffness),
         damping=(np.zeros((0, len(motions))), np.zeros(0)),
         mesh=-approach,
         rotation=np.where(np.arange(len(motions)) < len(turning), -approach, 0.0),
-        bearing=np.moveaxis(motions, 0, -1),
+        bearing=np.moveaxis(moved, 0, -1),
         bearing_names=names,
     )
 
@@ -261,6 +267,8 @@ class TrainModel(LinearModel):
         for pin in pins:
             x, y = linkage.train.places[names[pin]]
             deflection[..., pin, :2] -= carrier[..., :2] + carrier[..., 2:] * np.array([-y, x])
+        for gear in linkage.twisted:
+            deflection[..., names.index(gear), :] -= motions[..., names.index(linkage.train.shaft(gear)), :]
         for on_planets in (True, False):  # planets first, since they load the carrier
             for number, axis, stiffness in springs:
                 if (number in pins) == on_planets:
@@ -329,9 +337,8 @@ class TrainModel(LinearModel):
 
     def mode_variables(self, which: NDArray) -> Variables:
         """Kind and shape of modes; rotation is an arc on the base circle, or on the circle of pins for the carrier."""
-        train = self.linkage.train
-        radius = dict.fromkeys(self.bodies, train.meshes[0].pair.centre_distance) | train.base_radii
-        shape = self.modes.bearing[..., which] * np.array([(1.0, 1.0, radius[name]) for name in self.bodies])[..., None]
+        arc = np.array([(1.0, 1.0, radius) for radius in self.linkage.radii.values()])
+        shape = self.modes.bearing[..., which] * arc[..., None]
         shape = np.moveaxis(shape / np.abs(shape).max(axis=(0, 1)), -1, 0)
         return {
             "mode_kind": (("mode",), [self._kinds[mode] for mode in which]),
@@ -341,7 +348,7 @@ class TrainModel(LinearModel):
     @cached_property
     def _kinds(self) -> tuple[str, ...]:
         """Kind of each mode."""
-        return kinds(self.modes.bearing, self.bodies, self.linkage.carried)
+        return kinds(self.modes.bearing, self.bodies, (*self.linkage.carried, *self.linkage.twisted))
 
     def remarks(self, speeds: NDArray, harmonics: int) -> list[str]:
         """Omissions and assumptions of the model, one line each."""

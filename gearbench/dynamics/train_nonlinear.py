@@ -44,8 +44,8 @@ if TYPE_CHECKING:
 
 #: Minimum number of phases: per order, and in total.
 PER_ORDER, LEAST = 8, 128
-#: Directions of the speed: rising and falling.
-SWEEPS = "up", "down"
+#: Labels of the sweeps, and their names in texts.
+SWEEPS = {"up": "rising speed", "down": "falling speed"}
 #: A note is written if their RMS forces differ by more than this share of the mean force.
 APART = 0.01
 #: Change of the motion in a step, relative to its largest order, at which it is in balance; maximum number of steps.
@@ -241,17 +241,15 @@ def _remarks(model: TrainModel, speeds: NDArray, variables: Variables) -> list[s
     lines = ["back flanks: their contact is left out; subharmonic motions are not searched"]
     names = "contact_kept", "floquet_multiplier", "mesh_force_rms"
     kept, growth, rms = (variables[name][1] for name in names)
-    for sweep, is_kept, grows, force in zip(("rising", "falling"), kept, growth, rms, strict=True):
+    for sweep, is_kept, grows, force in zip(SWEEPS.values(), kept, growth, rms, strict=True):
         missing, unstable = np.isnan(force).all(axis=1), (grows > 1 + GROWTH_TOLERANCE).any(axis=1)
         for where, text in (
             (unstable, "the motion that repeats with the mesh cycle is unstable"),
             (missing & ~unstable, "no motion that repeats with the mesh cycle was found"),
         ):
-            lines += [f"{sweep} speed: {text} at {spans(speeds, where)} 1/min"] if where.any() else []
+            lines += [f"{sweep}: {text} at {spans(speeds, where)} 1/min"] if where.any() else []
         for name, parted in zip(model.names, (~is_kept & ~missing[:, None]).T, strict=True):
-            lines += (
-                [f"{sweep} speed: flanks of {name} separate at {spans(speeds, parted)} 1/min"] if parted.any() else []
-            )
+            lines += [f"{sweep}: flanks of {name} separate at {spans(speeds, parted)} 1/min"] if parted.any() else []
     return lines + note_differing_sweeps(speeds, rms, model.force)
 
 

@@ -30,8 +30,8 @@ class GearBody(ToothCompliance):
     """Elastic gear bodies below the teeth, held at their bores. Both gears need ``bore_diameter``.
 
     A body is as wide as the face, or a rim on a web (``rim_thickness``, ``web_thickness``). An internal gear is held at
-    its ``outer_diameter`` or by the springs of its ``support``. With finite elements the body is meshed too, and this
-    table has no keys.
+    its ``outer_diameter`` or by the springs of its ``support``. With finite elements of the teeth the body is of finite
+    elements too, and this table has no keys.
 
     Parameters
     ----------
@@ -58,10 +58,10 @@ class GearBody(ToothCompliance):
     def check(self, pair: Pair, effects: Effects) -> None:
         """Refuse gears without bore or outside the range of the closed form, and keys that finite elements ignore."""
         bores, webs = require_bores(pair), [web_of(pair, index, False) for index in (0, 1)]
-        if _meshed(effects) and self != GearBody():
+        if _by_finite_elements(effects) and self != GearBody():
             # a table of the model "ring" that is not the default has coupled = false
             key, value = ("coupled", False) if self.model == "ring" else ("model", self.model)
-            raise InputError(key, value, "belongs to a plate or solid tooth: finite elements mesh the whole body")
+            raise InputError(key, value, "belongs to a plate or solid tooth: finite elements cover the whole body")
         order = _joint_order(effects)
         if order and order[0] < 2 and self.model == "ring":
             allowed = "a ring needs at least 2 functions across the tooth thickness"
@@ -82,14 +82,14 @@ class GearBody(ToothCompliance):
     def compliance(self, lines: ContactLines, effects: Effects) -> LowRank | Dense:
         """Factor of both gears side by side, (position, pair, segment, rank); a matrix if tooth pairs are coupled.
 
-        Equation (R8) of docs/theory.md, also (R7) below.
+        Equation (R8) of docs/theory.md.
         """
         flanks = self.flank_compliances(lines, effects)
         return self.both_teeth(lines, effects) if flanks is None else flanks.on(lines)
 
     def flank_compliances(self, lines: ContactLines, effects: Effects) -> FlankPair | None:
         """Compliance of both flanks; None unless the bodies are rings."""
-        if self.model != "ring" or _meshed(effects):
+        if self.model != "ring" or _by_finite_elements(effects):
             return None
         neighbours = lines.shape[1] - 1 if self.coupled else 0
         order = _joint_order(effects)
@@ -97,7 +97,9 @@ class GearBody(ToothCompliance):
         return FlankPair(both=(pinion, wheel), coupled=self.coupled)
 
     def between(self, pair: Pair, index: int, effects: Effects, *, coast: bool, across: bool) -> NDArray:
-        """C_d of a body [mm/N], d = −z/2 … z/2: motion of a flank under loads on the flank d teeth behind it (R7).
+        """C_d of a body [mm/N], d = −z/2 … z/2: motion of a flank under loads on the flank d teeth behind it.
+
+        Equation (R7) of docs/theory.md.
 
         Normal and y are those of a flank of a driving gear. With ``across``, right flanks move under loads on left
         flanks, which have normal and y of a driven gear, as on a planet or an idler.
@@ -120,7 +122,7 @@ class GearBody(ToothCompliance):
 
     def tooth_factor(self, pair: Pair, index: int, height: NDArray, y: NDArray, effects: Effects) -> NDArray:
         """Ψ of a single tooth; with finite elements the tooth contains the body, and Ψ has rank 0."""
-        if _meshed(effects):
+        if _by_finite_elements(effects):
             return np.empty((*np.broadcast_shapes(np.shape(height), np.shape(y)), 0))
         if self.model == "ring":
             return ring_flank(pair, index, _joint_order(effects), 0).factor(height, y)
@@ -130,8 +132,8 @@ class GearBody(ToothCompliance):
         return foundation_factor(gear, pair.materials[index].E, bore / 2, gear.root_radius + height)[..., None]
 
 
-def _meshed(effects: Effects) -> bool:
-    """Whether the bodies are meshed together with the teeth."""
+def _by_finite_elements(effects: Effects) -> bool:
+    """Whether finite elements model teeth and bodies together."""
     tooth = tooth_among(effects)
     return tooth is not None and tooth.by_finite_elements
 

@@ -83,6 +83,19 @@ class Linkage:
         shafts = (*dict.fromkeys(map(self.train.shaft, self.train.gears)), *self.twisted)
         return shafts if self.carrier is None else (*shafts, self.carrier)
 
+    def body(self, gear: str) -> str:
+        """Body that turns with a gear: its shaft, or the gear itself if it is twisted."""
+        return gear if gear in self.twisted else self.train.shaft(gear)
+
+    @property
+    def radii(self) -> dict[str, float]:
+        """Body → base radius of its gear, the last if it has several; of the carrier, the distance of the pins [mm]."""
+        radii = dict.fromkeys(self.bodies, abs(self.train.meshes[0].pair.centre_distance))
+        for mesh in self.train.meshes:
+            both = zip(mesh.gears, mesh.pair.gears, strict=True)
+            radii |= {self.body(name): abs(gear.base_radius) for name, gear in both}
+        return radii
+
     @cached_property
     def ends(self) -> tuple[str, str]:
         """Input and output shaft: all gears on the input shaft drive, all on the output shaft are driven."""

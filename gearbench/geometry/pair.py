@@ -490,9 +490,9 @@ class Pair:
         except InputError as error:
             shift = self.profile_shifts[index]
             if self._given_shifts[index] is None and abs(shift) > LARGEST_SHIFT:
-                plain = sum(section.pitch_radius for section in self.sections)
+                plain = abs(sum(section.pitch_radius for section in self.sections))
                 allowed = f"needs a sum of profile shifts of {shift:.3g}: without profile shift it is {plain:.6g} mm"
-                raise InputError("centre_distance", self.centre_distance, allowed) from None
+                raise InputError("centre_distance", abs(self.centre_distance), allowed) from None
             raise error.within(GEARS[index]) from None
 
     def _cutter(self, index: int) -> Cutter | None:

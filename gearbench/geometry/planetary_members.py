@@ -22,7 +22,8 @@ class RigidMember:
     mass
         Mass [kg].
     inertia
-        Inertia about the axis with everything that turns with it [kg·m²]; for the carrier without the planets.
+        Inertia about the axis with everything that turns with it [kg·m²]; for the carrier without the planets, for a
+        stepped planet with both gears.
     torsional_stiffness
         Stiffness of the shaft between the member and the drive, load or housing [N·m/rad]. By default a held
         member cannot turn, and other members turn freely under a constant torque.

@@ -21,6 +21,9 @@ from numpy.typing import NDArray
 
 from gearbench.geometry.profile import Piece, Profile
 
+#: Lengths relative to ``Plane.size``: distance from the end of a piece that is rounding, and distance that counts as
+#: zero.
+_AT_END, _ZERO = 1e-9, 1e-12
 #: Largest number of Newton steps.
 _STEPS = 40
 #: Fraction of a rounding that can touch, and number of nodes on it.
@@ -95,6 +98,7 @@ class Plane:
         (x, y), sign = self._wheel_centre, math.copysign(1.0, r_m)
         corner = np.array(roll)
         length = roll - float(own.deviation(corner)[0])
+        # the flank at the corner: angle of its normal, and radius of curvature
         eps_own, rho, *_ = own.normal(corner)
         phi = (roll - v) / r_b
         cos, sin = np.cos(phi), np.sin(phi)
@@ -105,6 +109,8 @@ class Plane:
         reached = (squared > 0) & (sign * w_y < 0)
         if not reached.any():
             return None
+        # length of the tangent from the corner to the mate's base circle: the roll length of the mate's point without
+        # deviations
         tangent = sign * np.sqrt(np.where(reached, squared, 1.0))
         # deviations move the mate's point only a little: most pieces are excluded at once
         least, most = tangent[reached].min(), tangent[reached].max()
@@ -112,7 +118,7 @@ class Plane:
         if least > mate.high + far or most < mate.low - far:
             return None
         other = mate.at_tangent_length(tangent)
-        rounding = 1e-9 * self.size
+        rounding = _AT_END * self.size
         keep = reached & (other >= mate.low - rounding) & (other <= mate.high + rounding)
         chi = np.arctan2(-r_m, -tangent) - np.arctan2(w_y, w_x)
         chi = (chi + math.pi) % (2 * math.pi) - math.pi
@@ -155,7 +161,7 @@ class Plane:
             for i in np.flatnonzero(excess[:-1] * excess[1:] < 0):
                 (a, b), (fa, fb) = few[i : i + 2], excess[i : i + 2]
                 for _ in range(12):  # secant method: the function is nearly linear
-                    if fa == fb or abs(b - a) < 1e-12 * self.size:
+                    if fa == fb or abs(b - a) < _ZERO * self.size:
                         break
                     a, b, fa = b, b - fb * (b - a) / (fb - fa), fb
                     fb = float(self._partner(own, mate, np.array([b]))[0]) - end
@@ -190,7 +196,7 @@ class Plane:
         """
         T = self.tangent_length
         if own.is_involute and mate.is_involute:
-            rounding = 1e-12 * self.size
+            rounding = _ZERO * self.size
             keep = (T - roll >= mate.low - rounding) & (T - roll <= mate.high + rounding)
             rolls = np.stack([roll, T - roll])
             return self._curve(k, roll, np.stack([rolls, rolls, np.ones_like(rolls), rolls]), keep)
@@ -198,8 +204,8 @@ class Plane:
         eps1, rho1, c1, d1, _, _ = own.normal(roll)
         other = self._partner(own, mate, roll)
         eps2, rho2, c2, d2, _, _ = mate.normal(other)
-        rounding = 1e-9 * self.size
-        keep = (np.abs(np.hypot(c1 + c2, d1 + d2) - math.hypot(x, y)) < 1e-12 * self.size) & (
+        rounding = _AT_END * self.size
+        keep = (np.abs(np.hypot(c1 + c2, d1 + d2) - math.hypot(x, y)) < _ZERO * self.size) & (
             (other >= mate.low - rounding) & (other <= mate.high + rounding)
         )
         theta = math.atan2(y, x) - np.arctan2(d1 + d2, c1 + c2)
@@ -230,10 +236,10 @@ class Plane:
             u, gap, slope, angle, keep, node = (x[::-1] for x in (u, gap, slope, angle, keep, node))
             rolls, levers, radii = rolls[:, ::-1], levers[:, ::-1], radii[:, ::-1]
         # where u decreases, the separation is a maximum, not a minimum
-        good = keep & np.isfinite(gap) & (np.diff(u, append=np.inf) > -1e-12 * self.size)
+        good = keep & np.isfinite(gap) & (np.diff(u, append=np.inf) > -_ZERO * self.size)
         runs = np.split(np.arange(len(u)), np.flatnonzero(np.diff(good)) + 1)
         rising = max((run for run in runs if good[run[0]]), key=len, default=runs[0][:0])
-        rising = rising[np.diff(u[rising], prepend=-np.inf) > 1e-12 * self.size]
+        rising = rising[np.diff(u[rising], prepend=-np.inf) > _ZERO * self.size]
         if rising.size < 2:
             return None
         return TouchingCurve(

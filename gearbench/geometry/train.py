@@ -202,16 +202,6 @@ class Train:
         """Sense of rotation of the driver of a mesh: +1 if it turns clockwise, −1 otherwise."""
         return 1 if (self._own_rate(self[name]) > 0) == self.clockwise else -1
 
-    @property
-    def base_radii(self) -> dict[str, float]:
-        """Shaft → base radius of a gear on it, that of the last mesh if there are several [mm]."""
-        both = ((mesh.gears, mesh.pair.gears) for mesh in self.meshes)
-        return {
-            self.shaft(name): abs(gear.base_radius)
-            for names, gears in both
-            for name, gear in zip(names, gears, strict=True)
-        }
-
     # -- axes ---------------------------------------------------------------------------------------------------------
     @cached_property
     def places(self) -> dict[str, NDArray]:

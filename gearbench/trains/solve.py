@@ -181,7 +181,7 @@ def check_train(scene: Scene) -> Linkage:
     except InputError as error:
         if planetary is None:
             raise
-        allowed = f"{error.allowed}; {planetary.fitting}"
+        allowed = f"{error.value} {error.allowed}; {planetary.fitting}"
         raise InputError("planetary.positions", planetary.keys.positions, allowed) from None
     linkage = scene.train.linkage(train, coast=scene.load.coast)
     try:

@@ -14,9 +14,8 @@ NORMS = {
     "IEC 61400-4": {3: 1.10, 4: 1.25, 5: 1.35},
     "classification societies": {3: 1.00, 4: 1.20, 5: 1.30},
 }
-#: Largest remainder of a harmonic that cancels, over the greatest harmonic that adds up. The remainder is 1e-4 (3e-7 of
-#: the mesh force) with bodies that couple the meshes, and 1e-7 without; the cause is not established.
-_NOTHING = 2e-4
+#: Largest remainder of a harmonic that cancels, over the greatest harmonic that adds up.
+_NOTHING = 1e-10
 
 
 def value(dataset: xr.Dataset, arrangement: str, sun: str, response: str, statistic: str = "mean") -> float:

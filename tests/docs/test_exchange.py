@@ -44,22 +44,8 @@ def test_programs_run(folder, number):
     if "fem_reference" in text:
         pytest.importorskip("gmsh", exc_type=ImportError)
     exec(compile(text, "docs/exchange.md", "exec"), {})
-    expected = {"pinion.vtu", "stage2.csv"} & set(re.findall(r'"([\w.]+)"', text))
-    assert all((folder / name).stat().st_size > 1000 for name in expected)
-
-
-@pytest.mark.slow
-def test_the_measured_flank_is_read(folder):
-    run("gearbench rexs gearbox.rexs --scene 2 stage2.toml -q")
-    (folder / "flank.csv").write_text(blocks("csv")[0])
-    text = (folder / "stage2.toml").read_text()
-    (folder / "measured.toml").write_text(text + "\n" + blocks("toml")[0])
-    run("gearbench simulate measured.toml -q -o measured.nc")
-    run("gearbench simulate stage2.toml -q -o stage2.nc")
-    measured, ideal = (xr.load_dataset(folder / f"{n}.nc", engine="h5netcdf") for n in ("measured", "stage2"))
-    # excess material reaches the mate earlier
-    assert float(measured["transmission_error_mean"]) < float(ideal["transmission_error_mean"])
-    assert "pinion_sha256" in measured.attrs["scene"]
+    if "pinion.vtu" in text:
+        assert (folder / "pinion.vtu").stat().st_size > 1000
 
 
 def test_names_in_the_matlab_example_are_in_the_file(folder):

@@ -8,6 +8,7 @@ import subprocess
 import sys
 
 import pytest
+import xarray as xr
 
 from tests.support.pages import compare, follow
 from tests.support.paths import ROOT
@@ -68,6 +69,10 @@ def test_bring_measured_flanks(folder):
     assert GEARBOX.relative_to(ROOT).as_posix() in (ROOT / "docs" / "tutorial_measured.md").read_text(encoding="utf-8")
     done = list(follow("tutorial_measured.md"))
     assert [block.language for block in done].count("python") == 1
+    measured, ideal = (xr.load_dataset(f"{name}.nc", engine="h5netcdf") for name in ("measured", "ideal"))
+    # the flank lacks material, which is negative in a file of excess: the pinion gets ahead
+    assert float(measured["transmission_error_mean"]) > float(ideal["transmission_error_mean"])
+    assert "pinion_sha256" in measured.attrs["scene"]
 
 
 # like Slurm it copies the script, which dask deletes after the submission

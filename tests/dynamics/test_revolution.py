@@ -104,7 +104,7 @@ def test_side_bands_against_time_integration():
     assert_allclose(f[0], F, rtol=1e-12)
 
 
-@pytest.mark.parametrize("system", [{}, shafts()], ids=["wheels", "shafts"])
+@pytest.mark.parametrize("system", [{}, pytest.param(shafts(), marks=pytest.mark.slow)], ids=["wheels", "shafts"])
 def test_alike_teeth_have_no_side_bands(system):
     """Every tooth 2 µm behind: the mean moves, the orders are those of ``response``."""
     speed, H = [2000.0, 9000.0], 4

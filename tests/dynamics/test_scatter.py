@@ -72,7 +72,10 @@ class Drawn(GapEffect):
 SEATS = [None, *(pytest.param(seat, marks=pytest.mark.slow) for seat in (70.0, 160.0))]
 
 
-@pytest.mark.parametrize("relief", [{}, {"tip_relief": {"amount": 10.0, "length": 1.0}, "crowning": {"amount": 5.0}}])
+RELIEF = {"tip_relief": {"amount": 10.0, "length": 1.0}, "crowning": {"amount": 5.0}}
+
+
+@pytest.mark.parametrize("relief", [pytest.param({}, marks=pytest.mark.slow), RELIEF], ids=["without", "with"])
 @pytest.mark.parametrize("seat", SEATS, ids=["wheels", "straddled", "overhung"])
 def test_samples_at_default_settings_are_their_own_scenes(relief, seat):
     """The mean over 16 samples of responses of one scene each; damping is the scene's own, not each sample's."""

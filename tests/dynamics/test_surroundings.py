@@ -19,16 +19,19 @@ from gearbench.schema import read
 from gearbench.system.schema import System
 from tests.support.systems import shafts, spur_scene
 
-STIFF = {"sections": [{"length": 200.0, "diameter": 200.0}]}
+STIFF = {"sections": [{"length": 200.0, "diameter": 400.0}]}
 SPRINGS = [{"position": p, "radial_stiffness": 50.0, "axial_stiffness": 50.0} for p in (0.0, 200.0)]
 
 
 def test_static_deflection_is_that_of_a_rigid_shaft_on_two_springs():
-    """Deflection and slope under F at p of L: reactions F (1 − p/L) and F p/L over the stiffness."""
+    """Deflection and slope at p of L, from the loads of the bearings over their stiffness; the load leaves mid-face."""
     scene = spur_scene(shafts(STIFF | {"bearings": SPRINGS}))
     data = response(scene, speed=1000.0, harmonics=2)
-    F, share, k = scene.F_bt, 70.0 / 200.0, 50.0
-    first, second = F * (1 - share) / k, F * share / k
+    share, k = 70.0 / 200.0, 50.0
+    loads = data["bearing_load"].sel(bearing=["input 1", "input 2"], direction=["x", "y"])
+    assert_allclose(np.linalg.norm(loads.sum("bearing")), scene.F_bt, rtol=1e-9)
+    first, second = np.linalg.norm(loads.values, axis=1) / k
+    assert share + 0.03 < second / (first + second) < 90.0 / 200.0
     moved = data["gear_deflection"].sel(gear="pair pinion").values
     assert_allclose(np.linalg.norm(moved), first + share * (second - first), rtol=5e-3)
     assert_allclose(data["mesh_misalignment"].values, [abs(second - first) * 40.0 / 200.0], rtol=5e-3)
@@ -42,8 +45,7 @@ def test_energies_of_a_mode_are_shares():
     data = response(spur_scene(shafts(STIFF | {"bearings": soft})), speed=6000.0, harmonics=8)
     energy = data["mode_energy"]
     assert_allclose(energy.sum("part"), 1.0, rtol=1e-12)
-    # machine precision times the squared ratio of the highest to the lowest frequency is 8e-7
-    assert float(energy.min()) > -1e-7
+    assert float(energy.min()) >= 0.0
     lowest = energy.isel(mode=0)
     assert float(lowest.sel(part=["bearing input 1", "bearing input 2"]).sum()) > 0.98
     assert_allclose(np.abs(data["shaft_mode_shape"]).max(["station", "component"]), 1.0)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from fem_reference.elasticity import Lame, Space, free_dofs, surface_points
+from fem_reference.elasticity import Lame, Space, free_dofs
 from fem_reference.flank import Flank
 from fem_reference.section import Body
 from fem_reference.solver import solve
@@ -16,6 +16,7 @@ from gearbench.compliance.flank import flank_polynomials
 from gearbench.compliance.local import half_space_compression
 from studies.s08_contact.data import scene
 from tests.support.strips import Strip, plane_mesh, solve_strip
+from tests.support.surface_points import surface_points
 
 
 def plane_compliance(body: Body, steel, p: int) -> np.ndarray:

@@ -12,8 +12,9 @@ from numpy.testing import assert_allclose
 from skfem.helpers import ddot, eye, sym_grad, trace
 from skfem.quadrature import get_quadrature
 
-from fem_reference.elasticity import ELEMENTS, Lame, Space, free_dofs, surface_points
+from fem_reference.elasticity import ELEMENTS, Lame, Space, free_dofs
 from fem_reference.solver import SingularSystemError, available_solver, solve
+from tests.support.surface_points import surface_points
 
 STEEL = Lame.of(210e3, 0.3)
 KINDS = list(ELEMENTS)

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from fem_reference.fillet_stress import Fillet, FilletStress, fillet_stress
 from fem_reference.refinement import Level
 from fem_reference.section import Body
 from gearbench.geometry.action import contact_lines
@@ -18,6 +17,7 @@ from gearbench.results.flank import loaded_root_stress
 from gearbench.scene_file import read_scene
 from gearbench.solution import solve_scene
 from gearbench.strength.bending import RootBending
+from tests.support.fillet_stress import Fillet, FilletStress, fillet_stress
 from tests.support.gears import standard_gear
 from tests.support.paths import EXAMPLES
 from tests.support.strips import Strip, plane_root_stress, solve_strip

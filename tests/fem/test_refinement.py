@@ -15,7 +15,6 @@ from fem_reference.section import Body
 from fem_reference.solver import available_solver, schur_complement
 from gearbench import budget
 from tests.support.gears import standard_gear
-from tests.support.plain_meshes import plain_compliance
 
 SPUR = Body(gear=standard_gear(24, 3.0), bore_radius=0.8 * standard_gear(24).root_radius, teeth=5)
 HELICAL = Body(
@@ -112,22 +111,6 @@ def test_levels_grow_and_the_error_bar_bounds_the_error(body, steel):
     assert np.linalg.eigvalsh(blocks[1] - blocks[0]).min() > -1e-10 * np.abs(fine.blocks).max()
     assert np.linalg.norm(last.blocks - fine.blocks) < (last.error + fine.error) * np.linalg.norm(fine.blocks)
     assert fine.error <= 3e-4 < last.error <= 0.01
-
-
-@pytest.mark.parametrize(
-    "body",
-    [
-        pytest.param(HELICAL, marks=pytest.mark.slow),
-        Body(gear=SPUR.gear),
-    ],
-)
-def test_plain_meshes_agree_within_both_error_bars(body, steel):
-    found = refined_compliance(body, steel, 0.002, ORDER)
-    meshes = (4, 5, 6) if body.bore_radius is None else (3, 4, 5)
-    plain = plain_compliance(body, steel, meshes, ORDER)
-    n, m = found.neighbours, plain.neighbours
-    difference = np.linalg.norm(found.blocks[n - m : n + m + 1] - plain.blocks) / np.linalg.norm(plain.blocks)
-    assert difference < found.error + plain.error
 
 
 def test_what_does_not_fit_is_refused_with_what_does(monkeypatch):

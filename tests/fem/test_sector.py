@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from fem_reference.section import Body
+from fem_reference.section import Body, MeshingError
 from fem_reference.sector import Grain, Outline, Section, lagrange, lobatto
 from gearbench.compliance.bases import gauss
 from gearbench.errors import InputError
@@ -120,3 +120,32 @@ def test_rigid_motions_cost_no_energy(helix, steel):
     v = turned * np.stack([np.cos(theta), -np.sin(theta), zero], axis=1).ravel()
     energy = u @ A00 @ u + 2 * u @ A01 @ v + v @ A11 @ v
     assert abs(energy) < 1e-9 * (u @ (abs(A00) @ np.abs(u)))
+
+
+def test_bodies_that_do_not_exist_are_refused():
+    gear = standard_gear()
+    with pytest.raises(InputError, match="bore_radius"):
+        Body(gear=gear, bore_radius=8.0)
+    with pytest.raises(InputError, match="teeth"):
+        Body(gear=gear, bore_radius=4.0, teeth=4)
+    with pytest.raises(InputError, match="teeth"):
+        Body(gear=gear, teeth=3)
+
+
+class Crossing:
+    """A gear whose flanks cross below the tip: not made by ``Gear``, but by a damaged one."""
+
+    def __init__(self, gear: Gear) -> None:
+        self.gear = gear
+
+    def __getattr__(self, name):
+        return getattr(self.gear, name)
+
+    def half_angle(self, radius):
+        return self.gear.half_angle(radius) - 0.05
+
+
+def test_self_intersecting_section_is_refused():
+    section = Section(body=Body(gear=Crossing(standard_gear())), grain=Grain(degree=2))  # type: ignore[arg-type]
+    with pytest.raises(MeshingError, match="flanks of the tooth cross at R"):
+        _ = section.maps

@@ -102,7 +102,9 @@ def cut_by_rack(g: Gear, radius: np.ndarray) -> np.ndarray:
     return left
 
 
-@pytest.mark.parametrize("options", FILLETS, ids=str)
+@pytest.mark.parametrize(
+    "options", [pytest.param(each, marks=[pytest.mark.slow] * (i % 3 > 0)) for i, each in enumerate(FILLETS)], ids=str
+)
 def test_section_against_a_rack_that_rolls_past(options):
     g = gear(**options)
     edge = 1e-3 * g.tooth_height

@@ -152,4 +152,4 @@ def kill_and_resume(count: int, study: OptimisationStudy, tmp_path: Path, seed: 
 
 @pytest.mark.slow
 def test_many_kills_and_as_many_identical_results(tmp_path):
-    kill_and_resume(many(12), STUDY, tmp_path, 2, "--threads", "2")
+    kill_and_resume(many(8), STUDY, tmp_path, 2, "--threads", "2")

@@ -63,7 +63,7 @@ OTHERWISE: dict[str, tuple[str | None, float]] = {
 ONE_PAIR = ("torque", "no gap at all, yang_sun", "gaps of", "contact", "stubs", "phases", "Ritz")
 #: The tip of the exact pinion is beyond its pointed radius by 1e-16; SOLIDS has one just below.
 LEFT_OUT = {"x at its upper limit", "1 segments", "2 segments"}
-QUICK = {"undercut, z = 5", "β = 45°", "ν = 0"}
+QUICK = {"undercut, z = 5", "β = 45°"}
 
 
 def just_below_pointed(x: float) -> Scene:

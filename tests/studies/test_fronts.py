@@ -157,6 +157,7 @@ def test_figures_and_tables_come_from_the_dataset(dataset, tmp_path):
     assert len(listed) == 1 + int(dataset["in_wide_front"].sum())
 
 
+@pytest.mark.slow
 def test_the_dataset_holds_each_front(dataset):
     for tool in TOOLS:
         own = dataset.isel(design=np.flatnonzero(dataset["design_tool"].values == tool))
@@ -172,6 +173,7 @@ def test_the_dataset_holds_each_front(dataset):
         assert run["feasible"] == own.sizes["design"]
 
 
+@pytest.mark.slow
 def test_a_row_that_beats_a_front_is_found(dataset):
     for tool, share, holds in ((1, 0.03, False), (2, 0.01, True)):
         F = front(dataset, tool)

@@ -1,101 +1,98 @@
-"""A family of plain meshes of 20-node hexahedra, to check the condensed sector.
-
-Mesh m of the family has m cells across the tooth and cells in proportion everywhere else, with the same grading.
-Compliances of the flank converge with order 2.4–2.8 (measured): the traction jumps at the form circle, which limits
-the rate. Richardson's value assumes 2.6. The error bar is
-half the difference of the two last Richardson values (their errors fall by a factor of three or more from mesh to
-mesh) or, of two meshes, the difference of Richardson's value and the finer mesh; both have bounded the error against
-much finer meshes.
-"""
+"""A plain mesh of a whole gear in curved hexahedra of 20 nodes, to check the condensed sector."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
-from dataclasses import replace
-from functools import partial
 from itertools import pairwise
 
 import numpy as np
+import skfem
 
-from fem_reference.blocks import Cells
-from fem_reference.compliance import solve_flank
+from fem_reference.elasticity import Lame, Space, free_dofs
+from fem_reference.flank import Flank
 from fem_reference.section import Body
-from fem_reference.tooth_mesh import ToothMesh, tooth_mesh
-from gearbench.compliance.flank import FlankCompliance, flank_polynomials
+from fem_reference.sector import Grain, Section
+from fem_reference.solver import solve
+from gearbench.compliance.flank import flank_polynomials
 from gearbench.compliance.local import half_space_compression
 from gearbench.geometry.material import Material
-
-#: Order of convergence that Richardson's value assumes.
-RATE = 2.6
-#: Largest number of unknowns of meshes of the family (about 1.5 GB).
-MOST_UNKNOWNS = 130_000
-#: Neighbours on each side whose displacements are stored.
-NEIGHBOURS = 3
+from tests.support.node_positions import node_positions
+from tests.support.surface_points import surface_points
 
 
-def mesh_cells(body: Body, m: int) -> Cells:
-    """Cells of mesh m of the family."""
-    gear, on_rim = body.gear, body.bore_radius is not None
-    depth_in_modules = (gear.root_radius - (body.bore_radius or 0.0)) / gear.normal_module
-    # below and beside the sector cells grow in proportion to their distance
-    grown = [math.ceil(m / 4 * math.log2(1 + depth_in_modules / first)) for first in (0.4, 1.5)]
-    return Cells(
-        thickness=m,
-        flank=math.ceil(1.5 * m),
-        fillet=math.ceil(m / 2) if on_rim else m,
-        width=max(3, math.ceil(0.4 * gear.face_width / gear.normal_module * m)),
-        foot=math.ceil(m / 4),
-        land=math.ceil(m / 6),
-        rim=max(2, grown[0]),
-        rest=(max(2, grown[1]), m + 1),
+def plain_mesh(section: Section, fine: int, along: Sequence[int]) -> skfem.MeshHex2:
+    """All sectors of hexahedra with curved edges: each quadrilateral of a section fine² times, without what is void."""
+    body = section.body
+    z, x = body.gear.teeth, np.linspace(0, 1, 2 * fine + 1)
+    breaks = body.axis_breaks
+    y = np.concatenate([np.linspace(*ends, 2 * k + 1)[:-1] for ends, k in zip(pairwise(breaks), along, strict=True)])
+    y, first = np.append(y, breaks[-1]), np.cumsum([0, *along])
+    s, t = np.meshgrid(x, x, indexing="ij")
+    turn = np.tan(body.gear.beta) / body.gear.pitch_radius
+    corners = []
+    for at, narrow in zip(section.maps, section.of_web, strict=True):
+        R, theta = at(s.ravel(), t.ravel())[:2]
+        cells = range(first[body.web_piece], first[body.web_piece + 1]) if narrow else range(first[-1])
+        for k in range(z):
+            angle = theta[:, None] + 2 * np.pi * k / z + turn * y
+            points = np.stack([R[:, None] * np.sin(angle), R[:, None] * np.cos(angle), y + 0 * angle], -1)
+            points = points.reshape(*s.shape, len(y), 3)
+            corners += [
+                points[2 * i : 2 * i + 3, 2 * j : 2 * j + 3, 2 * c : 2 * c + 3]
+                for i in range(fine)
+                for j in range(fine)
+                for c in cells
+            ]
+    return hexahedra(np.array(corners))
+
+
+def hexahedra(points: np.ndarray) -> skfem.MeshHex2:
+    """Mesh of (cell, 3, 3, 3, xyz) nodes; those of the same position are one."""
+    element = skfem.MeshHex2().elem()
+    where = np.rint(2 * np.asarray(element.doflocs)).astype(int)
+    nodes = points[:, where[:, 0], where[:, 1], where[:, 2]]
+    # cells whose corners run the other way round are mirrored
+    J = np.stack(
+        [nodes[:, a] - nodes[:, 0] for a in (np.flatnonzero((where == w).all(1))[0] for w in 2 * np.eye(3))], 1
     )
+    left = np.linalg.det(J) < 0
+    flipped = points[left][:, ::-1]
+    nodes[left] = flipped[:, where[:, 0], where[:, 1], where[:, 2]]
+    key = np.round(nodes.reshape(-1, 3) / 1e-6).astype(np.int64)
+    _, index, number = np.unique(key, axis=0, return_index=True, return_inverse=True)
+    number = number.reshape(len(nodes), -1)
+    corner = number[:, :8]
+    some, compact = np.unique(corner, return_inverse=True)
+    straight = skfem.MeshHex1(nodes.reshape(-1, 3)[index][some].T, compact.reshape(corner.shape).T)
+    mesh = skfem.MeshHex2.from_mesh(straight)
+    doflocs = mesh.doflocs.copy()
+    doflocs[:, mesh.dofs.element_dofs.T] = nodes.transpose(2, 0, 1)
+    return skfem.MeshHex2(doflocs, mesh.t)
 
 
-def unknowns(body: Body, cells: Cells) -> int:
-    """Approximate number of unknowns of a hex20 mesh: 4 nodes per cell and some at the surface."""
-    section = cells.thickness * (cells.flank + cells.fillet)
-    if body.bore_radius is not None:
-        side = cells.of_tooth(1)
-        others = body.teeth - 1
-        section += others * side.thickness * (side.flank + side.fillet) + cells.rim * (
-            cells.thickness + others * side.thickness + (body.teeth + 1) * (2 * cells.foot + cells.land)
-        )
-        if body.rest == "ring" and not body.closed:
-            section += 2 * cells.rim * sum(cells.rest)
-    return round(12 * section * cells.width * 1.3)
-
-
-def flank_compliance(tooth: ToothMesh, material: Material, order: tuple[int, int]) -> FlankCompliance:
-    """Compliance of a meshed body, projected onto polynomial loads of the given order, without the local part.
-
-    It is the displacement of the flank surface minus the compression of the half-space down to the centre line
-    (``gearbench.compliance.local``), and symmetric.
-    """
-    gear = tooth.body.gear
-    basis = partial(flank_polynomials, gear, order)
-    solution = solve_flank(tooth, material, basis)
-    n = min(tooth.body.teeth // 2, NEIGHBOURS)
-    raw = np.array([solution.surface(basis, d) for d in range(-n, n + 1)])
-    raw[n] -= half_space_compression(gear, material.E, material.nu, order, points=24)
-    blocks = 0.5 * (raw + raw[::-1].transpose(0, 2, 1))
-    attrs = {
-        "solver": solution.solver,
-        "unknowns": 3 * tooth.space.n_nodes,
-        "element": tooth.kind,
-        "mesh_seconds": tooth.seconds,
-        "solve_seconds": solution.seconds,
-    }
-    return FlankCompliance(gear=gear, order=order, blocks=blocks, attrs=attrs)
-
-
-def plain_compliance(body: Body, material: Material, meshes: Sequence[int], order: tuple[int, int]) -> FlankCompliance:
-    """Richardson's value of two or more ``meshes`` of the family, with its error bar."""
-    found = [flank_compliance(tooth_mesh(body, mesh_cells(body, m), "hex20"), material, order) for m in meshes]
-    values = [
-        fine.blocks + (fine.blocks - coarse.blocks) / ((m / before) ** RATE - 1)
-        for (coarse, fine), (before, m) in zip(pairwise(found), pairwise(meshes), strict=True)
-    ]
-    difference = 0.5 * (values[-1] - values[-2]) if len(values) > 1 else values[-1] - found[-1].blocks
-    error = float(np.linalg.norm(difference) / np.linalg.norm(values[-1]))
-    return replace(found[-1], blocks=values[-1], error=error, attrs={**found[-1].attrs, "meshes": len(found)})
+def plain_blocks(body: Body, material: Material, order: tuple[int, int], fine: int, along: Sequence[int]) -> np.ndarray:
+    """C_d of teeth −1, 0, 1 of the surface, (3, p·q, p·q), by hexahedra of 20 nodes."""
+    mesh = plain_mesh(Section(body=body, grain=Grain(degree=3)), fine, along)
+    space = Space(mesh, "hex20")
+    gear = body.gear
+    assert body.bore_radius is not None
+    free = np.hypot(*node_positions(space)[:, :2].T) > body.bore_radius * (1 + 1e-6)
+    loads, facets = [], mesh.boundary_facets()
+    x, y, z = mesh.p[:, mesh.facets[:, facets]]
+    R = np.hypot(x, y)
+    for d in (-1, 0, 1):
+        turn = 2 * np.pi * d / gear.teeth + z * np.tan(gear.beta) / gear.pitch_radius
+        theta = turn + gear.involute_half_angle(np.maximum(R, gear.form_radius))
+        off = np.abs((np.arctan2(x, y) - theta + np.pi) % (2 * np.pi) - np.pi)
+        corners = (off < 1e-6) & (gear.form_radius - 1e-6 < R)
+        on = facets[corners.all(axis=0)]
+        points = surface_points(space, on, degree=15)
+        flank = Flank(gear, d)
+        height, across = flank.coordinates(points.position)
+        density = flank_polynomials(gear, order, height, across) / flank.stretch(height)[:, None]
+        loads.append(points.load(flank.normal(height, across)[:, :, None] * density[:, None, :], space))
+    dofs = free_dofs(free, 3)
+    u = solve(space.stiffness(Lame.of(material.E, material.nu), free), loads[1][dofs]).x
+    found = np.array([load[dofs].T @ u for load in loads])
+    found[1] -= half_space_compression(gear, material.E, material.nu, order, points=24)
+    return found

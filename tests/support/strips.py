@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 from skfem.quadrature import get_quadrature
 
-from fem_reference.elasticity import Lame, Points, Space, free_dofs, surface_points
-from fem_reference.export import cauchy_stress
+from fem_reference.elasticity import Lame, Space, free_dofs
 from fem_reference.flank import Flank
 from fem_reference.plane import Patch, section_mesh
 from fem_reference.section import Body
 from fem_reference.solver import solve
 from gearbench.geometry.material import Material
+from tests.support.surface_points import Points, surface_points
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -150,6 +150,14 @@ def surface_stress(
             positions.append(np.einsum("ai,aq->qi", space.geometry[e], shapes))
             stresses.append(cauchy_stress(np.einsum("qaj,ail->qlij", grad[0], nodal[space.nodes_of[:, e]]), material))
     return np.concatenate(positions), np.concatenate(stresses)
+
+
+def cauchy_stress(gradient: NDArray, material: Material) -> NDArray:
+    """σ = λ tr(ε) 1 + 2μ ε (…, d, d) [N/mm²] from ∂u_i/∂x_j (…, d, d); plane strain where d = 2."""
+    lame, d = Lame.of(material.E, material.nu), gradient.shape[-1]
+    epsilon = 0.5 * (gradient + np.swapaxes(gradient, -1, -2))
+    trace = np.trace(epsilon, axis1=-2, axis2=-1)[..., None, None]
+    return lame.lam * trace * np.eye(d) + 2 * lame.mu * epsilon
 
 
 def plane_root_stress(solution: PlaneSolution, material: Material) -> float:

@@ -22,20 +22,30 @@ from tests.test_planetary import tables
 SET = {"planets": 4, "pin_stiffness": 200.0, "pin_tangential": [20.0, 0.0, -10.0, 0.0]}
 
 
+#: Gears of stepped planets, and of planets that are not.
+GEARS = {
+    "simple": (["sun", "planet 1 at sun", "planet 1 at ring", "ring"], {}),
+    "stepped": (["sun", "planet 1", "planet 1 at ring", "ring"], {"planet_at_ring": {"teeth": 24}}),
+}
+
+
 def scene(law="weber_banaschek"):
     return parse_scene(tables((37, 31, 99), effects={"tooth_bending": {}, "hertz": {"law": law}}, **SET))
 
 
-def test_a_set_against_itself_has_no_error(monkeypatch):
+@pytest.mark.parametrize("kind", GEARS)
+def test_a_set_against_itself_has_no_error(monkeypatch, kind):
     plates_for_finite_elements(monkeypatch)
-    whole = scene()
+    gears, stepped = GEARS[kind]
+    effects = {"tooth_bending": {}, "hertz": {}}
+    whole = parse_scene(tables((24, 36, 84), effects=effects, **SET, **stepped)) if stepped else scene()
     found, alone = compare(whole), simulate(whole)
     for name in (*JUDGED, "mesh_load_factor_error", "load_share_error_max"):
         assert_allclose(found[name], 0, atol=1e-8, err_msg=name)
     assert_allclose(found["transmission_error"], np.tile(alone["train_transmission_error"], (2, 1)), rtol=1e-10)
     assert_allclose(found["load_sharing"].sel(model="fast").T, alone["load_sharing"], rtol=1e-10)
     assert_allclose(found["mesh_load_factor"], float(alone["mesh_load_factor"]), rtol=1e-10)
-    assert list(found["gear"].values) == ["sun", "planet 1 at sun", "planet 1 at ring", "ring"]
+    assert list(found["gear"].values) == gears
     assert_allclose(found["mac_worst"], 1, rtol=1e-12)
     assert all(quantity(str(name)) is not None for name in found.data_vars)
 
