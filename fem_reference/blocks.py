@@ -79,12 +79,8 @@ class Blocks:
         top += _reverse(self._foot(d + 1, Side.LEFT))
         bore = [self._bore_point(d, Side.RIGHT), self._bore_point(d + 1, Side.LEFT)]
         arc = self._arc("gap", d, bore[0], bore[1], body.bore_radius or 0.0)
-        ends = (body.offsets[0] - 1, body.offsets[-1])
-        open_ = not body.closed and body.rest != "ring"
-        left = "cut_left" if d == ends[0] and open_ else None
-        right = "cut_right" if d == ends[1] and open_ else None
         up, down = self._radial(d + 1, Side.LEFT), -self._radial(d, Side.RIGHT)
-        self._surface([(arc, "bore"), (up, right), *_reverse(top), (down, left)])
+        self._surface([(arc, "bore"), (up, None), *_reverse(top), (down, None)])
 
     def _ring(self) -> None:
         """The rest of the gear, without teeth, up to the junction radius; four parts, the middle ones longer."""

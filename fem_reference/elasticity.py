@@ -28,30 +28,19 @@ class ElementKind:
     ----------
     element
         scikit-fem element of one displacement component.
-    straight, curved
-        scikit-fem meshes with straight and with quadratic (isoparametric) geometry.
-    order
-        Order p of the energy norm: error = O(hᵖ) on smooth solutions.
     quadrature
         Polynomial degree integrated exactly in the reference cell.
     """
 
     element: Any
-    straight: Any
-    curved: Any
-    order: int
     quadrature: int
 
 
-#: Elements by name. 3D: hexahedra and tetrahedra by their number of nodes; 2D (plane strain): quadrilaterals, triangle.
+#: Elements by name, with their number of nodes: hexahedron; in plane strain quadrilateral and triangle.
 ELEMENTS: dict[str, ElementKind] = {
-    "hex8": ElementKind(skfem.ElementHex1, skfem.MeshHex1, skfem.MeshHex1, 1, 3),
-    "hex20": ElementKind(skfem.ElementHexS2, skfem.MeshHex1, skfem.MeshHex2, 2, 5),
-    "hex27": ElementKind(skfem.ElementHex2, skfem.MeshHex1, skfem.MeshHex2, 2, 5),
-    "tet10": ElementKind(skfem.ElementTetP2, skfem.MeshTet1, skfem.MeshTet2, 2, 5),
-    "quad8": ElementKind(skfem.ElementQuadS2, skfem.MeshQuad1, skfem.MeshQuad2, 2, 5),
-    "quad9": ElementKind(skfem.ElementQuad2, skfem.MeshQuad1, skfem.MeshQuad2, 2, 5),
-    "tri6": ElementKind(skfem.ElementTriP2, skfem.MeshTri1, skfem.MeshTri2, 2, 4),
+    "hex20": ElementKind(skfem.ElementHexS2, 5),
+    "quad9": ElementKind(skfem.ElementQuad2, 5),
+    "tri6": ElementKind(skfem.ElementTriP2, 4),
 }
 
 
@@ -143,7 +132,7 @@ class Space:
         det, inverse = _inverse(J)
         # scikit-fem's reference cells may be left-handed: the sign is common to all elements of a proper mesh; its
         # simplices are numbered without regard to orientation: there only a change within the element is an error
-        sign = np.sign(det[:, :1]) if self.nodes_of.shape[0] in _SIMPLEX_NODES else np.sign(det.flat[0])
+        sign = np.sign(det[:, :1]) if self.kind == "tri6" else np.sign(det.flat[0])
         if np.any(det * sign <= 0):
             bad = int(np.count_nonzero((det * sign <= 0).any(axis=1)))
             raise InvalidMeshError(f"{bad} of {det.shape[0]} elements are turned inside out (Jacobian ≤ 0)")
@@ -177,7 +166,6 @@ class Space:
 
 #: Number of elements at a time, so that work arrays fit into the cache.
 _CHUNK = 512
-_SIMPLEX_NODES = (6, 10)
 
 
 def _shapes(element: Any, n: int, X: NDArray) -> tuple[NDArray, NDArray]:

@@ -62,9 +62,8 @@ class Body:
     lugs
         Lugs that hold a ring which is free besides.
     rest
-        Model of the rest of the gear beyond the sector: "ring" (the body without teeth, coarse; the default),
-        or nothing, the cut faces being "clamped" or "free". Only the ring keeps the stiffness of the body: on five
-        teeth of a solid gear clamped cuts are some 10 % too stiff, free ones half as stiff as they should be.
+        The gear beyond the sector: "ring", the body without teeth, or "free", nothing. Only the ring keeps the
+        stiffness of the body: five teeth of a solid gear with free cuts are half as stiff as they should be.
 
     Raises
     ------
@@ -78,7 +77,7 @@ class Body:
     teeth: int = 1
     support: tuple[float, float] | None = None
     lugs: Lugs | None = None
-    rest: Literal["ring", "clamped", "free"] = "ring"
+    rest: Literal["ring", "free"] = "ring"
 
     def __post_init__(self) -> None:
         z, r_f = self.gear.teeth, self.gear.root_radius
@@ -128,11 +127,9 @@ class Body:
         return 2 * math.pi / self.gear.teeth
 
     @property
-    def held(self) -> tuple[str, ...]:
-        """Names of the clamped boundaries."""
-        if self.bore_radius is None:
-            return ("clamp",)
-        return ("bore", "cut_left", "cut_right") if self.rest == "clamped" and not self.closed else ("bore",)
+    def held(self) -> str:
+        """Name of the clamped boundary."""
+        return "clamp" if self.bore_radius is None else "bore"
 
     @property
     def rest_angles(self) -> tuple[float, ...]:

@@ -27,8 +27,7 @@ def plane_compliance(body: Body, steel, p: int) -> np.ndarray:
     )
     space = Space(mesh, "tri6")
     free = np.ones(space.n_nodes, dtype=bool)
-    for name in body.held:
-        free[space.boundary_nodes(name)] = False
+    free[space.boundary_nodes(body.held)] = False
     points = surface_points(space, mesh.boundaries["right_flank"], 14)
     R = np.maximum(np.hypot(*points.position.T), gear.base_radius)
     density = shapes(gear, R, p) / Flank(gear).stretch(R)[:, None]

@@ -97,8 +97,7 @@ def solve_strip(
     mesh = plane_mesh(body, strip, size)
     space = Space(mesh, "tri6")
     free = np.ones(space.n_nodes, dtype=bool)
-    for name in body.held:
-        free[space.boundary_nodes(name)] = False
+    free[space.boundary_nodes(body.held)] = False
     dofs = free_dofs(free, 2)
     points = surface_points(space, mesh.boundaries["right_flank"], degree=10)
     force = points.load(_pressure(points, body, strip)[:, :, None], space)
