@@ -174,10 +174,13 @@ class Gear(TransverseSection):
         return np.arccos(np.clip(self.base_radius / radius, 0.0, 1.0)) - self.involute_half_angle(radius)
 
     def flank_depth(self, radius: ArrayLike) -> NDArray:
-        """Depth t [mm] from the flank at R to the tooth's centre line along the line of action, normal section."""
-        radius = np.asarray(radius, dtype=float)
-        psi = self.involute_half_angle(radius)
-        return radius * np.sin(psi) / np.cos(self.load_angle(radius)) * math.cos(self.beta_b)
+        """Depth t [mm] from the flank at R to the tooth's centre line along the line of action, normal section.
+
+        The line of action touches the base circle at T. It passes the flank at the distance ℓ from T, and the centre
+        line, which is at the angle ℓ/r_b − ψ(r_b) from T, at the distance r_b tan(ℓ/r_b − ψ(r_b)).
+        """
+        roll, r_b = self.roll_length(radius), self.base_radius
+        return (roll - r_b * np.tan(roll / r_b - self._half_angle_at_base)) * math.cos(self.beta_b)
 
     def half_angle(self, radius: ArrayLike) -> NDArray:
         """Half tooth-thickness angle ψ [rad] of flank and generated fillet at radius R [mm], r_f ≤ R ≤ r_a."""

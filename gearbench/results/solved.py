@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -13,7 +13,7 @@ from gearbench.contact.assemble import assemble
 from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.gaps import conforming, total_gap
 from gearbench.contact.patches import solve_patches
-from gearbench.contact.problem import ContactProblem, ContactSolution
+from gearbench.contact.problem import ContactProblem, ContactSolution, under_shares
 from gearbench.geometry.action import ContactLines
 from gearbench.results.cycle import MICROMETRES, MeshCycle, Phases
 from gearbench.scene import Resolution, Scene
@@ -25,13 +25,41 @@ from gearbench.threads import single_threaded_blas
 REFINED_PHASES, REFINED_SEGMENTS = 4, 2
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FinerLines:
+    """A scene under several loads, solved at a few of the mesh ``phases`` of each, on lines with more segments.
+
+    All loads are solved together, when the first is asked for.
+    """
+
+    scenes: Sequence[Scene]
+    phases: Sequence[NDArray]
+
+    @staticmethod
+    def some(count: int) -> NDArray:
+        """Indices of the phases among ``count``."""
+        return np.unique((np.arange(REFINED_PHASES) + 0.5) / REFINED_PHASES * count).astype(int)
+
+    @cached_property
+    @single_threaded_blas()
+    def solutions(self) -> list[tuple[NDArray, NDArray]]:
+        """Approach [mm] and stiffness [N/mm] under each load, (phase,)."""
+        scene, phases = self.scenes[0], [phase[self.some(len(phase))] for phase in self.phases]
+        counts = [len(phase) for phase in phases]
+        fine = replace(scene, resolution=Resolution(segments=REFINED_SEGMENTS * scene.resolution.segments))
+        share = np.repeat([each.F_bn / scene.F_bn for each in self.scenes], counts)
+        problem = assemble(fine, scene_lines(fine, np.concatenate(phases)))
+        solution, ends = solve_patches(under_shares(problem, share)), np.cumsum(counts)[:-1]
+        return list(zip(np.split(share * solution.approach, ends), np.split(solution.stiffness, ends), strict=True))
+
+
 @dataclass(frozen=True, kw_only=True)
 class Solved:
     """A scene solved on its contact lines; all outputs follow from it.
 
     Arrays of the solution may have further dimensions before the position; outputs then have them too. ``size`` is the
     number of Gauss points on a panel, by default that of the scene. ``at`` gives the phases of the results if they are
-    counted from another mesh of a train.
+    counted from another mesh of a train. Loads that are solved together share ``finer``; this is number ``load`` of it.
     """
 
     scene: Scene
@@ -41,6 +69,8 @@ class Solved:
     solution: ContactSolution
     size: int | None = None
     at: Phases | None = None
+    finer: FinerLines | None = None
+    load: int = 0
 
     @cached_property
     def phases(self) -> Phases:
@@ -69,13 +99,8 @@ class Solved:
         single = self.at is None and self.solution.approach.ndim == 1 and not self.scene.has_shafts
         if not single or self.problem.cells is None or self.conforming:
             return {}
-        count = len(self.lines.mesh_phase)
-        some = np.unique((np.arange(REFINED_PHASES) + 0.5) / REFINED_PHASES * count).astype(int)
-        fine = replace(self.scene, resolution=Resolution(segments=REFINED_SEGMENTS * self.scene.resolution.segments))
-        lines = scene_lines(fine, self.lines.mesh_phase[some])
-        with single_threaded_blas():
-            solution = solve_patches(assemble(fine, lines))
-        cycle = MeshCycle.of(fine, self.phases, solution.approach, solution.stiffness)
+        finer = self.finer or FinerLines(scenes=(self.scene,), phases=(self.lines.mesh_phase,))
+        cycle, some = MeshCycle.of(self.scene, self.phases, *finer.solutions[self.load]), finer.some(len(self.weight))
         curves = "transmission_error", "mesh_stiffness"
         changes = {name: getattr(self.cycle, name)[some] - getattr(cycle, name) for name in curves}
         return {name: float(np.sqrt(np.mean(change**2))) for name, change in changes.items()}

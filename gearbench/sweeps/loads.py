@@ -25,7 +25,7 @@ from gearbench.contact.size import pairs_of_teeth
 from gearbench.contact.transitions import loaded_phases, mesh_phases, phases_of_loads
 from gearbench.effects.base import ComplianceEffect
 from gearbench.geometry.action import ContactLines
-from gearbench.results.solved import Solved
+from gearbench.results.solved import FinerLines, Solved
 from gearbench.robustness.montecarlo import RobustProblem, prepare_problem
 from gearbench.scene import Scene
 from gearbench.scene_file import scene_at
@@ -92,8 +92,9 @@ def _most_positions(scene: Scene) -> int:
 
 @single_threaded_blas()
 def _together(scenes: Sequence[Scene], cycles: Sequence[tuple], shared: Shared) -> list[Solved]:
-    """Solve scenes that differ only in the load, each at the phases of its cycle; one solution if they share phases."""
-    counts, alike = ([len(phase) for phase, _, _ in cycles], all(each is cycles[0] for each in cycles))
+    """Solve scenes that differ only in the load, each at the phases of its cycle; one solution if all share them."""
+    counts = [len(phase) for phase, _, _ in cycles]
+    alike = len(cycles) > 1 and all(each is cycles[0] for each in cycles)
     # loads share the phases on panels that the load does not change
     phase, position = np.unique(np.concatenate([phase for phase, _, _ in cycles]), return_inverse=True)
     assembled = shared.assembled(scenes[0], phase)
@@ -107,15 +108,17 @@ def _together(scenes: Sequence[Scene], cycles: Sequence[tuple], shared: Shared) 
             Solved(scene=scenes[0], lines=assembled.lines, weight=weight, problem=problem, solution=solution, size=size)
         ]
     result, ends = [], np.cumsum(counts)
-    for scene, (_, weight, size), one, n, end in zip(
-        scenes, cycles, split_positions(solution, counts), counts, ends, strict=True
+    finer = FinerLines(scenes=scenes, phases=[phase for phase, _, _ in cycles])
+    for i, (scene, (_, weight, size), one, n, end) in enumerate(
+        zip(scenes, cycles, split_positions(solution, counts), counts, ends, strict=True)
     ):
         positions = slice(end - n, end)
         part, share = part_of(problem, positions), scene.F_bn / assembled.problem.force
         cells = replace(part.cells, share=np.ones(n)) if part.cells else None
         part = replace(part, force=scene.F_bn, length_scale=problem.length_scale * share, cells=cells)
         lines = assembled.lines.part(position[positions])
-        result.append(Solved(scene=scene, lines=lines, weight=weight, problem=part, solution=one, size=size))
+        solved = Solved(scene=scene, lines=lines, weight=weight, problem=part, solution=one, size=size)
+        result.append(replace(solved, finer=finer, load=i))
     return result
 
 
