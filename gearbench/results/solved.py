@@ -20,7 +20,7 @@ from gearbench.scene import Resolution, Scene
 from gearbench.threads import single_threaded_blas
 
 #: Number of phases at which a mesh cycle is solved again, and number of segments there over the usual number. The RMS
-#: errors of curves in use are 0.6 to 2.3 times the change; with 4/3 of the segments they would be up to seven times it,
+#: errors of curves in use are 0.6 to 4 times the change; with 4/3 of the segments they would be up to seven times it,
 #: because a few more nodes of the smooth compliance may change nothing.
 REFINED_PHASES, REFINED_SEGMENTS = 4, 2
 
