@@ -404,7 +404,7 @@ def test_a_simulation_with_a_ring_and_one_with_a_wheel_meet_at_the_rack(helix, o
     The extrapolation makes differences thirty times larger. Curves have a kink in 1/z at phases at which, between 630
     and 2000 teeth, a line begins to touch or contact moves to another part of a flank. Helical gears off the line have
     such kinks at most phases: the number of cells on a panel jumps as its ends move. Neighbouring z differ by a noise
-    of 1e-5 at a quarter of the phases with 9 segments, and of 1.5e-7, as without off-line contact, with 18.
+    of 1e-5 at a quarter of the phases with 9 segments; with 18, or without relief, it is 1.5e-7.
     """
     count = np.array([630.0, 1000.0, 1400.0, 2000.0])
     found = []
