@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 
 #: Largest number of letters of a name in a title; longer names are cut.
 NAME = 40
-#: Largest number of letters of a label in a legend of three columns; with longer labels it has two.
-LONG = 36
+#: Numbers of columns of a legend, and the largest number of letters of a label up to which they fit.
+COLUMNS = {4: 20, 3: 36, 2: 100}
 
 
 def write(draw: Any, data: xr.Dataset, path: Path) -> None:
@@ -39,11 +39,12 @@ def write(draw: Any, data: xr.Dataset, path: Path) -> None:
 def legend(figure: Any, lines: list, **more: Any) -> None:
     """Place a legend below the axes, where it covers nothing."""
     labels = [as_label(str(line.get_label())) for line in lines]
+    longest = max(map(len, labels))
     figure.legend(
         lines,
         labels,
         loc="outside lower center",
-        ncols=2 if max(map(len, labels)) > LONG else 3,
+        ncols=next((columns for columns, letters in COLUMNS.items() if longest <= letters), 1),
         fontsize="small",
         **more,
     )
