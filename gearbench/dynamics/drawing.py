@@ -18,10 +18,41 @@ if TYPE_CHECKING:
 NAME = 40
 #: Numbers of columns of a legend, and the largest number of letters of a label up to which they fit.
 COLUMNS = {4: 20, 3: 36, 2: 100}
+#: Number of frames of a moving figure, and time of a frame [ms].
+FRAMES, MILLISECONDS = 12, 80
 
 
 def write(draw: Any, data: xr.Dataset, path: Path) -> None:
-    """Write the figure that ``draw`` makes; the title names the scene, the mesh and the finding that it returns."""
+    """Write the figure that ``draw`` makes, with its title."""
+    with replacing(path) as part:
+        _titled(draw, data).savefig(part, dpi=120, format="png")
+
+
+def write_moving(draw: Any, data: xr.Dataset, path: Path, still: str) -> None:
+    """Write the figure as a GIF in which lines swing about the line labelled ``still`` before them."""
+    from PIL import Image
+
+    figure, moving, base = _titled(draw, data), [], 0.0
+    for line in (line for axes in figure.axes for line in axes.get_lines()):
+        y = np.asarray(line.get_ydata())
+        if line.get_label() == still:
+            base = y
+        else:
+            moving.append((line, base, y - base))
+    figure.canvas.draw()
+    figure.set_layout_engine("none")
+    frames = []
+    for phase in np.arange(FRAMES) * 2 * np.pi / FRAMES:
+        for line, middle, amplitude in moving:
+            line.set_ydata(middle + np.cos(phase) * amplitude)
+        figure.canvas.draw()
+        frames.append(Image.fromarray(np.asarray(figure.canvas.buffer_rgba())).convert("P"))
+    with replacing(path) as part:
+        frames[0].save(part, format="gif", save_all=True, append_images=frames[1:], duration=MILLISECONDS, loop=0)
+
+
+def _titled(draw: Any, data: xr.Dataset) -> Any:
+    """Figure that ``draw`` makes; the title names the scene, the mesh and the finding that it returns."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -32,8 +63,7 @@ def write(draw: Any, data: xr.Dataset, path: Path) -> None:
     names = [scene, f"mesh {data['mesh'].item()}" if "mesh" in data.coords and not data["mesh"].ndim else ""]
     title = ": ".join(filter(None, [", ".join(name[:NAME] for name in names if name), finding]))
     figure.suptitle("\n".join(map(as_label, title.split("\n"))), fontsize="medium", wrap=True)
-    with replacing(path) as part:
-        figure.savefig(part, dpi=120, format="png")
+    return figure
 
 
 def legend(figure: Any, lines: list, **more: Any) -> None:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearbench.dynamics.drawing import hertz, legend, peak, rounded, speed_label, write
+from gearbench.dynamics.drawing import hertz, legend, peak, rounded, speed_label, write, write_moving
 from gearbench.dynamics.train_figures import draw_modes, draw_ring, draw_sharing
 from gearbench.dynamics.train_nonlinear import SWEEPS
 from gearbench.files import file_parts
@@ -25,6 +25,8 @@ SHOWN = 0.01
 PANELS = 6
 #: Share of a mode's strain energy above which a part is named.
 LEAST_SHARE = 0.05
+#: Label of the lines of shafts at rest.
+STILL = "at rest"
 #: Number of frequency bins of a waterfall.
 BINS = 500
 #: Space for names in a Campbell diagram: width of the name of an order as a share of the speed range, height of the
@@ -33,16 +35,16 @@ ORDER_WIDTH, MODE_HEIGHT = 0.12, 0.03
 
 
 def draw_response(dataset: xr.Dataset, folder: Path) -> list[Path]:
-    """Write PNG plots of a response and return their files. The titles name the scene, the mesh and the main finding.
+    """Write plots of a response and return their files. The titles name the scene, the mesh and the main finding.
 
     One set for each mesh: ``force_…`` shows the dynamic factor and the RMS of mesh force and dynamic transmission error
     over speed; ``orders_…`` the amplitude of every order over speed; ``campbell_…`` orders and the modes they meet,
     coloured by the mesh force; ``waterfall_…`` the mesh force over frequency and speed; ``bearings_…`` the forces on
     the bearings and ``housing_…`` the motion of points of the housing over speed; ``bands_…`` mesh orders and their
-    sidebands. One plot for all meshes: ``modes`` shows mode shapes of the shafts and energies of the parts,
-    ``ripples`` the mesh forces that torque ripples cause, ``scatter`` the percentiles over error samples. For a train
-    solved as one contact problem ``modes`` shows the bodies, ``sharing`` the load shares, ``ring`` the force waves
-    round the ring; of the meshes only the one with the largest dynamic factor has figures.
+    sidebands. One plot for all meshes: ``modes`` shows mode shapes of the shafts and energies of the parts, and as a
+    GIF it moves; ``ripples`` the mesh forces that torque ripples cause, ``scatter`` the percentiles over error samples.
+    For a train solved as one contact problem ``modes`` shows the bodies, ``sharing`` the load shares, ``ring`` the
+    force waves round the ring; of the meshes only the one with the largest dynamic factor has figures.
     """
     if "percentile" in dataset.dims:
         write(_scatter, dataset, folder / "scatter.png")
@@ -73,6 +75,9 @@ def draw_response(dataset: xr.Dataset, folder: Path) -> list[Path]:
     for name, draw, data in (*set_figures, *drawn, *((name, draw, dataset) for name, draw in for_all)):
         written.append(folder / f"{name}.png")
         write(draw, data, written[-1])
+    if for_all and "shaft_mode_shape" in dataset:
+        written.append(folder / "modes.gif")
+        write_moving(_modes, dataset, written[-1], STILL)
     return written
 
 
@@ -171,7 +176,7 @@ def _modes(figure: Any, data: xr.Dataset) -> str:
         for row, shaft in enumerate(shafts):
             stations = shape.isel(station=np.flatnonzero(data["shaft"].values == shaft))
             z, base = stations["shaft_position"].values, -2.2 * row
-            axes.plot(z, np.full(len(z), base), color="0.6", linewidth=3)
+            axes.plot(z, np.full(len(z), base), color="0.6", linewidth=3, label=STILL)
             axes.annotate(str(shaft), (z[0], base + 1.02), fontsize="x-small", color="0.4")
             for number, component in enumerate(stations["component"].values):
                 amplitude, colour = stations.sel(component=component).values, f"C{number}"

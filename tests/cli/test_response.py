@@ -26,6 +26,7 @@ def test_response_writes_dataset_plots_and_sound(run, tmp_path):
     data = xr.load_dataset(out, engine="h5netcdf")
     assert dict(data.sizes)["speed"] == 8
     assert {path.name for path in plots.iterdir()} == {
+        "modes.gif",
         "modes.png",
         *(f"{name}_pair.png" for name in ("force", "orders", "campbell", "waterfall", "bearings")),
     }
