@@ -21,11 +21,13 @@ from gearbench.library.garambois2017 import gear
 from gearbench.robustness.montecarlo import prepare_scene, respond
 from gearbench.scene import Resolution, Scene
 from gearbench.scene_file import scene_at
+from gearbench.threads import single_threaded_blas
 
 RELIEVED = [path for path in GEARS if not conforming(on_line(path))]
 EACH = pytest.mark.parametrize("path", RELIEVED, ids=lambda path: path.stem)
 
 
+@single_threaded_blas()
 def compliances(scene: Scene) -> None:
     """Teeth and bodies of both gears, whatever lines they are on."""
     lines = scene_lines(scene, np.array([0.5]))
