@@ -62,11 +62,12 @@ def _axes(axes: Axes | None, size: tuple[float, float] = (7.0, 4.0)) -> Axes:
 
 
 def plot_two_periods(axes: Axes, dataset: xr.Dataset, name: str, **style: Any) -> None:
-    """Plot a curve of the mesh cycle over two cycles, of one mesh period as a rule, with gaps where it jumps."""
+    """Plot a curve over two mesh cycles, of one mesh period as a rule, with gaps where it jumps."""
     curves = panels(dataset, name)
     length = math.ceil(curves[-1][0][-1] - 1e-9)
     x = np.concatenate([phase + start for start in (0, length) for phase, _ in curves])
     axes.plot(x, np.concatenate([values for _, values in curves] * 2), **style)
+    axes.set_xlim(0, 2 * length)
 
 
 def over_two_periods(dataset: xr.Dataset, name: str, axes: Axes | None = None, colour: str = BLUE) -> Axes:
@@ -77,8 +78,8 @@ def over_two_periods(dataset: xr.Dataset, name: str, axes: Axes | None = None, c
     axes = _axes(axes)
     for one, label, colour_of_point in _points(dataset, name, "position"):
         plot_two_periods(axes, one, name, color=colour_of_point or colour, lw=1.6, label=label)
-    axes.axvline(1.0, color=GREY, lw=0.8, ls=":")
-    axes.set(xlim=(0, 2), xlabel="mesh phase τ [mesh periods]")
+    axes.axvline(sum(axes.get_xlim()) / 2, color=GREY, lw=0.8, ls=":")
+    axes.set_xlabel("mesh phase τ [mesh periods]")
     axes.set_ylabel(f"{dataset[name].attrs['symbol']} [{dataset[name].attrs['units']}]")
     return _legend(axes)
 

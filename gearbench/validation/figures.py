@@ -34,7 +34,7 @@ def duration(seconds: float) -> str:
 
 
 def cycle_figure(dataset: xr.Dataset) -> Figure:
-    """Figure of STE and mesh stiffness over two mesh periods for both models, as in Figure 4 of the paper."""
+    """Figure of STE and mesh stiffness over two mesh cycles for both models, as in Figure 4 of the paper."""
     figure, axes = new_figure(2, 1, (7.5, 6.2), sharex=True)
     for axis, name, word in zip(
         axes[:, 0], ("transmission_error", "mesh_stiffness"), ("STE", "stiffness"), strict=True
@@ -48,11 +48,10 @@ def cycle_figure(dataset: xr.Dataset) -> Figure:
 
 
 def draw_cycle(dataset: xr.Dataset, name: str, axis: Axes) -> None:
-    """Draw a curve of the mesh cycle over two mesh periods for both models."""
+    """Draw a curve of the mesh cycle over two mesh cycles for both models."""
     for model, style in STYLES.items():
         plot_two_periods(axis, side(dataset, model), name, **style)
-    axis.axvline(1.0, color=GREY, lw=0.8, ls=":")
-    axis.set_xlim(0, 2)
+    axis.axvline(sum(axis.get_xlim()) / 2, color=GREY, lw=0.8, ls=":")
     axis.set_ylabel(f"{dataset[name].attrs['symbol']} [{dataset[name].attrs['units']}]")
 
 
@@ -66,7 +65,7 @@ def shared_caption(dataset: xr.Dataset) -> str:
 def load_share_figure(dataset: xr.Dataset) -> Figure:
     """Figure of the load share of a tooth pair over its passage, and of the difference between the models.
 
-    For a set: of the load share of each mesh over two mesh periods.
+    For a set: of the load share of each mesh over two mesh cycles.
     """
     if "load_sharing" in dataset:
         return _sharing_figure(dataset)
@@ -96,10 +95,10 @@ def _sharing_figure(dataset: xr.Dataset) -> Figure:
                 "label": name if model == "reference" else None,
             }
             plot_two_periods(axis, side(dataset, model).sel(mesh=name), "load_sharing", **line)
-    axis.set(xlim=(0, 2), xlabel="mesh phase τ [mesh periods]", ylabel="load share L [–]")
+    axis.set(xlabel="mesh phase τ [mesh periods]", ylabel="load share L [–]")
     largest, factor = 100 * float(dataset["load_share_error_max"]), float(dataset["mesh_load_factor_error"])
     axis.set_title(f"load sharing differs by at most {largest:.2g} % of an even share, K_γ by {percent(factor)}")
-    legend_below(figure, axis, 4)
+    legend_below(figure, axis, 3)
     return figure
 
 

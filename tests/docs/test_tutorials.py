@@ -57,7 +57,7 @@ def test_from_a_gearbox_to_its_whine(folder):
 @pytest.mark.slow
 def test_from_the_data_sheet_of_a_planetary_set_to_its_quietest_arrangement(folder):
     done = list(follow("tutorial_planetary.md"))
-    assert [block.language for block in done].count("python") == 3
+    assert [block.language for block in done].count("python") == 4
     assert (folder / "quiet.nc").exists()
     static, over_speed = {"load_shares.png", "train.png"}, {"modes.png", "sharing.png", "ring.png"}
     assert static | over_speed < {path.name for path in (folder / "plots").glob("*.png")}
