@@ -123,7 +123,8 @@ def curves(solved: SolvedTrain, most: float) -> Curves:
     shares = levels(most)
     # planets in phase share one contact
     known = {id(mesh): mesh for mesh in solved.contacts}
-    tables = {key: _table(mesh, shares) for key, mesh in known.items()}
+    found = on_threads(partial(_table, shares=shares), known.values(), default_threads())
+    tables = dict(zip(known, found, strict=True))
     each = (tables[id(mesh)] for mesh in solved.contacts)
     approach, force, slope = (np.stack(arrays) for arrays in zip(*each, strict=True))
     return Curves(approach=approach, force=force, slope=slope, statics=solved.coupling)
