@@ -141,7 +141,7 @@ class LoadedTooth:
 
         n, count = self.section.grain.degree, len(self.stations)
         corner = np.add.outer((n + 1) * np.arange(n), np.arange(n)).ravel()
-        square = self.section.nodes[:, corner[:, None] + [0, 1, n + 2, n + 1]].reshape(-1, 1, 4)
+        square = self.section.nodes[:, np.add.outer(corner, [0, 1, n + 2, n + 1])].reshape(-1, 1, 4)
         layer = square * count + np.arange(count - 1)[:, None]
         cells = np.concatenate([layer, layer + 1], axis=-1).reshape(-1, 8)
         data = {"displacement": self.displacement.reshape(-1, 3), "von_mises": self.von_mises.ravel()}
