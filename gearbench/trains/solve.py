@@ -297,7 +297,7 @@ def _balanced(
         known = {id(mesh): replace(mesh, problem=part_of(mesh.problem, positions)) for _, mesh in contact_at.values()}
         first = {name: (lines.part(positions), known[id(mesh)]) for name, (lines, mesh) in contact_at.items()}
     bodies = yielding_bodies(train, scenes, first, coast=coast)
-    balanced = balance([mesh for _, mesh in first.values()], statics, bodies, alike)
+    balanced = balance([mesh for _, mesh in first.values()], statics, bodies, alike.tolist())
     return contact_at, symmetry.whole(balanced, parts, statics)
 
 
