@@ -1,10 +1,13 @@
-"""Compiled solver of many error samples if segments deflect each other by many amplitudes; ``batch`` calls it.
+"""Compiled solver for many error samples at once, if all segments are coupled by many deflections; ``batch`` calls it.
 
-``_lane_kernels`` explains lanes. All lanes share the matrix G but do not interact.
+A lane is one error sample, the last axis of the arrays (``_lane_kernels``). All lanes share the matrices but do not
+interact.
 
-Newton's method is applied to the forces u that act in addition to those of the linear problem at the mean errors
-(``gearbench.contact.reference``, B2 of docs/algorithms.md). Its matrices I + ΔG differ from the identity only where the
-slope of a contact law differs from the slope at the mean errors. Conjugate gradients solve them in single precision,
+The linear problem (``gearbench.contact.reference``, B2 of docs/algorithms.md) replaces the contact laws by springs W₀,
+their slopes at the mean errors. Unknown are u = W₀ z − P, the forces of these springs minus those of the laws. The
+segments move by z = z₁ load + G u, where G is the response of the linear problem to u under a given total force.
+The matrices I + ΔG of Newton's method, with Δ = W − W₀, differ from the identity only where the slope W of a law
+differs from W₀. Conjugate gradients solve them in single precision,
 since a Newton step needs few digits; residuals and stiffness are in double precision. ``rise`` is z₁, the z under a
 unit total force; ``flexibility`` is c = ∂δ/∂F (``Reference``). The tests compare the solver with a readable NumPy
 version.
@@ -30,7 +33,7 @@ from gearbench.contact._lane_kernels import (
 
 #: Relative residual of the conjugate gradients of a Newton step: coarsest and finest.
 LEAST_PRECISION, MOST_PRECISION = 1e-1, 1e-4
-#: Maximum number of conjugate gradient steps of a Newton step, which takes what they have reached.
+#: Maximum number of conjugate gradient steps of a Newton step; the Newton step then uses the solution reached so far.
 MOST_CONJUGATE = 60
 #: Residuals and search directions of smaller magnitude are set to zero; forces are of order 1. Segments without load
 #: converge at once, and products of the rounding left in their residuals would be denormal numbers, which are slow.
@@ -62,7 +65,7 @@ class Conjugate(NamedTuple):
 
 @part(FUSED)
 def residuals(u, z, p, w, rise, load, weight, negative, change, total):
-    """negative ← −F with F = u + p − W₀ (z + rise · load), change ← W − W₀ (single precision), total ← Σ|F|."""
+    """negative ← −R with R = u + p − W₀ (z + rise · load), change ← W − W₀ (single precision), total ← Σ|R|."""
     number = total.size
     for j in range(number):
         total[j] = 0.0
@@ -192,7 +195,7 @@ def conjugate_gradients(G, work):
 def stiffness_from(change, rise, flexibility, v, Gv, stiffness):
     """∂F/∂δ = 1/(c − Σ (v·G v + Δ ζ²)) with ζ = z₁ + G v, where v solves v + ΔG v = −Δ z₁.
 
-    Its error is the square of the error of v.
+    Its error is of second order in the error of v.
     """
     number = stiffness.size
     for j in range(number):
@@ -249,7 +252,7 @@ def solve_coupled_lanes(t, G, G32, linear, laws, lanes, u, z, work, stiffness, l
         for i in range(n):
             for j in range(number):
                 u[i, j] += work.v[i, j]
-    # the stiffness, from the slopes of (C11)
+    # the stiffness, from the mean slopes over the cells, (C11) of docs/algorithms.md
     steepen(n, laws, lanes)
     for i in range(n):
         for j in range(number):
@@ -303,7 +306,7 @@ def solve_coupled_chunk(gaps, linear, draws, lanes, accuracy, limit, results):
                 guess_errors[1, i, j] = guess_errors[0, i, j]
                 # holds −first until note_guess_errors adds the solution
                 guess_errors[0, i, j] = -first
-        # an extrapolated start is given half of the steps; without success the linear solution follows
+        # an extrapolated start is given half of the steps; if it fails, the linear solution alone is the start
         first_limit = limit if extrapolation[0] == 0.0 else limit // 2
         steps = solve_coupled_lanes(
             t, G, G32, linear, laws, lanes, u, z, work, stiffness, (tolerance, fine, first_limit)

@@ -1,8 +1,9 @@
 """Compiled Newton solver whose unknowns are the forces of loaded segments, for problems with many amplitudes.
 
-``solver`` calls it. Its steps are those of ``gearbench.contact._kernels``, for the same convex J(q, δ). After a step
-the amplitudes are q = Ψᵀ v with forces v; J needs only z = Ψ q = H v and |q|². The matrix has one row for each loaded
-segment (C9 of docs/algorithms.md). Close to the solution its factor is reused for several steps.
+``solver`` calls it. Its steps are those of ``gearbench.contact._kernels``, for the same convex J(q, δ), (C4) of
+docs/algorithms.md. After a step the amplitudes are q = Ψᵀ v with forces v; J needs only z = Ψ q = H v and |q|². The
+matrix has one row for each loaded segment (C9 of docs/algorithms.md). Close to the solution its factor is reused for
+several steps.
 """
 
 from __future__ import annotations
@@ -25,11 +26,11 @@ from gearbench.contact._kernels import (
 )
 from gearbench.contact._law_kernels import CONSTANTS, SCRATCH, apply_laws, law_constants
 
-#: Residuals relative to the greatest deflection: one that is rounding, and the greatest one that counts as rounding if
-#: a step does not halve it.
+#: Residuals divided by the greatest deflection. Up to the first they are rounding; up to the second they are rounding
+#: if the last step did not halve them.
 ROUNDING, NEAR_ROUNDING = 1e-15, 1e-13
 #: The factor is reused if the residual is at most the first number, and the last step reduced it to at most the second
-#: fraction.
+#: number times what it was.
 REUSED, FALLING = 1e-3, 0.003
 #: Greatest relative error of the stiffness in a solution to rounding, and after a last step.
 STIFFNESS_ROUNDING, ROUGH_STIFFNESS = 1e-14, 1e-6
@@ -311,7 +312,8 @@ def solve_coupled(problem, q, delta, tolerance, limit, force, stiffness, steps):
     """Solve every position of a problem for its amplitudes q (position, block, rank) and approach δ, by forces.
 
     q and δ hold the guess (δ = −∞ for none), and the solution afterwards. Fills forces, ∂F/∂δ and the numbers of steps.
-    If ``tolerance`` is positive, a position without guess starts from the forces of the previous position.
+    If ``tolerance`` is positive, a position without guess starts from the forces of the previous position, which saves
+    steps; a solution to rounding does not depend on its neighbour to the last bit.
     """
     p = problem
     positions, n = p.gap.shape

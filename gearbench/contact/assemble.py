@@ -49,7 +49,7 @@ def assemble(
     effects
         Effects to sum; by default the acting effects of the scene.
     truncation
-        Share of the smooth compliance that may be left out, see ``truncated_root``.
+        Share of the smooth compliance (all but the contact law) that may be left out, see ``truncated_root``.
     nodes
         Number of Gauss points on a line at which the smooth compliance is computed, if the segments are cells (short
         pieces of a line that carry a load); by default ``smooth_nodes``.
@@ -70,14 +70,14 @@ def assemble(
     zeros = np.zeros(smooth_lines.shape)
     smooth = _problem(scene, smooth_lines, compliance, laws, zeros, zeros, truncation)
     assert lines.panel is not None
-    only_laws = replace(compliance, factor=np.zeros((*lines.shape, 0)), matrix=None)
-    laws = [part for effect in only_laws.laws if isinstance(part := effect.compliance(lines, by_name), LineLaw)]
-    problem = _problem(scene, lines, only_laws, laws, gap, sigma, truncation, smooth.length_scale)
+    without_smooth = replace(compliance, factor=np.zeros((*lines.shape, 0)), matrix=None)
+    laws = [part for effect in compliance.laws if isinstance(part := effect.compliance(lines, by_name), LineLaw)]
+    problem = _problem(scene, lines, without_smooth, laws, gap, sigma, truncation, smooth.length_scale)
     factor = smooth.factor.reshape(*smooth_lines.shape, -1)
     interpolation = interpolation_to_cells(smooth_lines, lines)
     cells = Cells(
         effects=tuple(acting), lines=lines, gaps=gaps, smooth_lines=smooth_lines, factor=factor,
-        interpolation=interpolation, laws=only_laws.laws, share=np.ones(len(gaps)),
+        interpolation=interpolation, laws=compliance.laws, share=np.ones(len(gaps)),
         nodes=max(smooth_lines.shape[2], NODES_PER_PANEL * (1 + int(lines.panel.max(initial=0)))),
     )  # fmt: skip
     # the load is spread over the cell

@@ -61,8 +61,8 @@ def solve_on_shafts(
     scene
         Pair, load and effects.
     shaft_effects
-        Function that gives the effects of the shafts from the loads on the nodes of both gears (by default an even
-        load), and from the gears in an equilibrium close by.
+        Function that gives the effects of the shafts. It takes the loads on the nodes of both shafts (by default an
+        even load over the face), and the gears in a nearby equilibrium, from which its search starts.
     lines, weight
         Contact lines, and the weights of their positions.
 

@@ -5,7 +5,8 @@ the gap
 
     e = φ · Σ_d C_d Σ_i φ_i P_i
 
-in another mesh (M4 of docs/theory.md). The matrices φ C_d φᵀ are the blocks of H between different meshes.
+in another mesh, where i counts the segments of a tooth (M4 of docs/theory.md). The matrices φ C_d φᵀ are the blocks of
+the compliance matrix between different meshes.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ class Side:
     mesh
         Number of the mesh.
     nodes
-        Their values at the nodes at which gaps are needed (position, pair, node, function) [1/mm], see
+        Values of the polynomials at the nodes at which gaps are needed (position, pair, node, function) [1/mm], see
         ``assemble.with_field``.
     means
         Matrix from values at the nodes to means over the segments that carry the forces (position, pair, segment,

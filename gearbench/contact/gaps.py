@@ -17,7 +17,7 @@ from gearbench.scene import Scene
 
 #: A gap that varies by at most this counts as constant [mm].
 LEAST_VARIATION = 1e-10
-#: Phases, and nodes on their lines, at which the gap is sampled.
+#: Numbers of mesh phases, and of segments on a line, at which ``variation`` samples the gap.
 TRIAL_PHASES, TRIAL_SEGMENTS = 8, 12
 
 

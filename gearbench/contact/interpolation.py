@@ -1,7 +1,7 @@
 """Interpolation from the Gauss points of contact lines to other points, by one polynomial for each smooth piece.
 
 Cells are short pieces of a line that carry a load. ``smooth_lines`` are the same lines with Gauss points, at which the
-smooth compliance is computed; their ``panel`` holds the number of the piece of each point.
+smooth compliance (all but the contact law) is computed; their ``panel`` numbers the piece of each point.
 """
 
 from __future__ import annotations

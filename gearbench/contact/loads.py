@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from gearbench.contact.problem import ContactProblem, ContactSolution, under_shares
 
 _ARRAYS = tuple(field.name for field in fields(ContactSolution) if field.name != "corrected")
-#: Arrays of a solution in units that are proportional to the load.
+#: Arrays of a solution that ``under_shares`` divides by the share of the load.
 _PROPORTIONAL = {"force", "approach", "coarse_approach"}
 
 
@@ -24,7 +24,7 @@ def under_force(problem: ContactProblem, force: float) -> ContactProblem:
 
 
 def in_full_load_units(solution: ContactSolution, share: NDArray) -> ContactSolution:
-    """Convert a solution to units of the full load, of which each position carries its ``share`` (position,)."""
+    """Multiply forces and approaches by the ``share`` (position,) by which ``under_shares`` divides them."""
     return replace(solution, **{name: (getattr(solution, name).T * share).T for name in _PROPORTIONAL})
 
 

@@ -53,7 +53,7 @@ def panel_starts(
     kept = [0.0]
     for phase, rank, _ in sorted(transitions, key=lambda transition: (transition.rank, transition.phase)):
         start, *others = (abs(_distance_behind(phase, other, length, length / 2)) for other in kept)
-        # 0 always begins a panel; a load transfer or the end of a ramp counts as 0 only within close[-1]
+        # 0 always begins a panel; a load transfer or the end of a ramp is merged with phase 0 only within close[-1]
         if start > close[rank if rank > 0 else -1] and min(others, default=1.0) > close[rank]:
             kept.append(phase)
     after, before = ([transition.phase for transition in transitions if transition.side == side] for side in (1, -1))

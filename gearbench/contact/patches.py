@@ -28,14 +28,14 @@ from gearbench.geometry.quadrature import gauss
 
 #: Number of times that the ends of patches are computed; each time squares the error of loads and deflections.
 ROUNDS = 3
-#: Residual at which the solution on cells takes its last step. It is far finer than the ends of patches on cells, so
-#: that the result after the last round does not depend on the initial guess (to 1e-12).
+#: Residual at which the solution on cells takes its last step. It is far below the error of the patch ends
+#: found on cells, so that the result after the last round does not depend on the initial guess (to 1e-12).
 ON_CELLS = 1e-5
 
 #: Number of points on a line, besides Gauss points, at which the compression is computed for the next round.
 PROBES = 4
 
-#: Problem at the Gauss points on patches, without load at the probes behind them, and its contact lines.
+#: Problem at the Gauss points on patches, followed by probes that carry no load, and its contact lines.
 Patches = tuple[ContactProblem, ContactLines]
 
 
@@ -68,7 +68,7 @@ class Round(NamedTuple):
 
 
 def first_round(problem: ContactProblem, guess: Guess) -> Round:
-    """Rough solution of ``problem`` on cells, as close as the ends of patches on cells are."""
+    """Rough solution of ``problem`` on cells, as accurate as patch ends found on cells."""
     return Round(*solve_roughly(problem, guess, ON_CELLS), None)
 
 
@@ -168,12 +168,12 @@ def _compression(problem: ContactProblem, guess: Guess) -> NDArray:
 def patch_nodes(
     lines: ContactLines, s: NDArray, nodes: int, known: tuple[NDArray, NDArray] | None = None
 ) -> tuple[NDArray, NDArray]:
-    """Positions y and widths of ``nodes`` Gauss points on the patches of a line, and of ``PROBES`` behind them [mm].
+    """Positions y and widths of ``nodes`` Gauss points on the patches of a line, followed by ``PROBES`` probes [mm].
 
-    Both are (position, pair, node and probe). Probes are ends of patches and places of the greatest compression below
-    zero; their widths are zero. ``s`` is the compression at the beginning, middle and end of each segment, ``known``
-    holds y and s at further points (position, pair, point). Patches end where the cubic through the closest points
-    changes sign or the gap has a kink.
+    Both are (position, pair, node and probe). Probes are ends of patches, and places where the flanks nearly touch
+    (maxima of s below zero); their widths are zero. ``s`` is the compression at the beginning, middle and end of each
+    segment, ``known`` holds y and s at further points (position, pair, point). Patches end where the cubic through the
+    closest points changes sign or the gap has a kink.
     """
     from gearbench.contact._patch_kernels import patch_nodes as fill
 

@@ -2,9 +2,10 @@
 
 CSV: the first cell of the first row names the coordinate of the first column: ``radius``, ``diameter`` or
 ``roll_length`` (√(R² − r_b²)), in mm. The rest of the first row holds the positions y [mm] over the face of the
-gear, from 0 to its face width. Every further row holds one coordinate and its deviations [µm]. Cells are separated by
-commas, tabs or semicolons; with tabs or semicolons the decimal mark may be a comma. Lines with # are comments.
-NetCDF: one variable with two dimensions, one of radius, diameter and roll_length, and face_position. Both coordinates
+gear, whose ends are at 0 and its face width. Every further row holds one coordinate and its deviations [µm]. Cells are
+separated by commas, tabs or semicolons; with tabs or semicolons the decimal mark may be a comma. Lines that begin with
+# are comments.
+NetCDF: one variable with two dimensions: face_position, and radius, diameter or roll_length. Both coordinates
 are in mm; the attribute ``units`` of the variable is µm or mm.
 """
 
@@ -120,7 +121,7 @@ def _checked(key: str, name: str, grid: FlankGrid) -> FlankGrid:
     """Check that coordinates increase and deviations are plausible, and return the grid."""
     for axis, values in ((grid.along, grid.coordinate), (FACE, grid.face)):
         if not (values.size and np.isfinite(values).all() and np.all(np.diff(values) > 0)):
-            raise InputError(key, f"{name}, {axis}", "must be strictly increasing")
+            raise InputError(key, f"{name}, {axis}", "must be finite and strictly increasing")
         if max(-values[0], values[-1]) > LARGEST:
             raise InputError(key, f"{name}, {axis} {values[0]:g} to {values[-1]:g}", f"must be within ±{LARGEST:g} mm")
     implausible = np.argwhere(~(np.abs(grid.deviation) <= LARGEST_DEVIATION))  # not >, to include NaN
@@ -174,7 +175,7 @@ def _from_netcdf(key: str, name: str, data: bytes) -> FlankGrid:
         raise InputError(key, name, error.allowed) from None
     fitting = [v for along in ALONG for v in dataset.data_vars.values() if set(v.dims) == {along, FACE}]
     if len(fitting) != 1:
-        allowed = f"exactly one must have the dimensions {' or '.join(ALONG)}, and {FACE}"
+        allowed = f"exactly one variable must have the dimensions {' or '.join(ALONG)}, and {FACE}"
         raise InputError(key, f"{name}, {len(fitting)} fitting variables", allowed)
     return _of_variable(key, name, fitting[0])
 

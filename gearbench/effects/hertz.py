@@ -1,6 +1,7 @@
-"""Local contact compliance of two teeth pressed together along a line.
+"""Local contact compliance of two teeth pressed together along a line, the law q (a − h ln q) of the line load q.
 
-The law changes slowly along the path of contact: with ``off_line_contact`` it is tabulated over u and interpolated.
+The coefficients a and h change slowly along the path of contact. With ``off_line_contact`` they take long to compute:
+they are tabulated over u and interpolated.
 """
 
 from __future__ import annotations
@@ -22,8 +23,8 @@ from gearbench.geometry.pair import Pair
 from gearbench.geometry.separation import NODES, Separation
 from gearbench.schema import STRICT
 
-#: Number of polynomials of R in the compliance of solid teeth, unless a scene asks for a low order; used for the
-#: softening at tip edges.
+#: Number of polynomials of R that the compliance of solid teeth contains; the softening at tip edges leaves their share
+#: out. Teeth of lower order are not distinguished.
 FLANK_POLYNOMIALS = 5
 #: Length of an interval of the table, in half-widths of the contact strip; parabolas are then accurate to 1e-4 of
 #: c = Σ 2(1−ν²)/(πE) of both gears.
@@ -126,14 +127,14 @@ def _kinks(lines: ContactLines, index: int, rho: NDArray, c: float) -> Iterator[
         along = (roll**2 - start**2) / (2 * profile.base_radius)
         near = np.abs(along) < math.sqrt(load_ratio) * half_width
         # the curvature radius in the transverse plane, in which the slope of the gap is given
-        along, unit, normal = along[near], half_width[near], rho[near] * math.cos(meshing.beta_b)
+        along, unit, transverse = along[near], half_width[near], rho[near] * math.cos(meshing.beta_b)
         # The gap is a parabola before the kink and another one behind it, because its slope rises by κ = rise there.
         # Their vertices along the profile are x_s (vertex) and x_s − κρ (vertex − shift); the kink is at 0.
-        shift, tilt = normal * rise, normal * touch.tilt[near]
+        shift, tilt = transverse * rise, transverse * touch.tilt[near]
         corner = (touch.edge[near] == index) & (np.abs(along) < 1e-9 * abs(profile.base_radius))
         vertex = np.where(corner, shift - tilt, np.where(along < 0, along, along + shift))
         widths = (unit, math.sqrt(load_ratio) * unit)
-        # c₁Λ at the two loads
+        # c₁Λ of (E5) at the two loads
         low, high = (mean * kink_softening(vertex / width, shift / width) for width in widths)
         h = (low - high) / math.log(load_ratio)
         yield near, low + h * math.log(lines.typical_load), h

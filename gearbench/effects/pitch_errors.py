@@ -16,7 +16,7 @@ from gearbench.schema import STRICT
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class PitchErrors(IndexDeviations):
-    """Index deviations of the teeth, over one mesh cycle of the revolution.
+    """Index deviations of the teeth, in one of the many mesh cycles of a revolution.
 
     Teeth are numbered from 0 in the order in which they come into mesh. The mesh cycle begins when ``pinion_tooth`` and
     ``wheel_tooth`` reach the start of the path of contact at y = 0. A single cycle is not periodic; ``gearbench

@@ -87,8 +87,8 @@ class ProfileRelief(ShapeEffect):
 
     #: +1 for the tip, −1 for the root.
     side: ClassVar[int]
-    #: Where a relief may lie, for messages.
-    reach: ClassVar[str]
+    #: What limits the length of a relief, in words.
+    limited_by: ClassVar[str]
 
     def __post_init__(self) -> None:
         one_or_each(self, ("amount", "length"))
@@ -147,8 +147,8 @@ class ProfileRelief(ShapeEffect):
             if table.length is not None:
                 longest = edge - low if self.side > 0 else high - edge
                 if table.length > longest:
-                    reach = f"must be at most {self.reach}, {longest:.4g} mm"
-                    raise InputError(f"{key}length", table.length, reach)
+                    allowed = f"must be at most {self.limited_by}, {longest:.4g} mm"
+                    raise InputError(f"{key}length", table.length, allowed)
                 if table.along == "roll" and abs(start) < abs(pair.gears[index].base_radius):
                     raise InputError(f"{key}along", "roll", "begins below the base circle: no roll length there")
                 continue

@@ -37,7 +37,7 @@ class RootRelief(ProfileRelief):
     use: ClassVar[str] = "Instead of the tip relief of the mate, or with it."
     example: ClassVar[dict[str, Any]] = {"amount": 3.0, "length": 0.3}
     side: ClassVar[int] = -1
-    reach: ClassVar[str] = "the active profile"
+    limited_by: ClassVar[str] = "the height of the active profile"
 
     def edge(self, pair: Pair, index: int) -> float:
         """r_SAP [mm]."""

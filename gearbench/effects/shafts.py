@@ -1,7 +1,7 @@
 """Effects of the shafts and bearings of ``[system]`` on the contact: flanks move with the sections of their shafts.
 
 ``system_effects`` makes them. ``mesh_spread`` gives the dynamics the distribution of the load over the face. Equations
-(W…) are those of docs/theory.md. The seat of a gear is the part of its shaft below its face.
+(W…) are those of docs/theory.md. The seat of a gear is the part of its shaft under its face width.
 """
 
 from __future__ import annotations
@@ -83,11 +83,11 @@ class SeatedGear:
         return twist(self.model, self.nodes, self.box.torque_from(PAIR, self.gear))
 
     def motion(self, of_all: NDArray) -> NDArray:
-        """The entries (size,) of this shaft in the motions ``of_all`` that are in equilibrium together."""
+        """The entries (size,) of this shaft in the motions ``of_all`` of all coupled shafts."""
         return of_all[self.settled.structure.motions(self.number)]
 
     def load(self, on_shaft: NDArray) -> NDArray:
-        """Load ``on_shaft`` (size,), with zeros for all else that is in equilibrium together with this shaft."""
+        """Load ``on_shaft`` (size,), with zeros for the other coupled shafts and bodies."""
         load = np.zeros_like(self.settled.load)
         load[self.settled.structure.motions(self.number)] = on_shaft
         return load
@@ -96,7 +96,8 @@ class SeatedGear:
 def factor(gears: Sequence[SeatedGear], rows_of_gears: Sequence[NDArray]) -> NDArray:
     """Ψ (…, rank) [√(mm/N)] of the seats of gears whose shafts are in equilibrium together (W9).
 
-    It includes bending and axial motion with bearings and bodies, and twist over the face.
+    The equilibrium contains bending and axial motion, with bearings and connecting bodies. It holds the rotation about
+    the axis; the twist over the face is added.
 
     Parameters
     ----------
@@ -135,8 +136,8 @@ def mesh_spread(gears: tuple[SeatedGear, SeatedGear], stiffness: NDArray) -> tup
 
     The points are those of ``FACE_POINTS``. A foundation of springs stands in place of the teeth. Among all loads with
     the same resultants, the chosen ones store the least strain energy in shafts and foundation. The foundation must be
-    stiffer than the teeth, so that shafts and teeth together are more compliant than C. If a foundation as stiff as a
-    mesh is too soft, one as stiff as Hertzian contact is taken (``FOUNDATIONS``).
+    stiffer than the teeth, so that shafts and teeth together are more compliant than C. If the first of
+    ``FOUNDATIONS`` is too soft, the second is taken.
 
     Parameters
     ----------

@@ -56,7 +56,7 @@ class Ramp:
     power
         Exponent 1, 2, …
     bend
-        κ = length/radius of an arc, (1 − √(1 − κ²t²))/(1 − √(1 − κ²)), which replaces the power; 0 for a power.
+        κ = length/radius. If not 0, the arc (1 − √(1 − κ²t²))/(1 − √(1 − κ²)) replaces the power.
     one_sided
         Whether the value is 0 for t < 0.
     kinked
@@ -263,17 +263,17 @@ def relief(along: Literal["radius", "roll", "face"], edge: float, start: float, 
 
 
 def opening(lines: ContactLines, inclination: float, deviation: float) -> NDArray:
-    """Gap [mm] of axes that diverge over the common face width.
+    """Gap [mm] between flanks whose axes diverge over the common face width.
 
-    ``inclination`` is the divergence in the common plane of the axes, ``deviation`` the one across it [µm].
+    ``inclination`` f_Σδ is in the common plane of the axes, ``deviation`` f_Σβ perpendicular to it [µm].
     """
     alpha = lines.pair.meshing.alpha_wt
     # a deviation that opens the gap of the drive flanks closes that of the coast flanks
     across = -deviation if lines.coast else deviation
     normal = MICROMETRE * math.cos(lines.pair.meshing.beta_b)
     # diverging axes close the gap of an internal pair
-    moves_apart = math.copysign(1.0, lines.pair.centre_distance) * inclination
-    opened = moves_apart * math.sin(alpha) + across * math.cos(alpha)
+    apart = math.copysign(1.0, lines.pair.centre_distance) * inclination
+    opened = apart * math.sin(alpha) + across * math.cos(alpha)
     return normal * opened * lines.face / lines.pair.meshing.face_width
 
 

@@ -15,7 +15,7 @@ from gearbench.schema import STRICT
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class ThermalPitch(GapEffect):
-    """Base pitches that differ by p_bt (ε_1 − ε_2), the thermal strains of pinion and wheel: a gap for each tooth pair.
+    """Base pitches that differ by p_bt (ε_1 − ε_2), with the gears' thermal strains ε: a gap for each tooth pair.
 
     It has no table in ``[effects]``; it acts if ``[pair.temperature]`` expands the two gears differently. In the plane
     of action the flanks of an expanding gear move away from the point where its base circle touches the line of action,

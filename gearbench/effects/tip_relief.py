@@ -37,7 +37,7 @@ class TipRelief(ProfileRelief):
     use: ClassVar[str] = "If teeth enter contact too early under load."
     example: ClassVar[dict[str, Any]] = {"amount": 6.0, "length": 0.5}
     side: ClassVar[int] = 1
-    reach: ClassVar[str] = "the tooth height"
+    limited_by: ClassVar[str] = "the tooth height"
 
     def edge(self, pair: Pair, index: int) -> float:
         """r_a [mm]."""
