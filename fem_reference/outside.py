@@ -125,7 +125,7 @@ class Outside:
         body = self.section.body
         if body.lugs is None:
             return 0
-        arc = body.lugs.length / abs(self.section.held_radius) + abs(self._turn(self.axis.breaks[-1]))
+        arc = body.lugs.length / abs(self.section.held_radius) + abs(self._turn(np.array(self.axis.breaks[-1])))
         return EACH * len(self._places[0]) * (2 + int(arc / abs(body.pitch_angle)))
 
     @cached_property
