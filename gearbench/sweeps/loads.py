@@ -116,7 +116,9 @@ def _together(scenes: Sequence[Scene], cycles: Sequence[tuple], shared: Shared) 
         part, share = part_of(problem, positions), scene.F_bn / assembled.problem.force
         cells = replace(part.cells, share=np.ones(n)) if part.cells else None
         part = replace(part, force=scene.F_bn, length_scale=problem.length_scale * share, cells=cells)
-        lines = assembled.lines.part(position[positions])
+        of_load = position[positions]
+        # points of a sweep share their contact lines if they have the same phases
+        lines = assembled.lines if np.array_equal(of_load, range(len(phase))) else assembled.lines.part(of_load)
         solved = Solved(scene=scene, lines=lines, weight=weight, problem=part, solution=one, size=size)
         result.append(replace(solved, finer=finer, load=i))
     return result
