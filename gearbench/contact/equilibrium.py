@@ -34,7 +34,7 @@ from gearbench.threads import default_threads
 FORCE_TOLERANCE, STEPS = 1e-11, 60
 #: Number of rounds on contact patches after which forces that have not settled are those of ``solve_patches``: ends of
 #: patches may alternate between two places.
-MOST_ROUNDS = 9
+MOST_ROUNDS = 5
 #: Force, divided by the nominal force, below which the tangent replaces the contact of a mesh.
 LEAST = 1e-9
 #: Tolerance of the balance with tangents, divided by ``ForceSearch.tolerance``.
