@@ -64,8 +64,9 @@ def front_data(catalogue: Catalogue, numbers: NDArray) -> dict[str, Any]:
 def cloud(catalogue: Catalogue, data: Sources) -> Any:
     """Make the figure: all designs as one image, which ``js/filter.js`` paints; fronts and boxes as glyphs."""
     across, up = catalogue.column(ACROSS), catalogue.column(UP)
-    left_out = f", {catalogue.left_out:,} without the two objectives left out" if catalogue.left_out else ""
-    title = f"Fronts with ±σ boxes, {len(catalogue):,} designs".replace(",", " ") + left_out
+    shown, left_out = (f"{count:,}".replace(",", " ") for count in (len(catalogue), catalogue.left_out))
+    title = f"Fronts with ±σ boxes, {shown} designs"
+    title += f"; {left_out} more lack an objective and are not shown" if catalogue.left_out else ""
     tools: dict[str, Any] = {"tools": "pan,wheel_zoom,box_zoom,box_select,lasso_select,reset,save"}
     ranges: dict[str, Any] = {"x_range": fixed(*_extent(across, data, "x")), "y_range": fixed(*_extent(up, data, "y"))}
     plot = chart(title, across.title, up.title, height=490, active_scroll="wheel_zoom", **tools, **ranges)

@@ -13,7 +13,7 @@ from bokeh.models import ColorBar, ColumnDataSource, LinearColorMapper, Slider, 
 from gearbench.explore.gear_data import Tables
 from gearbench.explore.look import BEFORE, HEIGHT, INK, NOW, PALETTE, chart, fitted, fixed, script
 
-#: Tables whose baseline is shown together with those of a changed gear.
+#: Tables that are drawn for the baseline too.
 COMPARED = (
     "ste", "stiffness", "ste_orders", "stiffness_orders", "ste_density", "stiffness_density", "sharing_density",
     "sharing", "revolution", "numbers",
@@ -93,7 +93,7 @@ class GearPanel:
         """Arguments of ``js/compare.js``, which fills the table of numbers and draws the curves of the gears kept.
 
         A user keeps gears for comparison, at most ``most``; ``beside`` holds those kept from the beginning. ``heads``
-        are the headings of the columns of the other gears: the baseline and the gear shown, or the latter alone.
+        are the headings of the columns besides those of kept gears: baseline and gear shown, or the gear shown alone.
         """
         return {
             "now": self.now, "before": self.before, "sources": self.kept, "heads": list(heads), "most": most,

@@ -45,8 +45,8 @@ SHARES = PALETTE[1:4] + PALETTE[:1] + PALETTE[5:]
 def tables(picture: Picture, *, teeth: bool = True) -> Tables:
     """All tables of a picture, with 4-byte floats, which are precise enough to draw.
 
-    Without ``teeth`` the tooth shapes are left out: sliders do not change them. Scatter is left out if it is not
-    computed yet.
+    Without ``teeth`` the tooth shapes are left out, for answers and variants that do not draw them. Scatter is left out
+    if it is not computed yet.
     """
     ste, k = picture.transmission_error, picture.mesh_stiffness
     curve_tables: Tables = {

@@ -56,7 +56,7 @@ def flank_map(solved: Solved, values: NDArray, size: tuple[int, int] = SIZE) -> 
     """
     lines, meshing = solved.lines, solved.scene.pair.meshing
     active = lines.active
-    # `over_flank` needs the lines in the order of their u
+    # `over_flank` needs the lines in the order in which they pass over the flank
     order = np.argsort((lines.mesh_phase[:, None] + lines.index)[active])
     u, y, length, flank_values = (each[active][order] for each in (lines.u, lines.y, lines.length, values))
     (start, end), (columns, rows) = flank_range(solved), size
@@ -225,7 +225,7 @@ def with_scatter(
     ``progress`` is called from time to time with the number of samples done and of all samples; it may raise to abort.
     """
     start = time.perf_counter()
-    scatter = _scatter(solved, samples, progress) if picture.unfinished else None
+    scatter = _scatter(solved, samples, progress) if picture.unfinished else picture.scatter
     return replace(picture, scatter=scatter, seconds=picture.seconds + time.perf_counter() - start)
 
 

@@ -54,7 +54,7 @@ class Page:
     def show_answers(self) -> None:
         """Let the browser show every new ``answer``."""
         self.answer.js_on_change("data", script("answer", answer=self.answer, sources=self.gear.now))
-        # a model used only by scripts is unknown to the browser: tag a figure with it
+        # Bokeh sends no model that only scripts use: tag a figure with it
         self.gear.figures["ste"].tags = [self.answer]
 
     def put(self, document: Document) -> None:
@@ -165,7 +165,7 @@ def choices(catalogue: Catalogue) -> list[dict[str, Any]]:
         if not column.categories and column.range[0] < column.range[1]:
             deviation = f"{column.name.removesuffix('_mean')}_std" if column.name.endswith("_mean") else ""
             scatter = key(catalogue, deviation) if any(c.name == deviation for c in catalogue.columns) else None
-            less_is_better = column.kind == "statistic"
+            less_is_better = column.kind == "statistic"  # variables have no better direction
             quantities.append({"key": f"c{i}", "title": column.title, "scatter": scatter, "less": less_is_better})
     return quantities
 

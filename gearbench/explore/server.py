@@ -30,7 +30,7 @@ class Explorer:
     """
 
     def __init__(self, open_page: Callable[[Document], object], port: int = 0) -> None:
-        def opened(document: Document) -> None:  # Bokeh's type of such a function returns None
+        def opened(document: Document) -> None:  # Bokeh's annotation wants a function that returns None
             open_page(document)
 
         page = Application(FunctionHandler(opened))

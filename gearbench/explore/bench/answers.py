@@ -31,8 +31,8 @@ from gearbench.trains.solve import SolvedTrain
 
 #: Resolution of the first, quick answer while a slider moves.
 COARSE = Resolution(positions=16, segments=8)
-#: ``order`` of solid teeth in the quick answer if their compliance is not known yet: in a fifth of the time of the
-#: default order, the mean STE differs by at most 3 %.
+#: ``order`` of solid teeth in the quick answer if their compliance is not known yet: it takes a fifth of the time of
+#: the default order, and changes the mean STE by at most 3 %.
 QUICK_ORDER = (4, 5, 6)
 #: Message for an effect whose table names files.
 NAMES_FILES = "refers to files, so it can be given in the scene file only"
@@ -88,7 +88,10 @@ class Overtaken(Exception):
 
 
 class Answers:
-    """Answers to the questions of an open page; it remembers the last teeth computed with the order of their scene.
+    """Answers to the questions of an open page.
+
+    It remembers the inputs of the last tooth compliance that was computed with the scene's own order. If they are
+    unchanged, the quick answer needs no lower order.
 
     Parameters
     ----------
@@ -100,9 +103,9 @@ class Answers:
         self._base, self._known = base, _compliance_inputs(base)
 
     def __call__(self, asked: Any, overtaken: Callable[[], bool] = lambda: False) -> Iterator[dict[str, Any]]:
-        """Yield answers to the tables of a scene: coarse, at its resolution, scatter, over torque; or an error message.
+        """Yield answers for a scene: coarse, at its resolution, warnings, scatter, over torque; or an error message.
 
-        The last two take longest; they are abandoned once ``overtaken`` says that a newer question waits.
+        Scatter and torques take longest; they are abandoned once ``overtaken`` says that a newer question waits.
         """
 
         def progress(_done: int, _of: int) -> None:

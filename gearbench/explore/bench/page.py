@@ -59,7 +59,7 @@ class BenchPage:
         document.title = f"gearbench: {self.scene.name or 'scene'}"
         show = script("answer", answer=self.answer, sources=self.gear.now)
         self.answer.js_on_change("data", show)
-        # models used only by scripts of the document are unknown to the server: tag a figure with them
+        # Bokeh sends no models that only scripts use: tag a figure with them
         self.figures["ste"].tags = [self.question, self.answer]
         document.js_on_event(DocumentReady, self._begin(groups, live), *self.gear.ready)
 
