@@ -24,7 +24,7 @@ WorstCase = Annotated[bool, typer.Option("--worst-case", help="Rank by the maxim
 Avoid = Annotated[
     list[str] | None, typer.Option(metavar="LOW:HIGH", help="Mesh frequencies to avoid [Hz]; needs --speed.")
 ]
-Speed = Annotated[str | None, typer.Option(metavar="LOW:HIGH", help="Speeds of the pinion [rpm], for --avoid.")]
+Speed = Annotated[str | None, typer.Option(metavar="LOW:HIGH", help="Speeds of the pinion [1/min], for --avoid.")]
 Orders = Annotated[int, typer.Option(min=1, max=100, help="Mesh orders for --avoid.")]
 Top = Annotated[int, typer.Option(min=1, help="Number of designs to print.")]
 Csv = Annotated[Path | None, to_file("FILE", "Write all remaining designs as CSV.")]
@@ -88,8 +88,8 @@ def _resonances(bands: list[str], speed: str | None, orders: int) -> list[Resona
         return []
     if not bands:
         raise InputError("speed", speed, "needs --avoid, the mesh frequencies to avoid")
-    rpm = parse_range("speed", speed)
-    return [Resonance(frequency=parse_range("avoid", band), speed=rpm, orders=orders) for band in bands]
+    speeds = parse_range("speed", speed)
+    return [Resonance(frequency=parse_range("avoid", band), speed=speeds, orders=orders) for band in bands]
 
 
 def _json(selection: Selection, top: int) -> dict[str, Any]:

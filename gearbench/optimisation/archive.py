@@ -1,4 +1,4 @@
-"""Archive of a search: every gear it has asked for, stored once, its front, and the history of its generations."""
+"""Archive of a search: each gear set that it asked for, stored once, the front, and the history of generations."""
 
 from __future__ import annotations
 
@@ -34,6 +34,8 @@ class Archive:
     evaluated, feasible_found, hypervolumes
         Lists over the generations: number of newly evaluated designs, number of feasible designs so far, and the
         share of the box from 0 to ``reference_point`` that the front dominates.
+    reference_point
+        Corner of this box, (objective,), fixed by the first generation with feasible designs; NaN before.
     front, front_objectives
         Numbers of the Pareto-optimal designs, and their objectives, (design, objective).
     responses
@@ -57,7 +59,7 @@ class Archive:
         self._number: dict[Any, int] = {}
 
     def _gear(self, design: Design) -> Any:
-        """Keys and values that describe the gear of a design; designs with other codes may be the same gear."""
+        """Keys and values that describe the gear set of a design; designs with other codes may be the same gear set."""
         return assignments(self.study, design)
 
     def numbers(self, designs: Sequence[Design]) -> NDArray:
@@ -65,7 +67,7 @@ class Archive:
         return np.array([self._number[self._gear(design)] for design in designs], dtype="int64")
 
     def unknown(self, designs: Sequence[Design]) -> list[Design]:
-        """Designs whose gear has no result yet; of several designs for the same gear, only the first."""
+        """Designs whose gear set has no result yet; of several designs for the same gear set, only the first."""
         gears: dict[Any, Design] = {}
         for design in designs:
             gears.setdefault(self._gear(design), design)

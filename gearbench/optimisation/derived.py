@@ -83,7 +83,8 @@ DERIVED: Mapping[str, Derivation] = MappingProxyType(
     }
 )
 
-#: Name of the derived variable → keys of the scene that it sets; ``study_file`` checks them.
+#: Name of the derived variable → keys of the scene that it sets. ``study_file`` refuses keys set twice, and keys of the
+#: other geometry.
 KEYS_SET: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         "pair.addendum_fraction": ("pair.pinion.addendum", "pair.wheel.addendum"),

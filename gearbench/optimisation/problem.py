@@ -53,7 +53,7 @@ class Evaluation:
     Parameters
     ----------
     violation
-        Sum of the relative violations of the limits: 0 for a feasible design, 1e6 (``NO_GEAR``) for an invalid gear.
+        Sum of the relative violations of the limits: 0 if feasible, 1e6 (``NO_GEAR``) for an invalid gear set.
     reason
         Why the design is not feasible; "" if it is.
     constraints
@@ -92,8 +92,8 @@ def evaluate(study: OptimisationStudy, design: Design, incumbents: Incumbents | 
     With ``incumbents`` (designs of the front), sampling stops as soon as the samples show that one of them beats the
     design. The limits of such a design may be checked only on the rough solution (``constraints.solve_roughly``).
 
-    A design that is not a valid gear, or that cannot be solved, gets the violation ``NO_GEAR`` and the reason. Only a
-    lack of memory raises an error, because it says nothing about the gear.
+    A design that is not a valid gear set, or cannot be solved, gets the violation ``NO_GEAR`` and the reason. Only a
+    lack of memory raises an error, because it says nothing about the design.
 
     Raises
     ------
@@ -169,7 +169,7 @@ class _Candidate:
         return Evaluation(violation=violation, reason=reason, constraints=constraints, statistics=unknown_statistics)
 
     def with_statistics(self) -> Evaluation:
-        """Evaluate the statistics of a design that keeps its limits; the values of the limits are left out."""
+        """Evaluate the statistics of a design that keeps its limits, without the values of the limited quantities."""
         evaluation = self._with_errors() if self.study.robustness.samples else self._without_errors()
         known = dict(zip(self.study.statistics, evaluation.statistics, strict=True))
         for name in {name for objective in self.study.objectives for name in objective.weights}:
@@ -281,7 +281,7 @@ class _Candidate:
         return np.array([answers[name] for name in self.study.responses])
 
     def _numbers(self) -> tuple[float, ...]:
-        """Values of ``study.numbers`` in their order, combined over the loads as ``over_loads`` says."""
+        """Values of the quantities named in ``study.numbers``, combined over the loads as ``over_loads`` says."""
         study, by_load = self.study, []
         for loaded in self.scene.each_load if study.numbers else ():
             solved = cache(partial(solve_scene, loaded)) if self.scene.loads else lambda: self.solved
@@ -295,7 +295,7 @@ def scene_of(study: OptimisationStudy, design: Design) -> Scene:
     Raises
     ------
     InputError
-        If the design is not a valid gear.
+        If the design is not a valid gear set.
     """
     assigned = dict(assignments(study, design))
     given_keys = {path: value for path, value in assigned.items() if value is not None}
@@ -368,7 +368,7 @@ def _pair(text: str) -> Pair | InputError:
 
 
 def cost_of(study: OptimisationStudy, design: Design) -> float:
-    """Cost of a design: the sum over the values of its variables. The value is 0 if the effect is left out."""
+    """Cost of a design: the sum over the values of its variables. Variables of an effect left out have the value 0."""
     values = dict(zip((v.name for v in study.variables), values_of(study, design), strict=True))
     return sum(costs.get(str(values[name]), 0.0) for name, costs in study.costs.items())
 

@@ -152,7 +152,7 @@ class _Run:
             self._report(0.0)
 
     def _generation(self, generation: int, designs: Sequence[Design]) -> list[Evaluation]:
-        """Results of a generation, counted from 1: read from the store, or computed and stored."""
+        """Results of the ``designs`` of ``generation`` (from 1): read from the store, or computed and stored."""
         stored = self._store.read(generation, designs) if self._store is not None else None
         if stored is not None:
             self._restored += 1
@@ -184,7 +184,7 @@ class _Run:
         return Incumbents.of(self._study, values, [archive.results[i].statistics for i in chosen])
 
     def _report(self, part: float, new: int = 0, feasible: int = 0) -> None:
-        """Report progress; the share ``part`` of this generation is done: ``new`` designs, ``feasible`` of them."""
+        """Report progress: ``part`` (0 to 1) of this generation is done: ``new`` designs, ``feasible`` of them."""
         archive, generations = self._archive, self._study.algorithm.generations
         done = len(archive.asked)  # one entry per finished generation
         self._progress(

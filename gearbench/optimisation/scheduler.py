@@ -59,7 +59,8 @@ def dask_workers(scheduler: str) -> Iterator[Executor]:
             reason = shortened(error, 120) or "no answer in time"
             raise InputError("scheduler", scheduler, f"cannot be used ({reason})") from None
         try:
-            yield client.get_executor(pure=False)  # a pure task would not run twice
+            # of a pure task that equals an earlier one dask returns the earlier result
+            yield client.get_executor(pure=False)
         except KilledWorker:
             raise GearbenchError("one task killed several workers in turn: too little memory?") from None
         except (CancelledError, CommClosedError):
@@ -79,7 +80,7 @@ def _ctrl_c_blocked() -> Iterator[None]:
 
 
 async def _answer(address: str) -> None:
-    """Return once a dask scheduler answers at ``address``; a client would wait for ever if another program has it."""
+    """Return once a dask scheduler answers at ``address``; a client would wait for ever if another program listens."""
     from distributed import Security, rpc
 
     async with rpc(address, connection_args=Security().get_connection_args("client")) as server:

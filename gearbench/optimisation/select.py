@@ -31,7 +31,7 @@ class Resonance:
     frequency
         Lowest and highest frequency to avoid [Hz].
     speed
-        Lowest and highest speed of the pinion [rpm].
+        Lowest and highest speed of the pinion [1/min].
     orders
         Number of mesh orders checked: frequencies k z_1 n/60 for k = 1 … ``orders``.
     """
@@ -42,7 +42,8 @@ class Resonance:
 
     def __str__(self) -> str:
         (low, high), (slow, fast) = self.frequency, self.speed
-        return f"mesh frequency outside {low:g} to {high:g} Hz at {slow:g} to {fast:g} rpm, orders 1 to {self.orders}"
+        orders = "order 1" if self.orders == 1 else f"orders 1 to {self.orders}"
+        return f"mesh frequency outside {low:g} to {high:g} Hz at {slow:g} to {fast:g} 1/min, {orders}"
 
     def avoided(self, teeth: NDArray) -> NDArray:
         """Whether pinions with these tooth counts stay outside the band at every speed and order."""

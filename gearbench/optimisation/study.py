@@ -248,12 +248,13 @@ class OptimisationStudy:
         used += [("objectives", name) for objective in self.objectives for name in objective.weights]
         for key, name in used:
             quantity, statistic = split_statistic(name) or (name, "")
+            # numbers neither in OF_SET nor in OF_PAIR belong to both kinds
             of_set = quantity in OF_SET if quantity in NUMBERS else is_of_train(quantity)
             if of_set != self.of_set and (of_set or quantity in OF_PAIR or quantity not in NUMBERS):
                 instead = (RESPONSES_OF_SET if self.of_set else RESPONSES)[1]
                 example = f"{instead}_{statistic}" if statistic else instead
                 kinds = ("a planetary set", "a pair") if of_set else ("a pair", "a planetary set")
-                raise InputError(key, name, f"belongs to {kinds[0]}, but the base is {kinds[1]}, with e.g. {example}")
+                raise InputError(key, name, f"belongs to {kinds[0]}, but the base is {kinds[1]}: use e.g. {example}")
         if self.of_set and "loads" in self.base:
             raise InputError("base.loads", "given", "are for pairs: give a planetary set one [base.load]")
 
@@ -263,7 +264,10 @@ class OptimisationStudy:
         return "planetary" in self.base
 
     def _check_speeds(self) -> None:
-        """Check that a study of the mesh force over speed gives speeds, a system and enough positions, others none."""
+        """Check that a study of the mesh force over speed gives speeds, a system and enough positions.
+
+        Other studies must give no speeds.
+        """
         used = [name for name in (*self.responses, *self.constraints) if is_over_speed(name)]
         if not used and self.speeds is not None:
             raise InputError("speeds", "given", "need an objective or a limit of mesh_force")
@@ -272,7 +276,7 @@ class OptimisationStudy:
                 raise InputError("speeds", "missing", f"{used[0]} needs [speeds]: lowest and highest [1/min]")
             return
         if "system" not in self.base:
-            raise InputError("base.system", "missing", f"{used[0]} needs it: shafts, or inertias of the two wheels")
+            raise InputError("base.system", "missing", f"{used[0]} needs it: shafts, or inertias of the two gears")
         positions = self.base.get("resolution", {}).get("positions")
         if positions is not None and positions <= 4 * self.speeds.harmonics:
             allowed = f"must be more than {4 * self.speeds.harmonics}, four times speeds.harmonics, or left out"

@@ -58,8 +58,8 @@ def verify(
     -------
     Dataset over ``design``: ``number`` of the design, the variables, the stored statistics and their values with finite
     elements (``<statistic>_verified``), ``objective`` and ``objective_verified`` (design, objective_name), their
-    relative ``shift`` [%], ``on_front_verified``, and ``verified``: 0 if the finite elements failed for a ``reason``.
-    Also ``rank_correlation``, (objective_name,), between stored and verified objectives.
+    relative ``shift`` [%], ``on_front_verified``, and ``verified``: 0 if the finite elements failed;
+    ``reason`` says why. Also ``rank_correlation``, (objective_name,), between stored and verified objectives.
 
     Raises
     ------
@@ -76,7 +76,7 @@ def verify(
     chosen = _numbers(designs, numbers)
     chosen_designs = [designs.design(int(number)) for number in chosen]
     models = _prepare(designs, chosen, study, chosen_designs, progress)
-    progress(f"{len(chosen)} designs with the compliance of the finite elements")
+    progress(f"evaluating {len(chosen)} designs with the compliance of the finite elements")
     with worker_processes(threads or default_threads()) as workers:
         evaluated = dict(evaluations(workers, study, list(dict.fromkeys(chosen_designs))))
     results = [evaluated[design] for design in chosen_designs]
@@ -98,7 +98,7 @@ def reference_study(study: OptimisationStudy, accuracy: float) -> OptimisationSt
         are planetary sets.
     """
     if study.of_set:
-        raise InputError("base.planetary", "given", "designs of planetary sets cannot be verified: no finite elements")
+        raise InputError("base.planetary", "given", "designs of planetary sets cannot be verified, only those of pairs")
     effects: dict[str, Any] = deepcopy(dict(study.base.get("effects", {})))
     for variable in study.variables:
         for path in variable.paths:

@@ -91,9 +91,9 @@ def test_help_has_an_example_that_fits_the_command_and_options_of_every_command(
         assert re.search(rf"(?<![\w-]){option}(?![\w-])", out), option
 
 
-def test_units_in_brackets_are_shown(run, monkeypatch):
+def test_words_in_brackets_are_shown(run, monkeypatch):
     monkeypatch.setenv("COLUMNS", "200")
-    assert "[rpm]" in run("select", "--help")[1]
+    assert "[planetary]" in run("response", "--help")[1]
     assert "[N·m]" in run("simulate", "--help")[1]
 
 

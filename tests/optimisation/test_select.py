@@ -211,7 +211,7 @@ def test_no_relief_is_listed_with_an_amount_but_no_length(designs):
 
 def test_mesh_frequencies_stay_outside_what_is_avoided(designs):
     teeth = np.array([16, 17, 18])
-    # at 1500 rpm 400, 425 and 450 Hz
+    # at 1500 1/min 400, 425 and 450 Hz
     avoid = Resonance(frequency=(410.0, 440.0), speed=(1500.0, 1500.0))
     assert_array_equal(avoid.avoided(teeth), [True, False, True])
     # a range of speeds sweeps over the band, though neither of its ends lies in it
