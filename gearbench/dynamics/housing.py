@@ -50,13 +50,16 @@ def read_housing(path: str | Path) -> xr.Dataset:
                 raise InputError(name, ", ".join(labels), "must all be different")
             data = data.assign_coords({name: labels})
         for name in (*PARTS, "frequency"):
-            if data[name].dtype.kind not in "iuf" or not np.isfinite(data[name].values).all():
+            if data[name].dtype.kind not in "iuf":
                 raise InputError(name, f"{data[name].dtype}", "must be finite numbers")
+            if not np.isfinite(data[name].values).all():
+                raise InputError(name, "not finite", "must be finite numbers")
         frequency = data["frequency"].values
         if len(frequency) < 2 or np.any(np.diff(frequency.astype(float)) <= 0):
             raise InputError("frequency", "given", "must ascend and have at least two values")
-        if np.max([np.abs(data[part].values.astype(float)).max() for part in PARTS]) > LARGEST:
-            raise InputError(PARTS[0], "given", f"must be at most {LARGEST:g}")
+        for part in PARTS:
+            if np.abs(data[part].values.astype(float)).max() > LARGEST:
+                raise InputError(part, "given", f"must be at most {LARGEST:g}")
     return data
 
 
@@ -79,7 +82,7 @@ def housing_response(dataset: xr.Dataset, housing: xr.Dataset) -> xr.Dataset:
         raise InputError(
             "housing",
             "a planetary set",
-            "needs a gearbox: forces of a planetary set are given in the frame of its carrier",
+            "needs a pair on shafts: forces of a planetary set are given in the frame of its carrier",
         )
     bearings = list(map(str, housing["bearing"].values))
     for name in map(str, dataset["bearing"].values):

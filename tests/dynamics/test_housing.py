@@ -99,7 +99,7 @@ def test_damaged_and_hostile_files_are_one_line(answer, tmp_path):
         ),
         (
             lambda h: h.assign(transfer_real=h["transfer_real"] * np.nan),
-            "transfer_real = float64: must be finite",
+            "transfer_real = not finite: must be finite",
         ),
         (
             lambda h: h.assign(transfer_imaginary=h["transfer_real"][0]),
