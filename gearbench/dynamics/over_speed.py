@@ -1,4 +1,4 @@
-"""Response over a range of speeds as one number, the RMS of the mesh force, for a scene or for many error samples."""
+"""Response over a range of speeds as one number: RMS of the fluctuating mesh force of a scene or of error samples."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from gearbench.scene import Scene
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ForceOverSpeed:
-    """RMS of the mesh force over time and over all speeds, at one torque.
+    """RMS of the fluctuating mesh force over time and over all speeds, at one torque.
 
     Parameters
     ----------
@@ -43,12 +43,12 @@ class ForceOverSpeed:
 
     @cached_property
     def group(self) -> Group:
-        """Group of the scene's own pair.
+        """Group of the pair: the meshes that share its mesh frequency.
 
         Raises
         ------
         InputError
-            If a second mesh shares the mesh frequency, or the scene scatters its centre distance.
+            If a second mesh shares the mesh frequency, or the centre distance has random errors.
         GearbenchError
             If the motion without scatter grows at one of the speeds, so that there is no steady force.
         """
@@ -56,7 +56,7 @@ class ForceOverSpeed:
         group = model.groups[0]
         if getattr(errors, "centre_distance", None) is not None:
             key = "effects.manufacturing_errors.centre_distance"
-            raise InputError(key, "given", "is not supported for forces over speed: the centre distance stays fixed")
+            raise InputError(key, "given", "is not supported: forces over speed need a fixed centre distance")
         if len(group.meshes) > 1:
             raise InputError("system.meshes", "of the same mesh frequency", OWN_FREQUENCY)
         if (grows := growth(model, group, self.speeds, self.harmonics) > 1 + GROWTH_TOLERANCE).any():
