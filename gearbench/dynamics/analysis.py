@@ -1,4 +1,4 @@
-"""Linear dynamic response of a scene over speed, by harmonic balance; D-numbers are equations of docs/theory.md."""
+"""Linear dynamic response of a scene over speed, by harmonic balance."""
 
 from __future__ import annotations
 
@@ -154,7 +154,7 @@ def speed_variables(
         "mesh_force_rms": (dims[:2], waves.rms(waves.with_mean(force))),
         "mean_force": (("mesh",), model.force),
         "dynamic_factor": (dims[:2], peak / model.force),
-        # NaN, of unstable speeds, counts as kept
+        # at unstable speeds, where the force is NaN, contact counts as kept
         "contact_kept": (dims[:2], ~(least <= 0)),
         "floquet_multiplier": (dims[:2], stability),
     }
@@ -219,7 +219,7 @@ def stiffness_over_time(excitation: Excitation) -> NDArray:
 
 
 def _orders_of_group(model: LinearModel, solved: int, harmonics: int) -> NDArray:
-    """Indices (mesh, harmonic) of the orders of the group of each mesh, among all orders solved but order zero."""
+    """Positions (mesh, harmonic) of the orders of each mesh's group among all orders solved, order zero left out."""
     first, count = np.empty(len(model.names), dtype=int), 0
     for group in model.groups:
         first[group.meshes] = count
@@ -267,7 +267,7 @@ def notes(model: LinearModel, speeds: NDArray, harmonics: int, variables: Variab
         share = float(np.linalg.norm(approach[harmonics:]) / max(np.linalg.norm(approach), 1e-300))
         if share > OMITTED_SHARE:
             text = (
-                f"{100 * share:.0f} % of its quasi-static motion is in orders above {harmonics}, which are not "
+                f"{100 * share:.0f} % of the quasi-static motion is in orders above {harmonics}, which are not "
                 "computed: peaks are too low; raise harmonics"
             )
             meshes_of.setdefault(text, []).append(name)

@@ -138,13 +138,13 @@ def solve(
     quasi_static
         Excitation whose order 0 is in static balance with the external loads; by default ``excitation`` itself.
     """
-    K, x_s, rest = excitation.convolution, excitation.motion, quasi_static or excitation
+    K, x_s, at_rest = excitation.convolution, excitation.motion, quasi_static or excitation
     M, N = K.shape[0], K.shape[-1]  # rows, and real numbers of each row
     varying = K - mean[..., None, None] * np.eye(N)
     # f_s − K̄ x_s and x_s, without the order 0 that is in static balance
     p_s, away = excitation.force - mean @ x_s, x_s.copy()
-    p_s[:, 0] -= rest.force[:, 0] - mean @ rest.motion[:, 0]
-    away[:, 0] -= rest.motion[:, 0]
+    p_s[:, 0] -= at_rest.force[:, 0] - mean @ at_rest.motion[:, 0]
+    away[:, 0] -= at_rest.motion[:, 0]
     driven = np.swapaxes(np.einsum("snij,jn->sni", h, p_s), 1, 2) + away
     b, y = -real(driven).reshape(len(h), M * N), np.empty((len(h), M, N))
     varying = np.moveaxis(varying, 2, 1).reshape(M * N, M * N)

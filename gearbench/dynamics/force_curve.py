@@ -26,9 +26,9 @@ LEVELS = (0.003, 0.01, 0.03, 0.08, 0.16, 0.3, 0.5, 0.75, 1.0, 1.4, 2.0, 3.0, 5.0
 
 @dataclass(frozen=True, kw_only=True)
 class TiltAndBending:
-    """Tilt and bending of the flanks (rows j ≥ 1), linearised about the contact under the mean force (D9).
+    """Tilt and bending of the flanks (rows j ≥ 1), linearised about the contact under the mean force.
 
-    All arrays are at equal steps of the phase.
+    See (D9) of docs/theory.md. All arrays are at equal steps of the phase.
 
     Parameters
     ----------
@@ -70,7 +70,9 @@ def _loaded(mean_resultants: NDArray, slope: NDArray, level: float, mean: float)
 
 @dataclass(frozen=True, kw_only=True)
 class ForceCurve:
-    """F(x, τ) at equal steps of the phase (D9): force of the drive flanks minus force of the back flanks.
+    """F(x, τ) at equal steps of the phase: force of the drive flanks minus force of the back flanks.
+
+    See (D9) of docs/theory.md.
 
     Parameters
     ----------
@@ -85,7 +87,7 @@ class ForceCurve:
     backlash
         Play along the line of action [mm].
     back_phase
-        Index of the phase 2τ_0 − τ of (D9), not a whole number, at which drive flanks mirror the back flanks (phase,).
+        Fractional index of the phase 2τ_0 − τ of (D9) (phase,): the drive flanks there mirror the back flanks at τ.
     """
 
     tilt_and_bending: TiltAndBending
@@ -127,13 +129,13 @@ def force_curve(mesh: LoadedMesh, steps: int) -> ForceCurve:
     phase, deflection = np.arange(steps) / steps, scene.F_bt / float(mesh.mean_stiffness[0, 0])
     flanks, C = mesh.at(phase), mesh.compliance
     tilt_and_bending = TiltAndBending.of(flanks)
-    # S includes the shafts, which tilt as the force grows: the inverse of (W14), with K of the flanks
+    # (W14) of docs/theory.md solved for S, stiffness of flanks and shafts together; shafts tilt as the force grows
     S = np.linalg.solve(np.eye(len(C)) + flanks.stiffness @ C, flanks.stiffness)
     lines = scene_lines(scene, phase)
     cos_b = math.cos(pair.meshing.beta_b)
     gap = np.where(lines.active[..., None], total_gap(mesh.effects, lines), np.inf)
     first_contact = gap.min(axis=(1, 2)) / cos_b
-    # the approach at first contact contains the quasi-static tilt and bending
+    # x at first contact: the formula below with the force 0
     forces, approaches = [0.0], [first_contact - (tilt_and_bending.coupling * tilt_and_bending.motion).sum(axis=1)]
     for level in LEVELS:
         loaded = replace(scene, load=replace(scene.load, torque=level * scene.load.torque))

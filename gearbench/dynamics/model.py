@@ -261,7 +261,7 @@ class Model(LinearModel):
             unsupported = "have no response over a revolution, and no mesh_force in a study"
             raise InputError("meshes", f"{len(self.scene.meshes)} in one contact problem", unsupported)
         if self.scene.one_load.system is None:
-            raise InputError("system", "missing", "the response needs [system]: shafts, or inertias of the two wheels")
+            raise InputError("system", "missing", "the response needs [system]: shafts, or inertias of the two gears")
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -36,14 +36,14 @@ STEPS, PER_ORDER = 128, 8
 #: Maximum number of modes integrated over time, and their highest frequency divided by that of the highest excited
 #: order. Modes with the largest shares in the mesh compliance are taken; the others follow quasi-statically.
 MODES, FASTEST = 12, 1.5
-#: Maximum phase by which a mode advances in a time step [rad]; minimum number of time steps per phase of the force
-#: table.
+#: Maximum angle by which a mode turns in a time step [rad]; minimum number of time steps from one phase of the force
+#: table to the next.
 RESOLVED, WITHIN = 0.3, 2
-#: Maximum number of mesh periods after which a motion may repeat. It repeats if it then differs by less than ``SAME``
-#: times the mean deflection, which ends the integration, or by less than ``NEAR`` times it when the integration ends.
+#: Maximum number of mesh periods after which a motion may repeat. It repeats if the motions that many periods apart
+#: differ by less than ``SAME`` mean deflections, which ends the integration, or by less than ``NEAR`` at its end.
 REPEATS, SAME, NEAR = 8, 1e-7, 3e-4
-#: The integration ends at the latest when the slowest mode has faded to e^−FADED; minimum and maximum of this number of
-#: periods.
+#: The integration ends at the latest when the mode that decays most slowly has faded to e^−FADED; minimum and maximum
+#: of the number of mesh periods until then.
 FADED, LEAST, MOST = 40.0, 300, 20_000
 
 
@@ -160,8 +160,8 @@ def nonlinear_response(scene: Scene, *, speed: ArrayLike, harmonics: int = HARMO
 
     The motion is integrated over time until it repeats after one to eight mesh periods. It starts from rest at the
     first speed, and from the motion at the previous speed afterwards. Other meshes are springs of their mean stiffness.
-    Tilt and bending of gears on shafts are linearised about the contact under the mean force, and vanish when contact
-    is lost.
+    Tilt and bending of gears on shafts are linearised about the contact under the mean force; their forces and
+    moments vanish when contact is lost.
 
     Meshes of a planetary set or of parallel paths are solved together, by harmonic balance: their motions repeat with
     the mesh cycle, and back flanks do not touch.
@@ -232,11 +232,12 @@ def _dataset(
         x, f = (np.stack([_orders(row, period_count, order) for row in values]) for values in record[s, k])
         omega = float(model.omega(group, speeds[k])) * order
         te_of_meshes, _, bearing = model.modes.response_to_mesh_forces(omega, (f - sweep.stiffness @ x).T, sweep.rows)
-        errors, positions = te_of_meshes[:, 0], period_count * mesh_orders - 1
-        te[s, k], force[s, k], at_bearings[s, k] = errors[positions], f[0, positions], bearing[positions]
-        rms[s, k] = math.sqrt(2 * float((np.abs(errors) ** 2).sum()))
-    last = np.where(periods > 0, periods, REPEATS)[..., None, None] >= REPEATS - np.arange(REPEATS)[:, None]
-    f = np.where(last, record[:, :, 1, 0], np.nan)
+        te_orders, positions = te_of_meshes[:, 0], period_count * mesh_orders - 1
+        te[s, k], force[s, k], at_bearings[s, k] = te_orders[positions], f[0, positions], bearing[positions]
+        rms[s, k] = math.sqrt(2 * float((np.abs(te_orders) ** 2).sum()))
+    # only the last periods count, as many as the motion takes to repeat
+    counted = np.where(periods > 0, periods, REPEATS)[..., None, None] >= REPEATS - np.arange(REPEATS)[:, None]
+    f = np.where(counted, record[:, :, 1, 0], np.nan)
     flat = f.reshape(*shape[:2], -1)
     dims = ("sweep", "speed", "mesh")
     variables: dict[str, tuple[tuple[str, ...], Any]] = {

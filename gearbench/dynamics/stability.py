@@ -10,7 +10,7 @@ from gearbench.dynamics.size import in_blocks
 
 #: Number of modes kept, those with the largest share in the compliance at the meshes.
 MODES = 12
-#: Maximum phase by which a mode advances per step [rad].
+#: Maximum angle by which a mode turns per step [rad].
 RESOLVED = 1.0
 #: Loop gain below which stability counts as proven; the margin to 1 allows for frequencies between those evaluated.
 PROVEN = 0.9
@@ -19,18 +19,18 @@ PEAK = 0.02
 
 
 def is_proven_stable(modes: Modes, rows: NDArray, stiffness: NDArray) -> bool:
-    """Whether the small-gain theorem proves that no motion grows, at any speed (D7).
+    """Whether the small-gain theorem proves that no motion grows, at any speed: docs/algorithms.md, "Stability".
 
-    The loop of K(t) − K̄ and the receptance ĥ (D4) of the system with the mean stiffness K̄ is stable if the product
-    of their largest gains is below 1, however the stiffness varies within its range. Gains are in units in which every
-    row has the mean stiffness 1.
+    The loop of K(t) − K̄ and the receptance ĥ, (D4) of docs/theory.md, of the system with the mean stiffness K̄ is
+    stable if the product of their largest gains is below 1, however the stiffness varies within its range. Gains are in
+    units in which every row has the mean stiffness 1.
 
     Parameters
     ----------
     modes
         Modes of the system with the mean stiffnesses.
     rows
-        Indices of the rows of the meshes whose stiffness varies.
+        Indices of the rows (relative motions, see ``balance``) of the meshes whose stiffness varies.
     stiffness
         K(t) over the period (step, row, row) [N/mm].
     """
@@ -54,16 +54,17 @@ def is_proven_stable(modes: Modes, rows: NDArray, stiffness: NDArray) -> bool:
 def multipliers(modes: Modes, rows: NDArray, omega: NDArray, stiffness: NDArray) -> NDArray:
     """Largest modulus of the Floquet multipliers (speed,); above 1 the motion grows from period to period.
 
-    A step combines free motion of the modes with a kick by K(t) − K̄. Both are exact. Alternating them is accurate to
-    second order in the step, and preserves area in phase space if there is no damping. Modes that advance by more than
-    ``RESOLVED`` per step are left out: with 16 steps per harmonic or more, they lie above all orders of K(t).
+    A step combines free motion of the modes with a kick by K(t) − K̄, (D7) of docs/algorithms.md. Both are exact.
+    Alternating them is accurate to second order in the step, and preserves area in phase space if there is no damping.
+    Modes that turn by more than ``RESOLVED`` per step are left out. ``analysis.stiffness_over_time`` gives at least
+    16 H steps for H orders of the motion, so these modes lie above order 16 H/2π, and K(t) has only 2 H orders.
 
     Parameters
     ----------
     modes
         Modes of the system with the mean stiffnesses.
     rows
-        Indices of the rows of the meshes whose stiffness varies.
+        Indices of the rows, as in ``is_proven_stable``.
     omega
         Mesh frequency (speed,) [rad/s].
     stiffness
@@ -88,9 +89,9 @@ def multipliers(modes: Modes, rows: NDArray, omega: NDArray, stiffness: NDArray)
 
 
 def free_motion(r: NDArray, zeta: NDArray, dt: NDArray) -> NDArray:
-    """Coefficients (4, speed, mode) of the map (p, v) → (p, v) by the free motion of modes over Δt.
+    """Coefficients (4, speed, mode) by which the free motion of modes over Δt maps their coordinates p and speeds v.
 
-    They are those of p and v in the new p, then in the new v.
+    In this order: of p in the new p, of v in the new p, of p in the new v, of v in the new v.
     """
     damped = r * np.sqrt(1 - zeta**2)
     decay = np.exp(-zeta * r * dt)

@@ -21,12 +21,15 @@ TWIN = 0.02
 DRAWN_MOTION = 0.45
 #: Number of mesh orders whose sidebands are drawn.
 PANELS = 3
-#: Smallest drawn amplitude as a share of the largest.
+#: Lower end of the axis of amplitudes as a share of its upper end.
 FAINT = 1e-4
 
 
 def draw_modes(figure: Any, dataset: xr.Dataset) -> str:
-    """Draw the members in place (dashed) and as each mode moves them; a spoke shows their rotation."""
+    """Draw the members in place (dashed) and as each mode moves them; a spoke shows their rotation.
+
+    Return the frequency up to which there are modes, for the title.
+    """
     scene, kinds = scene_of(dataset), dataset["mode_kind"].values
     assert scene.train is not None
     linkage, f = scene.train.linkage(scene.geometry), dataset["natural_frequency"].values
@@ -66,7 +69,10 @@ def draw_modes(figure: Any, dataset: xr.Dataset) -> str:
 
 
 def draw_sharing(figure: Any, dataset: xr.Dataset) -> str:
-    """Draw over speed the largest mesh force over its even share, every mesh force, and the transmission error."""
+    """Draw against speed the largest mesh force relative to its even share, all mesh forces, and transmission error.
+
+    Return the largest share and its speed, for the title.
+    """
     top, middle, bottom = figure.subplots(3, sharex=True)
     speed, factor = dataset["speed"].values, dataset["mesh_load_factor"].values
     top.plot(speed, factor, color="0.2")
@@ -87,8 +93,12 @@ def draw_sharing(figure: Any, dataset: xr.Dataset) -> str:
 
 
 def draw_ring(figure: Any, dataset: xr.Dataset) -> str:
-    """Draw the sidebands of the first mesh orders at a point of the ring, at the speed where they are largest."""
+    """Draw the sidebands of the first mesh orders at a point of the ring, at the speed where they are largest.
+
+    Return this speed, for the title.
+    """
     train, wave = scene_of(dataset).geometry, dataset["ring_wave_amplitude"]
+    # orders count periods of the first mesh; with stepped planets meshes at the ring have another frequency
     ratio = train.periods[train.meshes[-1].name] / train.periods[train.meshes[0].name]
     first = ratio * np.arange(1, 1 + min(PANELS, int(wave["harmonic"].max() / ratio)))
     wave = wave.sel(harmonic=first, method="nearest")

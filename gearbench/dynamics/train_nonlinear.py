@@ -42,11 +42,11 @@ from gearbench.trains.solve import check_train
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Minimum number of phases: per order, and in total.
+#: Number of phases per period of the mesh with the shortest period: per order, and at least.
 PER_ORDER, LEAST = 8, 128
 #: Labels of the sweeps, and their names in texts.
 SWEEPS = {"up": "rising speed", "down": "falling speed"}
-#: A note is written if their RMS forces differ by more than this share of the mean force.
+#: A note is written if the RMS forces of the two sweeps differ by more than this share of the mean force.
 APART = 0.01
 #: Change of the motion in a step, relative to its largest order, at which it is in balance; maximum number of steps.
 SETTLED, STEPS = 1e-9, 40
@@ -83,7 +83,7 @@ class NonlinearTrain:
 
     @cached_property
     def _statics(self) -> Statics:
-        """Coupling of the meshes, with the approach that bodies give them apart from C F."""
+        """Coupling of the meshes; ``offset`` is the part of their approach that does not depend on the forces."""
         return self.model.solved.statics(np.zeros(len(self.model.names)))
 
     @cached_property
@@ -95,13 +95,13 @@ class NonlinearTrain:
         return wave
 
     def contact(self, x: NDArray) -> tuple[NDArray, NDArray]:
-        """Force F [N] of the meshes and ∂F/∂δ [N/mm] of each by itself (position, mesh), at their approaches x [mm].
+        """Force F [N] and slope ∂F/∂δ [N/mm] of each mesh (position, mesh), at their approaches x [mm].
 
         x is (position, mesh). If no body connects the meshes, the ``curves`` give F at x. If bodies connect them (M4),
         a part of the approach is the deflection (C + D) F of the bodies; the curves give F at the rest
-        d = x − (C + D) F, which Newton's method finds. C is the compliance between the meshes. D is a part of the
-        compliance of each mesh that its curve leaves out (ρ/k in docs/theory.md), so that C + D has no negative
-        eigenvalue.
+        d = x − (C + D) F, which Newton's method finds. C is the compliance between the meshes. D is compliance taken
+        out of the curve of each mesh and added here (``Statics.shifted``), so that C + D has no negative eigenvalue.
+        The slope of a mesh contains D, but not C.
         """
         statics = self._statics
         x = x + statics.offset
@@ -126,7 +126,7 @@ class NonlinearTrain:
         return F[0], k[0]
 
     def excitation(self, motion: NDArray) -> tuple[Excitation, NDArray]:
-        """Excitation at the orders ``motion`` (mesh, order), and the mesh forces there (position, mesh)."""
+        """Excitation about a motion with the orders ``motion`` (mesh, order), and its mesh forces (position, mesh)."""
         model, x = self.model, np.real(self._wave @ motion.T)
         F, k = self.contact(x)
         return model.excitation_by(model.groups[0], self.harmonics, x, F, k), F
@@ -162,7 +162,7 @@ class NonlinearTrain:
         return None if at_middle is None else self.reach(speed, (middle, at_middle[0]), halvings - 1)
 
     def growth(self, excitation: Excitation, speed: float) -> float:
-        """Largest Floquet multiplier of small motions about that with this ``excitation``."""
+        """Largest Floquet multiplier of small motions about the motion that gives this ``excitation``."""
         model, (group,) = self.model, self.model.groups
         omega, stiffness = model.omega(group, np.array([speed])), stiffness_over_time(excitation)
         return float(multipliers(model.modes, np.arange(len(model.names)), omega, stiffness[None])[0])
@@ -238,7 +238,7 @@ def nonlinear_train_response(scene: Scene, speeds: NDArray, harmonics: int) -> x
 
 def _remarks(model: TrainModel, speeds: NDArray, variables: Variables) -> list[str]:
     """Notes for the reader of the sweeps, one line each."""
-    lines = ["back flanks: their contact is left out; subharmonic motions are not searched"]
+    lines = ["back flanks: their contact is left out; subharmonic motions are not searched for"]
     names = "contact_kept", "floquet_multiplier", "mesh_force_rms"
     kept, growth, rms = (variables[name][1] for name in names)
     for sweep, is_kept, grows, force in zip(SWEEPS.values(), kept, growth, rms, strict=True):
