@@ -102,7 +102,7 @@ class MeshAt:
         elif before is None:
             found = first_round(problem, guess)
         elif number < ROUNDS:
-            found = next_round(problem, guess, before.found)
+            found = next_round(problem, guess, before.found.patches)
         elif number <= MOST_ROUNDS:
             solution, found = last_round(problem, guess, before.found)
         else:
@@ -382,6 +382,7 @@ def balance(
     fields: list[NDArray | None] = [None] * len(meshes)
     between = np.zeros((1, len(meshes), len(meshes)))
     alike = range(len(meshes)) if alike is None else alike
+    different = sorted(set(alike))
     number, least = -1, ROUNDS if any(mesh.problem.cells is not None for mesh in meshes) else 0
 
     def loads(force: NDArray) -> list[NDArray]:
@@ -390,6 +391,7 @@ def balance(
         return [share * total[:, None, None] for share, total in zip(shares, (force / cos_b).T, strict=True)]
 
     def meshes_under(force: NDArray) -> tuple[NDArray, NDArray]:
+        """Solve the next round of all meshes under ``force``: as ``ForceSearch.meshes_under``."""
         nonlocal number
         number += 1
         if bodies is not None and rounds:
@@ -399,7 +401,6 @@ def balance(
             before = rounds[m] if rounds else None
             return meshes[m].next_round(force[:, m], guesses[m], fields[m], before, number)
 
-        different = sorted(set(alike))
         found = dict(zip(different, on_threads(next_round, different, default_threads()), strict=True))
         rounds[:] = [found[m] for m in alike]
         approach, k = (np.stack([getattr(one, name) for one in rounds], axis=1) for name in ("approach", "stiffness"))
@@ -410,8 +411,10 @@ def balance(
 
         It is infinite while rounds of contact patches are left.
         """
-        if bodies is None or number < least:
-            return math.inf if number < least else 0.0
+        if number < least:
+            return math.inf
+        if bodies is None:
+            return 0.0
         now = bodies.fields([one.loads for one in rounds])
         pairs = [(a, b) for a, b in zip(now, fields, strict=True) if a is not None and b is not None]
         most = max(float(np.abs(one.approach).max()) for one in rounds)

@@ -55,7 +55,7 @@ def solve_patches(problem: ContactProblem, guess: Guess | None = None) -> Contac
         return solve(problem, guess)
     found = first_round(problem, guess)
     for _ in range(ROUNDS - 1):
-        found = next_round(problem, guess, found)
+        found = next_round(problem, guess, found.patches)
     return last_round(problem, guess, found)[0]
 
 
@@ -72,9 +72,9 @@ def first_round(problem: ContactProblem, guess: Guess) -> Round:
     return Round(*solve_roughly(problem, guess, ON_CELLS), None)
 
 
-def next_round(problem: ContactProblem, guess: Guess, before: Round) -> Round:
-    """Rough solution of ``problem`` on the patches of the round ``before``, whose solution ``guess`` holds."""
-    patches = on_patches(problem, guess, before.patches)
+def next_round(problem: ContactProblem, guess: Guess, previous: Patches | None) -> Round:
+    """Rough solution of ``problem`` on the patches of the solution ``guess`` on ``previous`` patches, or on cells."""
+    patches = on_patches(problem, guess, previous)
     return Round(*solve_roughly(patches[0], guess), patches)
 
 
@@ -104,14 +104,12 @@ def solve_roughly_on_patches(problem: ContactProblem, guess: Guess) -> tuple[NDA
     ConvergenceError
         If they are not finite.
     """
-    patches = on_patches(problem, guess)
+    found = next_round(problem, guess, None)
     for _ in range(ROUNDS - 1):
-        solve_roughly(patches[0], guess)
-        patches = on_patches(problem, guess, patches)
-    approach, stiffness = solve_roughly(patches[0], guess)
-    if not np.isfinite([approach, stiffness]).all():
+        found = next_round(problem, guess, found.patches)
+    if not np.isfinite([found.approach, found.stiffness]).all():
         raise ConvergenceError("contact not solved on its patches")
-    return approach, stiffness
+    return found.approach, found.stiffness
 
 
 def _nodes(problem: ContactProblem, guess: Guess, previous: Patches | None) -> tuple[NDArray, NDArray]:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from gearbench.explore.catalogue import ACROSS, SCATTER_ACROSS, SCATTER_UP, UP, Catalogue, fronts
 from gearbench.explore.columns import Column
-from gearbench.explore.look import INK, PICK, chart, colour, fixed
+from gearbench.explore.look import INK, PICK, chart, colour, fixed, spaced
 
 #: Bokeh sources by name. In "designs", the columns of the catalogue have the keys c0, c1, …
 Sources = dict[str, ColumnDataSource]
@@ -64,9 +64,8 @@ def front_data(catalogue: Catalogue, numbers: NDArray) -> dict[str, Any]:
 def cloud(catalogue: Catalogue, data: Sources) -> Any:
     """Make the figure: all designs as one image, which ``js/filter.js`` paints; fronts and boxes as glyphs."""
     across, up = catalogue.column(ACROSS), catalogue.column(UP)
-    shown, left_out = (f"{count:,}".replace(",", " ") for count in (len(catalogue), catalogue.left_out))
-    title = f"Fronts with ±σ boxes, {shown} designs"
-    title += f"; {left_out} more lack an objective and are not shown" if catalogue.left_out else ""
+    title = f"Fronts with ±σ boxes, {spaced(len(catalogue))} designs"
+    title += f"; {spaced(catalogue.left_out)} more lack an objective and are not shown" if catalogue.left_out else ""
     tools: dict[str, Any] = {"tools": "pan,wheel_zoom,box_zoom,box_select,lasso_select,reset,save"}
     ranges: dict[str, Any] = {"x_range": fixed(*_extent(across, data, "x")), "y_range": fixed(*_extent(up, data, "y"))}
     plot = chart(title, across.title, up.title, height=490, active_scroll="wheel_zoom", **tools, **ranges)

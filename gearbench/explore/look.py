@@ -35,6 +35,11 @@ def colour(result: int) -> str:
     return PALETTE[result % len(PALETTE)]
 
 
+def spaced(count: int) -> str:
+    """Write a count with spaces between thousands."""
+    return f"{count:,}".replace(",", " ")
+
+
 def chart(title: str, x: str, y: str, *, height: int, tools: str = "", **options: Any) -> Any:
     """Make an empty figure in the common style, as wide as its frame."""
     plot: Any = figure(

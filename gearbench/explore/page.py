@@ -18,7 +18,7 @@ from gearbench.explore import cloud, filters, parallel
 from gearbench.explore.catalogue import ACROSS, SCATTER_ACROSS, SCATTER_UP, UP, Catalogue, fronts
 from gearbench.explore.gear import GearPanel
 from gearbench.explore.gear_data import Tables
-from gearbench.explore.look import PALETTE, SIDE, colour, script, text_of
+from gearbench.explore.look import PALETTE, SIDE, colour, script, spaced, text_of
 
 #: Maximum number of picked gears kept for comparison.
 MOST = 3
@@ -79,7 +79,7 @@ class Page:
         """One line per result: its name, the number of its designs, and their tooth model."""
         counts = np.bincount(self.catalogue.result, minlength=len(self.catalogue.results))
         return [
-            f"{result.label}: {f'{count:,}'.replace(',', ' ')} designs, {result.teeth}"
+            f"{result.label}: {spaced(count)} designs, {result.teeth}"
             for result, count in zip(self.catalogue.results, counts, strict=True)
         ]
 

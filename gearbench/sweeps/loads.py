@@ -119,8 +119,9 @@ def _together(scenes: Sequence[Scene], cycles: Sequence[tuple], shared: Shared) 
         of_load = position[positions]
         # points of a sweep share their contact lines if they have the same phases
         lines = assembled.lines if np.array_equal(of_load, range(len(phase))) else assembled.lines.part(of_load)
-        solved = Solved(scene=scene, lines=lines, weight=weight, problem=part, solution=one, size=size)
-        result.append(replace(solved, finer=finer, load=i))
+        result.append(
+            Solved(scene=scene, lines=lines, weight=weight, problem=part, solution=one, size=size, finer=finer, load=i)
+        )
     return result
 
 
