@@ -34,17 +34,17 @@ _LOG = logging.getLogger(__name__)
 
 #: Number of orders of the mesh frequency: default and maximum.
 HARMONICS, MOST = 10, 200
-#: Smallest number of steps of the period in which the stability is evaluated.
+#: Minimum number of time steps in a period for the Floquet multipliers.
 STEPS = 256
 #: Orders solved beyond those in the result, if the meshes have several frequencies.
 EXTRA_ORDERS = 2
-#: Excess of a Floquet multiplier over 1 that counts as rounding.
+#: A Floquet multiplier up to 1 plus this is stable; the excess is rounding.
 GROWTH_TOLERANCE = 1e-6
 #: A note is written if omitted orders have more than this share of the quasi-static motion.
 OMITTED_SHARE = 0.1
-#: Reason for a missing response.
+#: Reason why a response is NaN.
 UNSTABLE = "parametric instability: no steady linear response"
-#: The notes omit modes with a smaller share in the compliance at the meshes.
+#: Smallest share in the compliance at a mesh with which a mode is mentioned in the notes.
 NOTED = 0.02
 #: Modes are reported up to this multiple of the highest excited frequency.
 ABOVE_EXCITED = 1.2
@@ -56,7 +56,7 @@ def response(scene: Scene, *, speed: ArrayLike, harmonics: int = HARMONICS) -> x
 
     Stiffness and transmission error vary over the mesh cycle as in the contact under the mean force. The system of
     shafts, bearings and inertias, or of the members of a planetary set, is linear about its equilibrium. The variable
-    ``contact_kept`` tells where flanks part and the response is no longer valid.
+    ``contact_kept`` is False where flanks separate; the response is not valid there.
 
     Parameters
     ----------
@@ -161,6 +161,7 @@ def speed_variables(
     if len(model.groups) > 1:
         first_combination = len(model.groups) * solved
         group_names = [model.names[group.meshes[0]] for group in model.groups]
+        # (speed, source, mesh, harmonic): forces of all meshes at the frequency of the source, first mesh of its group
         mesh_by_source = np.where(model.is_source[:, None, None], np.moveaxis(force[..., mesh_orders], 2, 1), 0.0)
         variables |= {
             "mesh_force_by_source_amplitude": (("speed", "source", "mesh", "harmonic"), 2 * np.abs(mesh_by_source)),

@@ -23,13 +23,13 @@ FRAMES, MILLISECONDS = 12, 80
 
 
 def write(draw: Any, data: xr.Dataset, path: Path) -> None:
-    """Write the figure that ``draw`` makes, with its title."""
+    """Write the figure that ``draw`` makes, with a title, as a PNG file."""
     with replacing(path) as part:
         _titled(draw, data).savefig(part, dpi=120, format="png")
 
 
 def write_moving(draw: Any, data: xr.Dataset, path: Path, still: str) -> None:
-    """Write the figure as a GIF in which lines swing about the line labelled ``still`` before them."""
+    """Write the figure as a GIF in which every line swings about the last line before it with the label ``still``."""
     from PIL import Image
 
     figure, moving, base = _titled(draw, data), [], 0.0
@@ -52,7 +52,7 @@ def write_moving(draw: Any, data: xr.Dataset, path: Path, still: str) -> None:
 
 
 def _titled(draw: Any, data: xr.Dataset) -> Any:
-    """Figure that ``draw`` makes; the title names the scene, the mesh and the finding that it returns."""
+    """Figure that ``draw`` makes; the title names the scene, the mesh and the finding that ``draw`` returns."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 

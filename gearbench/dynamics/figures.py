@@ -256,7 +256,7 @@ def _campbell(figure: Any, data: xr.Dataset) -> str:
     axes = figure.subplots()
     speed, frequency = data["speed"].values, data["mesh_frequency"].values
     force = data["mesh_force_amplitude"].values
-    floor = max(np.nanmax(force, initial=0.0) * 1e-4, 1e-300)
+    floor = max(np.nanmax(force, initial=0.0) * 1e-4, 1e-300)  # colours span four decades
     orders = data["harmonic"].values
     coupled = np.flatnonzero(data["mode_participation"].values > SHOWN)
     natural = data["natural_frequency"].values[coupled]

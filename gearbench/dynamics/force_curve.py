@@ -26,9 +26,9 @@ LEVELS = (0.003, 0.01, 0.03, 0.08, 0.16, 0.3, 0.5, 0.75, 1.0, 1.4, 2.0, 3.0, 5.0
 
 @dataclass(frozen=True, kw_only=True)
 class TiltAndBending:
-    """Tilt and bending of the flanks (rows j ≥ 1), linearised about the contact under the mean force.
+    """Tilt and bending of the flanks (rows j = 1, 2 of ``FlankState``), linearised about the contact at the mean force.
 
-    See (D9) of docs/theory.md. All arrays are at equal steps of the phase.
+    See (D9) of docs/theory.md. All arrays are at equal steps of the mesh phase.
 
     Parameters
     ----------
@@ -59,9 +59,9 @@ class TiltAndBending:
 
 
 def _loaded(mean_resultants: NDArray, slope: NDArray, level: float, mean: float) -> NDArray:
-    """Resultants (phase, j) [N] at ``level`` times the ``mean`` force.
+    """Resultants (phase, j) [N] of tilt and bending at ``level`` times the ``mean`` force.
 
-    Above the mean force they grow linearly with ``slope``; below it they follow a parabola to zero.
+    Above the mean force they grow linearly, by ``slope`` (phase, j) per force; below it they follow a parabola to zero.
     """
     if level > 1:
         return mean_resultants + slope * (level - 1) * mean
@@ -77,7 +77,7 @@ class ForceCurve:
     Parameters
     ----------
     tilt_and_bending
-        Resultants of tilt and bending.
+        Linearised tilt and bending, at the same phases.
     begin
         Approach x at which the drive flanks begin to carry load (phase,) [mm].
     table
@@ -129,7 +129,7 @@ def force_curve(mesh: LoadedMesh, steps: int) -> ForceCurve:
     phase, deflection = np.arange(steps) / steps, scene.F_bt / float(mesh.mean_stiffness[0, 0])
     flanks, C = mesh.at(phase), mesh.compliance
     tilt_and_bending = TiltAndBending.of(flanks)
-    # (W14) of docs/theory.md solved for S, stiffness of flanks and shafts together; shafts tilt as the force grows
+    # (W14) of docs/theory.md solved for S, the stiffness of flanks and shafts together; f_j grows by S_0j/S_00 with f_0
     S = np.linalg.solve(np.eye(len(C)) + flanks.stiffness @ C, flanks.stiffness)
     lines = scene_lines(scene, phase)
     cos_b = math.cos(pair.meshing.beta_b)

@@ -15,7 +15,7 @@ from gearbench.results.responses import described
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Largest value of a transfer function; far below the overflow of sums of squares.
+#: Largest allowed value of a transfer function; sums of squares stay far below overflow.
 LARGEST = 1e100
 #: Dimensions of a file of transfer functions, and its variables.
 DIMENSIONS, PARTS = ("point", "bearing", "direction", "frequency"), ("transfer_real", "transfer_imaginary")

@@ -59,12 +59,15 @@ class FlankState:
 
     @classmethod
     def off_shafts(cls, force: NDArray, stiffness: NDArray, error: NDArray, compliance: NDArray) -> FlankState:
-        """Flanks without the shafts' ``compliance`` C, from ``stiffness`` S and ``error``, the STE [mm] (W14)."""
+        """State from which the ``compliance`` C of the shafts is removed (W14).
+
+        ``stiffness`` S [N/mm] and ``error``, the STE [mm], contain the shafts; ``force`` is as in the class.
+        """
         motion = -force @ compliance
         motion[..., 0] += error
         # K = (1 − S C)⁻¹ S
-        free = np.linalg.solve(np.eye(len(compliance)) - stiffness @ compliance, stiffness)
-        return cls(force=force, motion=motion, stiffness=(free + np.swapaxes(free, -1, -2)) / 2)
+        K = np.linalg.solve(np.eye(len(compliance)) - stiffness @ compliance, stiffness)
+        return cls(force=force, motion=motion, stiffness=(K + np.swapaxes(K, -1, -2)) / 2)
 
     def orders(self, waves: NDArray) -> Excitation:
         """Orders 0 … H of the excitation, from the matrix ``waves`` (2H + 1, position) of ``LoadedMesh.waves``."""
@@ -125,7 +128,7 @@ class LoadedMesh:
 
     @cached_property
     def _spread(self) -> tuple[NDArray, NDArray]:
-        """``spread`` and ``compliance``."""
+        """Values of ``spread`` and ``compliance``, computed together."""
         if self.on_shafts is None:
             return np.ones((1, 1)), np.zeros((1, 1))
         return mesh_spread(self.on_shafts.gears, self._resultants.stiffness)
@@ -146,7 +149,7 @@ class LoadedMesh:
         return self._off_shafts(self.cycle, self._resultants)
 
     def at(self, phase: NDArray) -> FlankState:
-        """Teeth and bodies at any mesh phases (position,); bearings keep their settled stiffness."""
+        """Teeth and bodies at any mesh phases (position,); bearings keep their stiffness in ``on_shafts``."""
         lines = scene_lines(self.scene, phase)
         problem = assemble(self.scene, lines, self.effects)
         guess = Guess.empty(problem)
@@ -173,7 +176,7 @@ class LoadedMesh:
 
     @property
     def load_on_shafts(self) -> tuple[NDArray, NDArray]:
-        """Mean load (size,) of the flank forces on the nodes of the shafts of pinion and wheel."""
+        """Mean loads of the flank forces on the node motions of the shafts of pinion and wheel, (motion,) each."""
         assert self.on_shafts is not None
         return flank_loads(self.on_shafts.gears, self.lines, self.solved.solution.force, self.solved.weight)
 
@@ -190,7 +193,7 @@ class LoadedMesh:
         return np.einsum("p,pij->ij", self.solved.weight, self.flanks.stiffness)
 
     def waves(self, orders: int) -> NDArray:
-        """Matrix (order + 1, position) that turns values over the cycle into ŷ_0 … ŷ_H, y = Σ ŷ_n e^{2πinτ} (D3).
+        """Matrix (H + 1, position) from values over the cycle to ŷ_0 … ŷ_H, y = Σ ŷ_n e^{2πinτ} (D3); H is ``orders``.
 
         Raises
         ------
@@ -208,7 +211,7 @@ def _one_row(scene: Scene, cycle: MeshCycle) -> Resultants:
 
 @lru_cache(maxsize=16)
 def order_rows(phases: Phases, orders: int) -> NDArray:
-    """Matrix (order + 1, position) from values at ``phases`` to their orders 0 … n of the cycle."""
+    """Matrix (n + 1, position) from values at ``phases`` to their orders 0 … n of the cycle; n is ``orders``."""
     if phases.size is None and 2 * orders >= len(phases.phase):
         allowed = f"must be more than {2 * orders}, twice the {orders} orders of the stiffness, or left out"
         raise InputError("resolution.positions", f"{len(phases.phase)} in a cycle", allowed)

@@ -34,9 +34,9 @@ ROWS = 3
 #: Largest n + m of the combinations n f_1 ± m f_2 of the mesh frequencies of one group (stepped planets); further ones
 #: change forces by less than 0.5 %. ``steady`` selects the combinations of two groups.
 COMBINED = 4
-#: A remark names the orders of the transmission error whose noise floor exceeds this share of them.
+#: A remark names the orders of the transmission error whose noise floor exceeds this share of their amplitude.
 UNCERTAIN = 0.1
-#: Output whose noise floor the remark uses.
+#: Name of this output.
 TRANSMISSION_ERROR = "transmission_error"
 
 #: Variables of a Dataset: dimensions and values.
@@ -288,7 +288,7 @@ class Model(LinearModel):
 
     @cached_property
     def static_states(self) -> tuple[StaticState, ...]:
-        """Static equilibrium of each shaft under the mean forces of the flanks, where on the face these act."""
+        """Static equilibrium of each shaft under the mean flank forces, which act at their places on the face."""
         loads = {name: mesh.load_on_shafts for name, mesh in zip(self.names, self.loaded_meshes, strict=True)}
         pair = self.loaded_meshes[0].on_shafts
         assert pair is not None

@@ -14,7 +14,7 @@ from gearbench.system.mechanics import Mechanics
 
 #: Shift σ of the eigenvalue problem, relative to k̄/m of the stiffest mesh.
 _SHIFT = 1e-3
-#: Ratio ω²/σ below which a mode counts as rigid-body motion.
+#: Modes with ω² below this multiple of σ are rigid-body motions.
 _RIGID = 1e-6
 
 

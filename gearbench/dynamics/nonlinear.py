@@ -102,7 +102,7 @@ class NonlinearModel:
         ), MeanState(*self.mean, self.stiffness, mesh_motion @ mesh_motion.T, deflection)  # fmt: skip
 
     def over(self, speeds: NDArray) -> tuple[NDArray, NDArray]:
-        """Integrate to the steady motion at one speed after the other; each starts from the motion before.
+        """Integrate to the steady motion at one speed after the other, each time from the motion at the speed before.
 
         Returns
         -------

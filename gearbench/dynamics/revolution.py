@@ -1,4 +1,7 @@
-"""Response over whole revolutions: differing teeth and flank waves excite sidebands of the mesh orders (D11)."""
+"""Response over whole revolutions: differing teeth and flank waves excite sidebands of the mesh orders.
+
+(D11) is an equation of docs/theory.md.
+"""
 
 from __future__ import annotations
 
@@ -51,7 +54,7 @@ class Revolution:
     Parameters
     ----------
     cycles
-        Number P of mesh cycles: the teeth of the pinion, the teeth of the wheel, or all pairs of teeth that meet.
+        Number P of mesh cycles after which the gaps repeat: 1, the teeth of one gear, or the pairs of teeth that meet.
     excitation
         x̂_s and f̂_s at the orders 0, 1/P, 2/P … H of the mesh frequency (row, H·P + 1), and K̂ at the whole orders
         0 … 2H as the mean of all cycles.
@@ -104,7 +107,7 @@ def revolution(mesh: LoadedMesh, effects: Sequence[GapEffect], harmonics: int) -
 
 
 def _repeats(amounts: NDArray, cycles: int) -> bool:
-    """Whether the gaps (cycle, m) repeat after ``cycles``, up to rounding of the angles."""
+    """Whether the gap ``amounts`` (cycle, mode) repeat after ``cycles``, up to rounding of the angles."""
     return len(amounts) % cycles == 0 and np.allclose(
         amounts.reshape(-1, cycles, amounts.shape[-1]), amounts[:cycles], rtol=0, atol=1e-9 * np.abs(amounts).max()
     )
@@ -198,8 +201,8 @@ def _over_speed(
     at_bearings = np.empty((len(speeds), bearings, 3, len(order)), dtype=complex)
     for k, omega in enumerate(model.omega(group, speeds)):
         x, f = side_bands(revolution, model.modes.mesh_receptance(omega * np.append(0.0, order), rows), mean)
-        errors, _, bearing = model.modes.response_to_mesh_forces(omega * order, (f - mean @ x)[:, 1:].T, rows)
-        te[k, 1:], forces[k] = errors[:, mesh], f[0]
+        te_of_meshes, _, bearing = model.modes.response_to_mesh_forces(omega * order, (f - mean @ x)[:, 1:].T, rows)
+        te[k, 1:], forces[k] = te_of_meshes[:, mesh], f[0]
         if bearings:
             at_bearings[k] = np.moveaxis(bearing, 0, -1)
     over_time = waves.curve(forces, revolution.cycles * waves.points(revolution.harmonics))

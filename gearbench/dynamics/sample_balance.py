@@ -1,10 +1,10 @@
 """Harmonic balance of many error samples of one mesh, based on the balance of their mean.
 
-K̄ is the constant mean stiffness. The stiffness of sample s is K̄ + V_s, the mean of all samples K̄ + V_0. Let x be the
-quasi-static motion of the sample and p = f̂ − K̄ x̂, both without order 0. With the gears held, the mesh would exert
-b = p − V_s x in addition to the springs K̄. It exerts e on moving gears, which move by −G e; G is their receptance on
-springs K̄ + V_0. The balance of the sample is then e + (V_s − V_0) G e = b for the unknown e, and the orders of the
-mesh force are (1 − (K̄ + V_0) G) e (D5).
+The constant K̄ is the mean stiffness of the scene. The stiffness of sample s is K̄ + V_s, and its mean over the samples
+K̄ + V_0. Let x and f be the quasi-static motion and force of the sample, without order 0, and p = f − K̄ x. If the gears
+were held, the mesh would exert b = p − V_s x. The gears move, and it exerts e in addition to springs K̄ + V_0. This
+force e moves the gears by −G e, with G the receptance of the system on these springs. The balance (D5) of
+docs/theory.md then reads e + (V_s − V_0) G e = b, and the orders of the mesh force are (1 − (K̄ + V_0) G) e.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ class SampleBalance:
     def forces(self, samples: Excitation) -> NDArray:
         """Real and imaginary parts of the orders above 0 of the mesh forces (speed, mesh · 2H, sample) [N].
 
-        A sample ends at its own residual, so its forces do not depend on the other ``samples``.
+        The iteration of each sample ends at its own residual, so its forces do not depend on the other ``samples``.
         """
         from gearbench.dynamics._sample_kernels import balance_samples
 
@@ -107,7 +107,7 @@ def _over_time(stiffness: NDArray) -> NDArray:
 
 
 def _waves(orders: NDArray, times: int) -> tuple[NDArray, NDArray]:
-    """Matrices from ``orders``, the first of which is 0, as real numbers to values at ``times``, and back."""
+    """Matrices from ``orders`` (0 first) as real numbers to values at ``times`` equal steps of a period, and back."""
     angle = 2 * np.pi / times * np.outer(np.arange(times), orders[1:])
     waves = np.ones((times, 2 * len(orders) - 1))
     waves[:, 1::2], waves[:, 2::2] = np.cos(angle), -np.sin(angle)

@@ -113,7 +113,7 @@ def force_rms(
 ) -> NDArray:
     """RMS of the fluctuating mesh force (speed, sample) [N] by harmonic balance, for chunks of ``samples``.
 
-    Of several meshes, it is the largest RMS. The balance is (D5) of docs/theory.md.
+    Of several meshes, it is the largest RMS. The balance is (D5) of docs/theory.md, about the mean of the first chunk.
     """
     rows = model.rows_of(group.meshes)
     h = receptances(model.modes, rows, model.omega(group, speed), samples[0].orders)
@@ -142,8 +142,8 @@ def robust_response(
 
     The mean over samples and speeds is accurate to 1 %, but to 2 % if the gears are on shafts or have no relief; single
     samples to 5 %, on shafts to 20 %. The reference is ``response`` of a scene with the errors of the sample. The notes
-    of the result say so. They also say where the RMS of a sample exceeds the mean force. Flanks separate earlier: under
-    a sinusoidal force from an RMS of 0.71 times the mean force.
+    of the result say so. They also say where the RMS of a sample exceeds the mean force. Flanks separate earlier: if
+    the force is sinusoidal, at an RMS of 0.71 times the mean force.
 
     Parameters
     ----------

@@ -11,7 +11,7 @@ BLOCK = 200_000
 
 
 def in_blocks(count: int, elements: int) -> Iterator[slice]:
-    """Slices of ``range(count)`` with about ``BLOCK`` array elements, if one item takes ``elements``."""
+    """Slices of ``range(count)`` with at most ``BLOCK`` array elements, or one item; an item has ``elements``."""
     step = max(1, BLOCK // max(elements, 1))
     return (slice(first, first + step) for first in range(0, count, step))
 

@@ -138,6 +138,7 @@ def _combinations(model: LinearModel, alone: Steady, x: NDArray) -> NDArray:
     approach_rows = np.arange(len(model.names)) * model.rows_per_mesh
     mesh_force = alone.equivalent_force[sampled] + np.einsum("ij,sjn->sin", model.stiffness, x)
     largest = np.abs(mesh_force[:, approach_rows]).max(axis=(1, 2))
+    # order n of group g has the index H g + n
     first_order_omega, k = alone.omega[sampled][:, 1 : 1 + G * H : H], np.diag(model.stiffness)[approach_rows]
     n, m = (part.ravel() for part in np.meshgrid(np.arange(1, H + 1), np.r_[-H:0, 1 : H + 1], indexing="ij"))
     indices, shares = [], []

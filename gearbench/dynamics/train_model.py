@@ -2,7 +2,7 @@
 
 Bodies are rigid and move as in ``gearbench.geometry.linkage``, in the frame of the carrier. All bodies turn unless they
 are held. Supports that are rigid in the contact solution are rigid here too, so the response at low speed equals the
-simulation.
+simulation. (D12) is an equation of docs/theory.md.
 """
 
 from __future__ import annotations
@@ -63,8 +63,9 @@ class RigidBody:
 def rigid_bodies(tables: TrainTables, linkage: Linkage) -> dict[str, RigidBody]:
     """Bodies by name; gears are steel discs and rings unless the file gives masses and inertias.
 
-    The mass of a twisted gear is part of its shaft, with which it moves across the axis. A given inertia of a planet is
-    that of both gears, and is divided between them as between steel discs.
+    A twisted gear turns against its shaft on a torsional spring (stepped planets). Its mass is part of the shaft, with
+    which it moves across the axis. A given inertia of a planet is that of both gears, and is divided between them as
+    between steel discs.
     """
     train, twisted = linkage.train, linkage.twisted
     masses, inertias = dict.fromkeys(linkage.bodies, 0.0), dict.fromkeys(linkage.bodies, 0.0)

@@ -88,7 +88,7 @@ class NonlinearTrain:
 
     @cached_property
     def _wave(self) -> NDArray:
-        """Matrix from the orders of a motion to its values at the phases, of which the real part counts."""
+        """Matrix (position, order); the real part of its product with the orders of a motion is the motion."""
         phases = self.model.solved.phases
         wave = np.exp(2j * np.pi * np.outer(phases.phase / phases.length, self.quasi_static.orders))
         wave[:, 1:] *= 2.0
@@ -170,8 +170,8 @@ class NonlinearTrain:
     def over(self, speeds: NDArray, sequence: NDArray) -> Variables:
         """Variables over ``speeds``, in the ``sequence`` of their indices.
 
-        Each starts from the motion at the previous speed; if this leads to none or to an unstable one, from the
-        quasi-static motion. Unstable motions become NaN in ``speed_variables``.
+        The search at each speed starts from the motion at the previous speed. If it finds no motion or an unstable one,
+        it starts again from the quasi-static motion. Unstable motions become NaN in ``speed_variables``.
         """
         model, (group,), motion = self.model, self.model.groups, self.quasi_static.motion
         orders, count = self.quasi_static.orders, len(self.model.names)

@@ -185,7 +185,7 @@ def study_plan(study: OptimisationStudy, threads: int | None = None) -> StudyPla
     Raises
     ------
     GearbenchError
-        If none of the designs of the first generation is a valid gear.
+        If none of the designs of the first generation is a valid gear set.
     """
     threads, samples = threads or default_threads(), study.robustness.samples
     gears, reason = [], ""
@@ -196,7 +196,7 @@ def study_plan(study: OptimisationStudy, threads: int | None = None) -> StudyPla
             reason = str(error)
     if not gears:
         first = study.algorithm.population
-        raise GearbenchError(f"no valid gear among the first {first} designs; last error: {reason}")
+        raise GearbenchError(f"no valid gear set among the first {first} designs; last error: {reason}")
     # the first evaluation also loads compiled code; designs that violate a limit take less time than others
     costs = [timed(lambda design=design: evaluate(study, design))[1].seconds for design, _ in gears[:TRIED]]
     designs = study.algorithm.population * study.algorithm.generations

@@ -40,7 +40,7 @@ class Archive:
         Numbers of the Pareto-optimal designs, and their objectives, (design, objective).
     responses
         Responses of the designs on the front to all error samples, (response, sample), by design number. Filled only
-        in studies that race; designs read from disk have none until they are evaluated again.
+        with ``racing``; designs read from disk have none until they are evaluated again.
     """
 
     def __init__(self, study: OptimisationStudy) -> None:
@@ -58,26 +58,26 @@ class Archive:
         self.responses: dict[int, NDArray] = {}
         self._number: dict[Any, int] = {}
 
-    def _gear(self, design: Design) -> Any:
+    def _gear_set(self, design: Design) -> Any:
         """Keys and values that describe the gear set of a design; designs with other codes may be the same gear set."""
         return assignments(self.study, design)
 
     def numbers(self, designs: Sequence[Design]) -> NDArray:
         """Numbers of known designs."""
-        return np.array([self._number[self._gear(design)] for design in designs], dtype="int64")
+        return np.array([self._number[self._gear_set(design)] for design in designs], dtype="int64")
 
     def unknown(self, designs: Sequence[Design]) -> list[Design]:
         """Designs whose gear set has no result yet; of several designs for the same gear set, only the first."""
-        gears: dict[Any, Design] = {}
+        gear_sets: dict[Any, Design] = {}
         for design in designs:
-            gears.setdefault(self._gear(design), design)
-        return [design for gear, design in gears.items() if gear not in self._number]
+            gear_sets.setdefault(self._gear_set(design), design)
+        return [design for gear_set, design in gear_sets.items() if gear_set not in self._number]
 
     def add(self, designs: Sequence[Design], new: Mapping[Design, Evaluation]) -> list[Evaluation]:
         """Add a generation and return the results of all its designs; ``new`` holds results of the unknown ones."""
         first_new, unknown = len(self.designs), self.unknown(designs)
         for design in unknown:
-            self._number[self._gear(design)] = len(self.designs)
+            self._number[self._gear_set(design)] = len(self.designs)
             self.designs.append(design)
             self.results.append(replace(new[design], values=None))
         self.first_generations += [len(self.asked) + 1] * len(unknown)

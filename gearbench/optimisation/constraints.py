@@ -20,8 +20,8 @@ from gearbench.solution import solve_scene
 from gearbench.strength.rating import GEOMETRIC
 from gearbench.trains.solve import SolvedTrain
 
-#: A rough value that violates its limit by less than this relative margin is computed again exactly. The error of
-#: ``solve_roughly`` on random gears is at most 2.5 % with plates and 4.9 % with solid teeth on gear bodies.
+#: A rough value that violates its limit by less than this relative margin is computed again exactly. The contact
+#: pressure from ``solve_roughly`` on random gears is within 2.5 % with plates, 4.9 % with solid teeth on gear bodies.
 ROUGH = 0.1
 
 
@@ -92,7 +92,7 @@ def numbers_of(
 
 
 def solve_roughly(scene: Scene) -> Solved:
-    """Solve the scene at the few mesh phases and segments of its error samples; they need this solution anyway."""
+    """Solve the scene at the few mesh phases and segments of its error samples, which use the same contact problem."""
     phase, weight = mesh_phases(scene)
     lines = scene_lines(scene, phase)
     problem = assemble(scene, lines)

@@ -99,7 +99,7 @@ def read_designs(dataset: xr.Dataset, study: OptimisationStudy) -> list[tuple[De
                 violation=float(violation),
                 reason=str(reason),
                 constraints=tuple(map(float, constraint_values)),
-                # a limited quantity may have the name of a statistic: of an infeasible design its value is stored
+                # under the name of a statistic, an infeasible design may have stored a limited quantity of this name
                 statistics=tuple(float(x) if violation == 0 else math.nan for x in stored),
                 samples=int(samples),
             ),

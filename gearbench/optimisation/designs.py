@@ -96,7 +96,7 @@ class Designs:
         raise InputError(key, name, f"unknown quantity; known: {', '.join(self.names)}")
 
     def values(self, name: str, numbers: NDArray) -> NDArray:
-        """Values of a quantity (full name) for the designs ``numbers``, (number,); these must be valid gears."""
+        """Values of a quantity (full name) for the designs ``numbers``, (number,); these must be valid gear sets."""
         if name in self.dataset:
             return self.dataset[name].values[numbers]
         return np.array([OF_SCENE[name](self.scene(int(number))) for number in numbers], dtype=float)
@@ -176,7 +176,7 @@ def design_scene(dataset: xr.Dataset, design: int) -> Scene:
     Raises
     ------
     InputError
-        If the Dataset is not from an optimisation, there is no such design, or it is not a valid gear.
+        If the Dataset is not from an optimisation, there is no such design, or it is not a valid gear set.
     """
     designs = Designs(dataset)
     designs.require_design("design", design)

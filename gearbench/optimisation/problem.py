@@ -64,7 +64,7 @@ class Evaluation:
         Number of error samples computed. It is less than the study's if the front beats the design; ``statistics`` are
         then estimates (``racing``).
     values
-        Responses to all samples, (response, sample), if the study races and all were computed, else None. Only those
+        Responses to all samples, (response, sample), if ``racing`` is on and all were computed, else None. Only those
         of the front are kept in memory; none are stored on disk.
     """
 
@@ -310,7 +310,7 @@ def scene_of(study: OptimisationStudy, design: Design) -> Scene:
 
 
 def assignments(study: OptimisationStudy, design: Design) -> tuple[tuple[str, Value | None], ...]:
-    """Scene keys and values that a design sets, sorted by key; designs of the same gear have equal assignments.
+    """Scene keys and values that a design sets, sorted by key; designs of the same gear set have equal assignments.
 
     An effect with amount or length 0 is left out: ("effects.<name>", None) replaces its keys.
     """

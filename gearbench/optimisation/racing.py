@@ -18,9 +18,9 @@ errors of that objective's difference. A design that belongs on the front is sto
 that is truly zero or negative is measured that many standard errors above 0 (probability 3 in 100 000 for each
 comparison, less for Sobol points).
 
-A stopped design is assigned its incumbent's statistic over N plus D̂, except for its maxima over n and its quantities
-without samples, which are kept. This estimate is free of the error that both share on the first n samples. The
-incumbent dominates it, so a front never holds a design with fewer than N samples.
+A stopped design is assigned the incumbent's statistic over N plus D̂. It keeps its maxima over n, and its quantities
+that do not depend on the samples (``study.numbers``). This estimate is free of the error that both designs share on the
+first n samples. The incumbent dominates it, so a front never holds a design with fewer than N samples.
 """
 
 from __future__ import annotations
@@ -148,9 +148,9 @@ class Incumbents:
     def estimate(self, values: NDArray, incumbent: int, numbers: Sequence[float] = ()) -> NDArray:
         """Estimate the statistics over all samples, (statistic,), of a design that ``incumbent`` beats."""
         of_design = statistics(values, numbers)
-        # `numbers` are the design's: here they only fill their places, because quantities without samples are kept
+        # the design's `numbers` only fill the places of the incumbent's, which are not used below
         of_incumbent = statistics(self.early[incumbent][:, : values.shape[1]], numbers)
-        # maxima are bounds, and quantities without samples are exact: both are kept; responses are never negative
+        # maxima are bounds and `numbers` are exact: both are kept; responses are never negative
         is_kept = np.array([name.endswith("_max") or name in self.study.numbers for name in self.study.statistics])
         return np.where(is_kept, of_design, np.maximum(self.final[incumbent] + (of_design - of_incumbent), 0.0))
 

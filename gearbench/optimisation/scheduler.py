@@ -59,7 +59,7 @@ def dask_workers(scheduler: str) -> Iterator[Executor]:
             reason = shortened(error, 120) or "no answer in time"
             raise InputError("scheduler", scheduler, f"cannot be used ({reason})") from None
         try:
-            # of a pure task that equals an earlier one dask returns the earlier result
+            # dask would not run a pure task that equals an earlier one, but return the earlier result
             yield client.get_executor(pure=False)
         except KilledWorker:
             raise GearbenchError("one task killed several workers in turn: too little memory?") from None
@@ -70,7 +70,7 @@ def dask_workers(scheduler: str) -> Iterator[Executor]:
 
 @contextmanager
 def _ctrl_c_blocked() -> Iterator[None]:
-    """Context for starting threads and processes that never receive Ctrl-C; the caller receives it when this ends."""
+    """Context to start threads and processes that never receive Ctrl-C; the caller receives it after the context."""
     resource_tracker.ensure_running()  # would unblock Ctrl-C if it started later
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:

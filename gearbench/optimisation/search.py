@@ -40,7 +40,7 @@ class Search:
     def __init__(self, study: OptimisationStudy) -> None:
         self._study = study
         try:
-            self._algorithm = _algorithm(study, self._gear)
+            self._algorithm = _algorithm(study, self._gear_set)
         except ImportError:
             raise GearbenchError("optimise needs pymoo: install the extra gearbench[optimise]") from None
         self._asked: Any = None
@@ -50,8 +50,8 @@ class Search:
         X = individual.X
         return tuple(float(X[v.name]) if v.kind == "real" else int(X[v.name]) for v in self._study.variables)
 
-    def _gear(self, individual: Any) -> Hashable:
-        """Keys and values that describe the gear of an individual, cached because it is compared with all others."""
+    def _gear_set(self, individual: Any) -> Hashable:
+        """Keys and values that describe the gear set of an individual; cached, since it is compared with all others."""
         if "gear" not in individual.data:
             individual.data["gear"] = assignments(self._study, self._design(individual))
         return individual.data["gear"]
@@ -65,7 +65,7 @@ class Search:
         """Tell the results of the designs last asked for, in their order."""
         for individual, result in zip(self._asked, results, strict=True):
             # pymoo's names: objectives F, constraint G (met if ≤ 0), equality constraints H (none);
-            # the algorithm never compares the objectives of infeasible designs
+            # pymoo never compares the objectives of infeasible designs
             worst = (math.inf,) * len(self._study.objectives)
             individual.set("F", np.array(result.objectives(self._study) if result.feasible else worst))
             individual.set("G", np.array([result.violation]))
@@ -79,8 +79,8 @@ class Search:
         return [self._design(individual) for individual in self._algorithm.pop]
 
 
-def _algorithm(study: OptimisationStudy, gear: Callable[[Any], Hashable]) -> Any:
-    """Algorithm of pymoo, ready for its first generation; ``gear`` maps an individual to its gear."""
+def _algorithm(study: OptimisationStudy, gear_set_of: Callable[[Any], Hashable]) -> Any:
+    """Algorithm of pymoo, ready for its first generation; ``gear_set_of`` maps an individual to its gear set."""
     from pymoo.algorithms.moo.nsga2 import NSGA2, binary_tournament
     from pymoo.algorithms.moo.nsga3 import NSGA3, comp_by_cv_then_random
     from pymoo.core.mixed import MixedVariableMating, MixedVariableSampling
@@ -99,7 +99,7 @@ def _algorithm(study: OptimisationStudy, gear: Callable[[Any], Hashable]) -> Any
             return Choice(options=list(range(int(variable.bounds[1]) + 1)))
         return (Real if variable.kind == "real" else Integer)(bounds=variable.bounds)
 
-    duplicates = _same_gear(gear)
+    duplicates = _same_gear_set(gear_set_of)
     # Any: the types that pyright infers from the defaults of pymoo are too narrow
     make_mating: Any = MixedVariableMating
     is_nsga3 = study.algorithm.method == "nsga3"
@@ -143,18 +143,18 @@ def _directions(study: OptimisationStudy) -> np.ndarray:
     return np.asarray(get_reference_directions("das-dennis", count, n_partitions=partitions))
 
 
-def _same_gear(gear_of: Callable[[Any], Hashable]) -> DuplicateElimination:
-    """Duplicate elimination by gear: two designs with different variables may be the same gear."""
+def _same_gear_set(gear_set_of: Callable[[Any], Hashable]) -> DuplicateElimination:
+    """Duplicate elimination by gear set: two designs with different variables may be the same gear set."""
     from pymoo.core.duplicate import DuplicateElimination
 
-    class SameGear(DuplicateElimination):
+    class SameGearSet(DuplicateElimination):
         def _do(self, pop: Any, other: Any, is_duplicate: np.ndarray) -> np.ndarray:
-            seen = set() if other is None else {gear_of(individual) for individual in other}
+            seen = set() if other is None else {gear_set_of(individual) for individual in other}
             for i, individual in enumerate(pop):
-                gear = gear_of(individual)
-                is_duplicate[i] |= gear in seen
+                gear_set = gear_set_of(individual)
+                is_duplicate[i] |= gear_set in seen
                 if other is None:
-                    seen.add(gear)
+                    seen.add(gear_set)
             return is_duplicate
 
-    return SameGear()
+    return SameGearSet()

@@ -142,7 +142,7 @@ def select(
     designs
         From ``open_designs``.
     where, avoid
-        Conditions to meet.
+        Conditions to meet, and resonances to avoid.
     rank
         Weights by name, negative if more is better; by default the objectives of the study. Values are scaled by their
         range on the front, so that weights do not depend on units.

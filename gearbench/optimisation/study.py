@@ -35,7 +35,7 @@ Design = tuple[float, ...]
 RESPONSES = ("mesh_stiffness_rms", "transmission_error_rms")
 RESPONSES_OF_SET = ("mesh_load_factor", "train_transmission_error_rms")
 
-#: Largest violation of one limit. It bounds the sum of violations below that of an invalid gear (``problem.NO_GEAR``).
+#: Largest violation of one limit; their sum stays below ``problem.NO_GEAR``, the violation of an invalid gear set.
 MOST_VIOLATION = 1000.0
 
 Whole = Annotated[int, Field(ge=1, le=1_000_000)]
@@ -150,7 +150,7 @@ class Robustness:
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Speeds:
-    """Speeds at which the mesh force is evaluated, for objectives and limits of the metric ``mesh_force``.
+    """Speeds at which the mesh force is evaluated, for objectives and limits with ``mesh_force``.
 
     Parameters
     ----------
@@ -194,7 +194,7 @@ class OptimisationStudy:
     constraints
         Limits by name of the quantity, see ``gearbench.optimisation.constraints``.
     algorithm, robustness
-        Settings of the search, and of the error samples.
+        Settings of the search and of the error samples.
     costs
         Variable → value as text → cost of the value. The quantity ``cost`` of a design is the sum over its variables.
     over_loads

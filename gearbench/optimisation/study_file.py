@@ -119,7 +119,7 @@ def changed_keys(variable: Variable) -> tuple[str, ...]:
     ------
     InputError
         If one of its paths is not a key of a scene, or its values do not have the type of that key. A value outside the
-        limits of the key is accepted: the design is then an invalid gear.
+        limits of the key is accepted: the design is then an invalid gear set.
     """
     table = f"variables.{variable.name}"
     changed: list[str] = []

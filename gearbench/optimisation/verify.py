@@ -58,8 +58,8 @@ def verify(
     -------
     Dataset over ``design``: ``number`` of the design, the variables, the stored statistics and their values with finite
     elements (``<statistic>_verified``), ``objective`` and ``objective_verified`` (design, objective_name), their
-    relative ``shift`` [%], ``on_front_verified``, and ``verified``: 0 if the finite elements failed;
-    ``reason`` says why. Also ``rank_correlation``, (objective_name,), between stored and verified objectives.
+    relative ``shift`` [%], ``on_front_verified``, and ``verified`` (0 if the finite elements failed; ``reason`` says
+    why). Also ``rank_correlation``, (objective_name,), between stored and verified objectives.
 
     Raises
     ------

@@ -88,7 +88,7 @@ def test_a_search_costs_its_designs():
     assert made.seconds == pytest.approx(made.designs * made.design_seconds / 4)
     assert made.seconds > 0
     nothing = replace(study, base={**study.base, "pair": {**study.base["pair"], "centre_distance": 3.0}})
-    with pytest.raises(GearbenchError, match="no valid gear among the first 20 designs; last error: pair"):
+    with pytest.raises(GearbenchError, match="no valid gear set among the first 20 designs; last error: pair"):
         study_plan(nothing)
 
 
