@@ -27,7 +27,8 @@ from gearbench.geometry.action import ContactLines
 from gearbench.scene import Scene
 from gearbench.threads import single_threaded_blas
 
-#: Minimum number of Gauss points on a panel: a piece of a line between kinks of the gap, on which the load is smooth.
+#: Minimum number of Gauss points on the contact patches of a line, for each of its panels: pieces between kinks of the
+#: gap, on which the load is smooth.
 NODES_PER_PANEL = 5
 
 
@@ -80,7 +81,7 @@ def assemble(
         interpolation=interpolation, laws=compliance.laws, share=np.ones(len(gaps)),
         nodes=max(smooth_lines.shape[2], NODES_PER_PANEL * (1 + int(lines.panel.max(initial=0)))),
     )  # fmt: skip
-    # the load is spread over the cell
+    # the force of a cell is spread evenly over it, so its deflection is the mean over the cell
     factor = cells.means @ factor
     return replace(
         problem,
@@ -100,8 +101,8 @@ def with_gaps(problem: ContactProblem, effects: Sequence[Effect], lines: Contact
 def with_field(problem: ContactProblem, field: NDArray) -> ContactProblem:
     """``problem`` with a further gap ``field`` (position, pair, node) [mm], already divided by the levers.
 
-    A lever is a lever arm divided by the base radius. The field is smooth along a line. Its nodes are those of
-    ``Cells.smooth_lines`` or, if there are no cells, the segments themselves.
+    ``total_gap`` defines levers. The field is smooth along a line. Its nodes are those of ``Cells.smooth_lines`` or, if
+    there are no cells, the segments themselves.
     """
     if problem.cells is None:
         return replace(problem, gap=problem.gap + field.reshape(problem.gap.shape) / problem.length_scale)
@@ -131,9 +132,10 @@ def _problem(
     truncation: float,
     unit: float | None = None,
 ) -> ContactProblem:
-    """Problem with compliances and ``gap`` at the nodes of ``lines``.
+    """Dimensionless problem from compliances and ``gap`` [mm] at the nodes of ``lines``.
 
-    ``sigma`` is half the variation of the gap along a cell, ``unit`` the unit of displacement [mm], chosen if None.
+    ``sigma`` is half the variation of the gap along a cell [mm], ``unit`` the unit of displacement [mm]. By default the
+    unit is a typical compression or, without a law, the mean deflection.
     """
     factor, matrix = smooth.factor, smooth.matrix
     zeros = np.zeros(lines.shape)

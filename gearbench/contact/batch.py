@@ -5,14 +5,14 @@ computed once, in ``prepare``:
 
 - the factor of each position, truncated to few columns;
 - the solution at the mean errors and its derivatives by the errors, which give the first guess of each sample (B1 of
-  docs/algorithms.md); the guess is corrected by the errors that it had at the previous two positions;
+  docs/algorithms.md); how far the guess was off at the previous two positions corrects it;
 - if segments deflect each other through many amplitudes, the linear problem at the mean errors, which preconditions
   every sample (B2).
 
 Where flanks may part, segments are cells, of which a sample may load only a part. Their discretisation error is
 estimated on a few samples and removed from all of them (B3). Compiled kernels solve the samples in chunks, on several
-threads. The result of a sample depends neither on its chunk nor on the number of threads, and is accurate to 1e-5
-(``SCATTER``).
+threads. The result of a sample depends neither on its chunk nor on the number of threads, and is accurate to 1e-5 with
+the tolerances ``SCATTER``.
 """
 
 from __future__ import annotations
@@ -43,8 +43,8 @@ T = TypeVar("T")
 
 #: Newton steps after which a sample goes to the solver with line search.
 NEWTON_LIMIT = 25
-#: Maximum distance over which the error of the first guess is extrapolated beyond the previous two positions, divided
-#: by the distance of these positions.
+#: Maximum distance over which the error of the first guess is extrapolated from the previous two positions, divided by
+#: the distance between them.
 EXTRAPOLATED = 1.0
 #: Number of amplitudes of a coupled problem from which conjugate gradients are faster than elimination.
 COUPLED_RANK = 12
@@ -52,7 +52,7 @@ COUPLED_RANK = 12
 
 @dataclass(frozen=True, kw_only=True)
 class Precision:
-    """Tolerances at which a sample counts as solved.
+    """Tolerances of the solution of samples.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ class Precision:
         Share of the smooth compliance that is left out, see ``truncated_root``.
     newton
         Residual at which a sample takes its last Newton step. This step leaves a few percent of the residual. The
-        stiffness is computed before it.
+        stiffness is computed before this step.
     coupled, stiffness
         For coupled problems: sum of the residual forces at which Newton's method ends, and relative error at which the
         conjugate gradients for the stiffness end. The relative error of the stiffness is the square of the latter.
@@ -72,7 +72,7 @@ class Precision:
     stiffness: float
 
 
-#: Tolerances for agreement with single problems to 1e-9, and to 1e-5.
+#: Tolerances with which samples agree with problems solved one by one to 1e-9, and to 1e-5.
 ROUNDING = Precision(truncation=0.0, newton=3e-12, coupled=1e-11, stiffness=3e-6)
 SCATTER = Precision(truncation=1e-5, newton=1e-6, coupled=1e-7, stiffness=3e-4)
 
@@ -95,7 +95,8 @@ class Batch:
         Half the increase along each cell, of gap minus deflection at the mean errors (``tilt``, (position, n)) and of
         the gap mode of each error (``tilts``, (position, error, n)). If segments are points, ``tilts`` has no errors.
     factor, product
-        Ψ (position, n, rank) and the products of its columns, lower triangle row by row, (position, rank(rank+1)/2, n).
+        Ψ (position, n, rank), and the products of each two of its columns, the lower triangle row by row, (position,
+        rank(rank+1)/2, n).
     laws
         a, h, κ = a/h + ln h, the compression from which the tangent continues the law, and 1/h, (position, 5, n).
     start, guess
@@ -166,7 +167,7 @@ class Batch:
         from gearbench.contact._kernels import Arrays
 
         segment = np.arange(self.gap.shape[1])
-        # absent segments, which come last, are counted to the last existing block
+        # absent segments, which come last, belong to the last existing block
         last = np.arange(self.firsts.shape[1] - 1) >= self.blocks[t, None] - 1
         ends = np.where(last, segment.size, self.firsts[t, 1:])
         block = np.sum(segment[:, None] >= ends[:, None, :], axis=2)
@@ -284,7 +285,7 @@ def _at_mean_errors(
 ) -> tuple[ContactProblem, NDArray, tuple[NDArray, NDArray] | None]:
     """Problem with the mean gap of each cell, ``Batch.tilt``, and approach and stiffness on the contact patches.
 
-    The latter are None if segments are points, or not ``at_mean``.
+    Approach and stiffness are None if segments are points, or not ``at_mean``.
     """
     cells = problem.cells
     if cells is None:
@@ -302,7 +303,7 @@ def _at_mean_errors(
 def _linearised(batch: Batch, start: NDArray) -> tuple[Batch, NDArray]:
     """Add to ``batch`` the start of its samples: the problem linearised about the solution ``start`` for mean errors.
 
-    Also return ∂F/∂δ of this solution, (position,), with the slopes that give the stiffness of samples.
+    Also return ∂F/∂δ of this solution, (position,), from the same slopes as the stiffness of samples.
     """
     arrays = batch.arrays(np.zeros(batch.modes.shape[1]))
     C = _motion_matrix(arrays, int(batch.blocks.max()))

@@ -1,4 +1,4 @@
-"""Contact of a pair on elastic shafts, iterated until the bearings, whose stiffness depends on load, are in balance."""
+"""Contact of a pair on elastic shafts, iterated because the stiffness of bearings depends on their load."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from gearbench.effects.shafts import SeatedGear, Shafts, flank_loads
 from gearbench.geometry.action import ContactLines
 from gearbench.scene import Scene
 
-#: Largest change of a segment's force in the last iteration, divided by the largest force; maximum number of
+#: The iteration ends if no segment's force changes by more than this share of the largest force; maximum number of
 #: iterations.
 TOLERANCE, MAX_ITERATIONS = 1e-9, 50
 

@@ -1,12 +1,11 @@
 """Gear bodies that are loaded by several meshes: a load in one mesh displaces the flanks in the others.
 
-With polynomials φ on the flanks and compliance blocks C_d between teeth d pitches apart, the loads P of one mesh open
-the gap
+With polynomials φ on the flanks, and the compliance C_d between the polynomials of two teeth d pitches apart, the loads
+P of one mesh open the gap
 
     e = φ · Σ_d C_d Σ_i φ_i P_i
 
-in another mesh, where i counts the segments of a tooth (M4 of docs/theory.md). The matrices φ C_d φᵀ are the blocks of
-the compliance matrix between different meshes.
+in another mesh, where i counts the segments of a tooth (M4 of docs/theory.md).
 """
 
 from __future__ import annotations
@@ -20,24 +19,22 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Side:
-    """One gear in one mesh: its flank polynomials at loaded segments and where gaps are needed.
-
-    Polynomials are divided by the levers (lever arms divided by the base radius).
+    """One gear in one mesh: its flank polynomials, divided by the levers (lever arms divided by the base radius).
 
     Parameters
     ----------
     mesh
         Number of the mesh.
-    nodes
-        Values of the polynomials at the nodes at which gaps are needed (position, pair, node, function) [1/mm], see
-        ``assemble.with_field``.
+    polynomials
+        Values at the nodes at which gaps are needed, see ``assemble.with_field``, (position, pair, node, function)
+        [1/mm].
     means
-        Matrix from values at the nodes to means over the segments that carry the forces (position, pair, segment,
-        node); None if these are the nodes.
+        Matrix from values at the nodes to means over the segments that carry the forces, (position, pair, segment,
+        node); None if the nodes carry the forces.
     """
 
     mesh: int
-    nodes: NDArray
+    polynomials: NDArray
     means: NDArray | None
 
 
@@ -50,8 +47,9 @@ class Link:
     sides
         Numbers of the two sides in ``Bodies.sides``.
     groups
-        Groups of positions at which the same teeth are loaded: indices of the positions, and the compliance C between
-        the polynomials of all tooth pairs at both sides (pair × function, pair × function) [mm·mm²/N].
+        One for all positions at which the same teeth are loaded: indices of these positions, and the compliance C
+        between the polynomials of all tooth pairs on one side and those on the other (pair × function, pair × function)
+        [mm·mm²/N].
     """
 
     sides: tuple[int, int]
@@ -94,14 +92,14 @@ class Bodies:
                 displaced[other][positions] += generalised[one][positions] @ C
         gaps: dict[int, NDArray] = {}
         for side, u in zip(self.sides, displaced, strict=True):
-            by_pair = u.reshape(*side.nodes.shape[:2], -1, 1)
-            gaps[side.mesh] = gaps.get(side.mesh, 0.0) + (side.nodes @ by_pair)[..., 0]
+            by_pair = u.reshape(*side.polynomials.shape[:2], -1, 1)
+            gaps[side.mesh] = gaps.get(side.mesh, 0.0) + (side.polynomials @ by_pair)[..., 0]
         return [gaps.get(m) for m in range(len(loads))]
 
     def compliance(self, loads: Sequence[NDArray]) -> NDArray:
-        """Compliance C (position, mesh, mesh) [mm/N] between meshes, if the ``loads`` of each mesh sum to 1 N.
+        """Compliance C (position, mesh, mesh) [mm/N] between different meshes; its diagonal is 0.
 
-        The diagonal is 0.
+        The ``loads`` of each mesh, as for ``fields``, must sum to 1 N.
         """
         generalised = self._generalised_loads(loads)
         compliance = np.zeros((len(loads[0]), len(loads), len(loads)))
@@ -120,5 +118,5 @@ class Bodies:
         for side in self.sides:
             at_nodes = loads[side.mesh][..., None, :]
             at_nodes = at_nodes if side.means is None else at_nodes @ side.means
-            generalised.append((at_nodes @ side.nodes).reshape(len(side.nodes), -1))
+            generalised.append((at_nodes @ side.polynomials).reshape(len(side.polynomials), -1))
         return generalised

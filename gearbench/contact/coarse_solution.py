@@ -22,8 +22,8 @@ from gearbench.geometry.pair import Pair
 from gearbench.geometry.separation import farthest
 from gearbench.scene import Resolution, Scene
 
-#: A coarse solution: numbers of uniform phases and of segments on a line, number of nodes of the smooth compliance as a
-#: share of the usual one, and truncation of this compliance.
+#: Settings of a coarse solution: numbers of uniform phases and of segments on a line, number of nodes of the smooth
+#: compliance divided by the usual number, and truncation of this compliance.
 COARSE_PHASES, COARSE_SEGMENTS, COARSE_NODES, COARSE_TRUNCATION = 24, 12, 0.7, 1e-3
 #: Factor on the segments of helical pairs, because the ends of their patches pass kinks of the gap.
 HELICAL_SEGMENTS = 2
@@ -47,10 +47,10 @@ def scene_lines(scene: Scene, mesh_phase: NDArray) -> ContactLines:
 
 
 def greatest_deflection(scene: Scene) -> float:
-    """Greatest approach of the gears along the line of action over a mesh cycle [mm], for any resolution.
+    """Greatest approach of the gears along the line of action over a mesh cycle [mm]; the resolution does not matter.
 
     It comes from a coarse solution, plus the range of those gaps that are not part of the separation. Lines that reach
-    ``MARGIN`` times as far thus miss no contact, even in samples of random errors.
+    up to ``MARGIN`` times this separation thus miss no contact, even in samples of random errors.
     """
     return _greatest_deflection(replace(scene, resolution=Resolution()))
 
@@ -58,7 +58,7 @@ def greatest_deflection(scene: Scene) -> float:
 @lru_cache(maxsize=16)
 def _greatest_deflection(scene: Scene) -> float:
     if scene.pair.meshing.overlap_ratio:
-        # the middles of the phases with the fewest and with the most pairs on the path
+        # the middles of the two ranges of phases with the fewest and with the most pairs on the path
         fraction = scene.pair.meshing.transverse_contact_ratio % 1.0
         coarse = _solve_coarsely(scene, np.array([(1 + fraction) / 2, fraction / 2]), _widest_span(scene.pair))
     else:

@@ -51,7 +51,8 @@ def active_set(H: NDArray, e: NDArray) -> tuple[NDArray, float, float, int]:
     """Solve H P + e ≥ δ, P ≥ 0, ΣP = 1 with complementarity, for positive definite H.
 
     Newton's method on the contact set usually ends in a few steps but may cycle. Then one segment changes at a time,
-    which lowers the energy in every step and therefore ends (Lawson & Hanson 1974, chapter 23).
+    which lowers the energy in every step and therefore ends (Lawson and Hanson, Solving Least Squares Problems, 1974,
+    chapter 23).
 
     Returns
     -------
@@ -68,7 +69,7 @@ def active_set(H: NDArray, e: NDArray) -> tuple[NDArray, float, float, int]:
 
 
 def one_at_a_time(H: NDArray, e: NDArray) -> tuple[NDArray, float, float, int]:
-    """``active_set`` by changes of one segment at a time; returns forces, approach, stiffness and number of steps."""
+    """``active_set`` by changes of one segment at a time, with the same results."""
     loaded = np.zeros(e.size, dtype=bool)
     loaded[np.argmin(0.5 * np.diagonal(H) + e)] = True
     P, delta, stiffness = _equal_approach(H, e, loaded)

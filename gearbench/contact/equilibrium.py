@@ -32,8 +32,8 @@ from gearbench.threads import default_threads
 
 #: Newton's method ends if no force changes by more than this share of the greatest force; maximum number of steps.
 FORCE_TOLERANCE, STEPS = 1e-11, 60
-#: Number of rounds on contact patches after which forces that have not settled are those of ``solve_patches``: ends of
-#: patches may alternate between two places.
+#: Number of rounds on contact patches. If the forces have not settled then, each further step repeats all rounds of
+#: ``solve_patches``, because ends of patches may alternate between two places.
 MOST_ROUNDS = 5
 #: Force, divided by the nominal force, below which the tangent replaces the contact of a mesh.
 LEAST = 1e-9
@@ -41,7 +41,7 @@ LEAST = 1e-9
 TANGENT_TOLERANCE = 1e-6
 #: A force oscillates if it changes back by more than this share of its previous change.
 SWING = 0.25
-#: Factor by which a force grows at most in a step. Tangents of flanks under small loads are too compliant for more.
+#: Factor by which a force grows at most in a step, because tangents of flanks under small loads are too compliant.
 GROWTH = 8.0
 #: Stiffness of separated meshes, divided by that under load; it keeps the matrices of Newton's method regular.
 SEPARATED_STIFFNESS = 1e-6
@@ -91,8 +91,8 @@ class MeshAt:
     ) -> MeshRound:
         """Round ``number`` of ``solve_patches`` under forces F_bt (position,) [N]; problems without cells are solved.
 
-        ``field`` is as for ``under``. Forces and fields may differ from those of the round ``before``. All rounds from
-        ``ROUNDS`` on are last rounds, and after ``MOST_ROUNDS`` all rounds are repeated.
+        ``field`` is as for ``under``. Forces and fields may differ from those of the round ``before``. Rounds from
+        ``ROUNDS`` on are last rounds; after ``MOST_ROUNDS`` each call makes all rounds.
         """
         share, solution = force / self.nominal, None
         problem = under_shares(self.problem if field is None else with_field(self.problem, field), share)
@@ -121,7 +121,8 @@ class MeshAt:
 class MeshRound(NamedTuple):
     """A round of the contact of a mesh: approach δ [mm], ∂F_bt/∂δ [N/mm] and how the loads are distributed.
 
-    ``loads`` is (position, pair, segment), up to a factor; ``solution`` that of ``last_round``, or without cells.
+    ``loads`` (position, pair, segment) are the forces up to a factor. ``solution`` is checked; it is None if the round
+    is not a last one and the problem has cells. ``found`` has the patches for the next round.
     """
 
     found: Round
@@ -321,7 +322,7 @@ class ForceSearch:
     gap_change: Callable[[], float] = float  # without bodies nothing changes: float() is 0
 
     def solve(self, statics: Statics, force: NDArray) -> tuple[NDArray, NDArray, NDArray, int]:
-        """F (position, mesh), q (position, motion), ∂F/∂δ (position, mesh) and number of steps; starts from ``force``.
+        """F (position, mesh), q (position, motion), ∂F/∂δ (position, mesh) and number of steps; ``force`` is the start.
 
         Raises
         ------
@@ -352,8 +353,8 @@ class ForceSearch:
             if relative_change <= allowed:
                 return new, q, k * (new > 0), step + 1
             if settled:
-                continue  # under the same forces
-            # where flanks just touch, forces may oscillate; these take half of the step
+                continue  # with the same forces, while the gaps still change
+            # forces of flanks that just touch may oscillate; they take half of the step
             swings = (change * previous < 0) & (np.abs(change) > SWING * np.abs(previous))
             damped = np.where(swings, (force + new) / 2, new)
             # close to separation the tangent replaces the contact, so the growth is not limited
@@ -368,7 +369,7 @@ def balance(
 ) -> Balance:
     """Balance of a train: forces and contact of all meshes, with elastic ``bodies`` that several meshes load.
 
-    ``alike`` is the first of the meshes that are in the same state as a mesh; by default each has its own.
+    ``alike`` gives for each mesh the number of the first mesh in the same state; by default all states differ.
 
     Raises
     ------
@@ -383,7 +384,7 @@ def balance(
     between = np.zeros((1, len(meshes), len(meshes)))
     alike = range(len(meshes)) if alike is None else alike
     different = sorted(set(alike))
-    number, least = -1, ROUNDS if any(mesh.problem.cells is not None for mesh in meshes) else 0
+    number, last_rounds_from = -1, ROUNDS if any(mesh.problem.cells is not None for mesh in meshes) else 0
 
     def loads(force: NDArray) -> list[NDArray]:
         """Forces of each mesh (position, pair, segment) [N], distributed as in the last solution."""
@@ -391,7 +392,7 @@ def balance(
         return [share * total[:, None, None] for share, total in zip(shares, (force / cos_b).T, strict=True)]
 
     def meshes_under(force: NDArray) -> tuple[NDArray, NDArray]:
-        """Solve the next round of all meshes under ``force``: as ``ForceSearch.meshes_under``."""
+        """``ForceSearch.meshes_under``: solve the next round of all meshes under ``force`` (position, mesh)."""
         nonlocal number
         number += 1
         if bodies is not None and rounds:
@@ -409,9 +410,9 @@ def balance(
     def gap_change() -> float:
         """Greatest change of the gaps if they are computed from the last loads, divided by the greatest approach.
 
-        It is infinite while rounds of contact patches are left.
+        It is infinite until the first of the last rounds.
         """
-        if number < least:
+        if number < last_rounds_from:
             return math.inf
         if bodies is None:
             return 0.0

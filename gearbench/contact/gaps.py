@@ -15,7 +15,7 @@ from gearbench.geometry.pair import Pair
 from gearbench.geometry.separation import Separation, separation
 from gearbench.scene import Scene
 
-#: A gap that varies by at most this counts as constant [mm].
+#: Variation up to which a gap is treated as constant [mm].
 LEAST_VARIATION = 1e-10
 #: Numbers of mesh phases, and of segments on a line, at which ``variation`` samples the gap.
 TRIAL_PHASES, TRIAL_SEGMENTS = 8, 12
@@ -27,18 +27,18 @@ def flank_separation(scene: Scene) -> Separation | None:
 
 
 def profile_separation(scene: Scene) -> Separation:
-    """Kinematic separation of the unloaded profiles over u, with modifications (``geometry.separation``)."""
+    """Separation of the unloaded profiles over u, modifications included (``geometry.separation``)."""
     gaps = [effect for effect in scene.flank_effects if isinstance(effect, GapEffect)]
     return separation(scene.pair, tuple(m for effect in gaps for m in effect.modifications(scene.pair)))
 
 
 def gap_kinks(scene: Scene) -> tuple[list[float], list[float]]:
-    """Positions u along the path of contact and y over the face [mm] at which a gap or an output has a kink.
+    """Positions u along the path of contact and y over the face [mm] at which a gap or a result has a kink.
 
-    Off the line of action the kinks of the profiles come from the separation.
+    Off the line of action the kinks of the profile modifications are those of the separation.
     """
     gaps, flanks = gap_effects(scene), flank_separation(scene)
-    added = [gap for gap in gaps if flanks is None or not gap.modifications(scene.pair)]
+    not_in_flanks = [gap for gap in gaps if flanks is None or not gap.modifications(scene.pair)]
     profile = [] if flanks is None else [float(u) for u in flanks.kinks]
     if scene.operation is not None:
         profile.append(scene.pair.meshing.pitch_point)  # sliding changes its sign there, and friction has a kink
@@ -46,11 +46,11 @@ def gap_kinks(scene: Scene) -> tuple[list[float], list[float]]:
     face = [y for gap in gaps for y in gap.face_kinks(scene.pair) if 0 <= y <= b]
     if scene.load.coast:  # lines of coast flanks are those of the mirror image (G10 of docs/theory.md)
         face = [b - y for y in face]
-    return profile + [u for gap in added for u in gap.kinks(scene.pair)], face
+    return profile + [u for gap in not_in_flanks for u in gap.kinks(scene.pair)], face
 
 
 def gap_effects(scene: Scene) -> tuple[GapEffect, ...]:
-    """Acting effects of ``scene`` that add a gap, including those of shafts, which do not belong to the flanks."""
+    """Acting effects of ``scene`` that add a gap, including the motion of shafts, which no flank effect contains."""
     return tuple(effect for effect in scene.acting_effects if isinstance(effect, GapEffect))
 
 
@@ -86,11 +86,12 @@ def conforming(scene: Scene) -> bool:
 def total_gap(effects: Iterable[Effect], lines: ContactLines) -> NDArray:
     """Sum of the gaps of the ``effects`` (position, pair, segment) [mm], divided by the levers of the segments.
 
-    A lever is a lever arm divided by the base radius, 1 on the line of action.
+    A lever is the lever arm of the normal force about the pinion's axis, divided by its base radius; 1 on the line of
+    action.
     """
     total = np.zeros(lines.shape)
     for effect in effects:
-        # touch is set for contact off the line of action; the separation then holds pure profile modifications already
+        # off the line of action ``touch`` is set, and ``off_line_contact`` adds the pure profile modifications
         if isinstance(effect, GapEffect) and not (lines.touch and effect.modifications(lines.pair)):
             total += effect.gap(lines) / lines.lever
     return total

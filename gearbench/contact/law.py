@@ -23,7 +23,7 @@ TANGENT_FROM = 2.0
 #: Minimum of 1/φ in ``steepening``: where the tangent continues the law, g⁻¹(2σ) ≤ 3 g⁻¹(σ), so a cell is at most 3/2
 #: as stiff as (C7) says.
 STEEPEST = 2 / 3
-#: Largest exponent passed to exp, so that the result and its small multiples are finite.
+#: Largest exponent passed to exp, so that small multiples of the result are finite.
 LARGEST_EXPONENT = 690.0
 #: Coefficient of r⁸ in the approximation −r²/6 − … of the mean of ln(1 + ξr) over |ξ| < 1, which is ln 2 − 1 at r = 1.
 TAIL = 5 / 6 - math.log(2)
@@ -41,9 +41,9 @@ def compression(P: NDArray, a: NDArray, h: NDArray, sigma: ArrayLike = 0.0) -> N
     sigma = np.broadcast_to(np.asarray(sigma, dtype=float), np.shape(P))
     part = sigma > 0
     if part.any():
-        whole = inverse(np.where(part, sigma, 0.0), a, h)[0]
-        part = part & (whole > P)
-        t = np.sqrt(np.divide(P, whole, out=np.zeros_like(whole), where=part))
+        P_sigma = inverse(np.where(part, sigma, 0.0), a, h)[0]
+        part = part & (P_sigma > P)
+        t = np.sqrt(np.divide(P, P_sigma, out=np.zeros_like(P_sigma), where=part))
         return np.where(part, 2 * sigma * t, sigma + compression(P, a, h))
     edge = tangent_force(a, h)
     with np.errstate(invalid="ignore"):
@@ -52,13 +52,13 @@ def compression(P: NDArray, a: NDArray, h: NDArray, sigma: ArrayLike = 0.0) -> N
 
 
 def slope(P: NDArray, a: NDArray, h: NDArray, sigma: ArrayLike = 0.0) -> NDArray:
-    """Slope dg/dP at forces P > 0; the slope of the tangent is h."""
+    """Slope dg/dP at forces P > 0."""
     sigma = np.broadcast_to(np.asarray(sigma, dtype=float), np.shape(P))
-    whole = inverse(sigma, a, h)[0]
-    partly = whole > P
+    P_sigma = inverse(sigma, a, h)[0]
+    part = P_sigma > P
     return np.where(
-        partly,
-        sigma / np.sqrt(np.where(partly, P * whole, 1.0)),
+        part,
+        sigma / np.sqrt(np.where(part, P * P_sigma, 1.0)),
         np.where(h > 0, np.maximum(a - h * np.log(P) - h, h), a),
     )
 
@@ -69,11 +69,11 @@ def inverse(s: NDArray, a: NDArray, h: NDArray, sigma: ArrayLike = 0.0) -> tuple
     cell = sigma > 0
     if not cell.any():
         return _inverse(s, a, h)
-    (P, w, e), (whole, _, energy) = _inverse(np.maximum(s - sigma, sigma), a, h), _inverse(sigma, a, h)
+    (P, w, e), (P_sigma, _, e_sigma) = _inverse(np.maximum(s - sigma, sigma), a, h), _inverse(sigma, a, h)
     width = np.where(cell, 2 * sigma, 1.0)
     t = np.where(cell, np.clip(s / width, 0.0, 1.0), 1.0)
-    below = whole * sigma * 2 / 3
-    return P * t**2, np.where(t < 1, 2 * P * t / width, w), np.where(t < 1, below * t**3, e - energy + below)
+    below = P_sigma * sigma * 2 / 3  # energy at s = 2σ
+    return P * t**2, np.where(t < 1, 2 * P * t / width, w), np.where(t < 1, below * t**3, e - e_sigma + below)
 
 
 def steepening(t: NDArray, h: NDArray, slope: NDArray) -> NDArray:

@@ -1,4 +1,7 @@
-"""Contact lines of a scene over a span of its path, and their numbers of segments and nodes."""
+"""Contact lines of a scene, and the number of nodes that they need.
+
+The segments of a line are Gauss points or, where flanks may separate, cells: short pieces that carry one force each.
+"""
 
 from __future__ import annotations
 
@@ -12,31 +15,34 @@ from gearbench.geometry.action import ContactLines, contact_lines
 from gearbench.geometry.pair import Pair
 from gearbench.scene import Scene
 
-#: Maximum number of segments that stay Gauss points even if the smooth compliance would need more of them.
+#: Up to this number of segments, lines under a constant gap have Gauss points even if the smooth compliance (all but
+#: the contact law) needs more points.
 MAX_POINT_SEGMENTS = 12
-#: Additional Gauss points on a line for a kink of its deflections.
+#: Additional Gauss points on a line for each kink of its deflections.
 NODES_PER_KINK = 2
 
 
 def lines_within(scene: Scene, mesh_phase: NDArray, span: tuple[float, float] | None) -> ContactLines:
-    """Contact lines over the path of contact, or off the line of action over ``span`` [mm]."""
+    """Contact lines at the phases ``mesh_phase``, over the path of contact or, off the line of action, over ``span``.
+
+    ``span`` is the range of u [mm].
+    """
     pair, flanks, segments = scene.pair, flank_separation(scene), scene.resolution.segments
-    load = 0.0 if flanks is None else typical_load(scene)
     kinks, face = gap_kinks(scene)
     # off the line of action the gap varies along the lines of helical pairs
     cells = flanks is not None and pair.meshing.overlap_ratio > 0
     if not cells:
-        # Gauss points that are enough for a constant gap may be too few for the smooth compliance of wide flanks
+        # Gauss points would be enough for a constant gap, but too few for the smooth compliance of wide flanks
         cells = variation(scene, span)[0] > LEAST_VARIATION or MAX_POINT_SEGMENTS < segments < _nodes(pair, segments)
     lines = contact_lines(
         pair, mesh_phase, segments, kinks, face,
         cells=cells, coast=scene.load.coast, separation=flanks, span=span,
     )  # fmt: skip
-    return replace(lines, typical_load=load)
+    return replace(lines, typical_load=0.0 if flanks is None else typical_load(scene))
 
 
 def typical_load(scene: Scene) -> float:
-    """Half the mean line load [N/mm]: the load at which pairs touch at their edges, while they take up or shed it."""
+    """Half the mean line load [N/mm], typical of pairs that touch at an edge while they take up or shed their load."""
     meshing = scene.pair.meshing
     mean = scene.F_bn * math.cos(meshing.beta_b) / scene.pair.meshing.face_width
     return mean / (2 * max(meshing.transverse_contact_ratio, 1.0))
@@ -45,9 +51,9 @@ def typical_load(scene: Scene) -> float:
 def smooth_nodes(lines: ContactLines) -> int:
     """Number of Gauss points on a line that resolve its smooth compliance as well as its segments resolve the gap.
 
-    At 15 segments there are 8, plus one for every two modules of width. The error of harmonics of gears in use is then
-    below 0.2 of the allowed error (``tests/accuracy/test_resolution.py``). Convergence is exponential, so twice the
-    cells need only √2 times the points. Each kink of the deflections needs ``NODES_PER_KINK`` more points.
+    At 15 segments there are 8, plus one for every two modules of face width. The error of harmonics of gears in use is
+    then below 0.2 of the allowed error (``tests/accuracy/test_resolution.py``). Convergence is exponential, so √2 times
+    the points go with twice the segments. Each kink of the deflections needs ``NODES_PER_KINK`` more points.
     """
     return _nodes(lines.pair, lines.shape[2], len(lines.deflection_kinks))
 

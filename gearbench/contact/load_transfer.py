@@ -2,9 +2,9 @@
 
 Pair k is at x = τ + k, which increases while the pair passes through the mesh. The contact is solved without this pair.
 The interference that the pair would then have is the approach minus its gap and the smooth deflection of its flanks.
-As a function of x this interference is smooth between the load transfers of other pairs and the kinks of the pair's
-gap; the pair takes up or sheds its load where it is zero. Coarse solutions bracket the zeros. Three methods locate
-them, and the next, more expensive one is used if a method is not accurate enough:
+The pair takes up or sheds its load where the interference is zero. Between the load transfers of other pairs and the
+kinks of the pair's gap it is a smooth function of x. Coarse solutions bracket the zeros. Three methods locate them; the
+next, more expensive one is used if a method is not accurate enough:
 
 1. ``_from_coarse`` interpolates the coarse solutions around the zero;
 2. ``_between`` interpolates values at four x between two coarse phases;
@@ -13,11 +13,11 @@ them, and the next, more expensive one is used if a method is not accurate enoug
 Contact patches are short near a load transfer, so (2) and (3) use lines with many cells where flanks may part along
 them, and the other pairs carry their loads on patches. A truncated smooth compliance is accurate enough.
 
-If the gap is the same all along a line, the line begins to touch over a short ramp, because the other pairs bend the
-gears unevenly. Loads and approach are smooth before and after the ramp. Continued from both sides, they meet where the
-mean compression is zero: with a linear law the total force of a line is proportional to the mean compression that it
-would have without load. A ramp gets a panel of its own if it is longer than ``LONG_RAMP``, or if another load transfer
-is close and panels are short there (C10 of docs/algorithms.md).
+If the gap is the same all along a line, the line begins to touch over a short ramp, a range of x, because the other
+pairs bend the gears unevenly. Loads and approach are smooth before and after the ramp. Their smooth curves meet where
+the mean compression is zero: with a linear law the total force of a line is proportional to the mean compression that
+it would have without load. A ramp gets a panel of its own if it is longer than ``LONG_RAMP``, or if another load
+transfer is close and panels are short there (C10 of docs/algorithms.md).
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ from gearbench.contact.solver import Guess, solve_roughly
 from gearbench.geometry.action import ContactLines
 from gearbench.scene import Resolution, Scene
 
-#: Segments on lines that begin or cease to touch.
+#: Number of segments on a line that begins or ceases to touch.
 FINE_SEGMENTS = 40
 #: Points between two coarse phases at which the interference is evaluated, as fractions of their distance.
 TRIAL_POINTS = (1e-3, 1 / 3, 2 / 3, 1 - 1e-3)
@@ -54,10 +54,12 @@ SEARCH_MARGIN = 0.06
 CUBIC_PHASES, SAMPLES = np.array([-1, 0, 1, 2]), 33
 #: Distances from an estimated zero at which the interference is evaluated again [mesh periods].
 REFINING_DISTANCES = (3e-3, 1e-4)
-#: Ramps longer than the first length get a panel; zones longer than the second are not ramps [mesh periods].
+#: Ramps longer than the first length get a panel; contact that spreads over more than the second length is not treated
+#: as a ramp [mesh periods].
 LONG_RAMP, RAMP_LIMIT = 3e-3, 8e-3
 #: Length of a ramp, from first touch to contact of the whole line, divided by the distance from first touch to zero
-#: mean compression. It was measured on relieved spur pairs; the part that touches first keeps the rest apart.
+#: mean compression. It was measured on relieved spur pairs. It exceeds 2, since the part that touches first keeps the
+#: rest apart.
 RAMP_RATIO = 4.0
 
 
@@ -170,7 +172,10 @@ def _kinks(scene: Scene, low: float, high: float) -> list[float]:
 def _between(
     scene: Scene, share: NDArray, brackets: tuple[NDArray, NDArray], crowded: NDArray, *, exact: bool
 ) -> Estimates:
-    """Load transfers in ``brackets`` of x (bracket,), from solutions in between under a ``share`` of the load."""
+    """Load transfers between the lower and the upper x of ``brackets``, under a ``share`` of the load (bracket,).
+
+    The contact is solved at the ``TRIAL_POINTS`` of each bracket.
+    """
     meshing, (low, high) = scene.pair.meshing, brackets
     if flank_separation(scene) is None:  # load transfers lie within the path of contact
         low, high = np.maximum(low, -meshing.overlap_ratio), np.minimum(high, meshing.transverse_contact_ratio)
@@ -221,7 +226,7 @@ def _from_coarse(scene: Scene, coarse: CoarseSolution, x: NDArray, loaded: NDArr
     only_pair = active[position].sum(axis=-1) == 1
     loaded_at = has_line & loaded[load[:, None], pair * phases + phase]
     estimates = Estimates(np.full(len(first), np.nan), np.zeros(len(first)))
-    # transfers whose pair has a line at all four phases, and can be left out where it is loaded
+    # transfers whose pair has a line at all four phases, and is not the only pair where it is loaded
     known = np.flatnonzero((has_line & ~(loaded_at & only_pair)).all(axis=1))
     if not known.size:
         return estimates
@@ -329,10 +334,10 @@ def _without(
 
 
 def transfer_compression(s: NDArray, length: NDArray) -> NDArray:
-    """Compression of a line, zero at a load transfer, from the compressions of its segments and their ``length``.
+    """Compression of a line that is zero at a load transfer, from those of its segments and their ``length``.
 
-    It is the mean over the line if the whole line begins to touch over a short ramp, and the peak if segments are
-    cells.
+    It is the peak along the line if segments are cells, and otherwise the mean: the line then begins to touch over a
+    short ramp.
     """
     if s.shape[-1] > 1:
         return peak_compression(s)
@@ -353,7 +358,10 @@ def peak_compression(s: NDArray) -> NDArray:
 
 
 def _refined(scene: Scene, share: NDArray, x: NDArray, within: NDArray, *, exact: bool) -> Estimates:
-    """Improve the load transfers at x (transfer,) by solutions ever closer to them, ``within`` limits (2, transfer)."""
+    """Improve the load transfers at x (transfer,) by solutions ever closer to them.
+
+    ``within`` (2, transfer) holds the lowest and the highest x at which a transfer is searched.
+    """
     estimate, ramp = x.copy(), np.zeros(len(x))
     for reach in REFINING_DISTANCES:
         points = np.clip(estimate[:, None] + reach * np.array([-1.0, 0.0, 1.0]), *within[..., None])

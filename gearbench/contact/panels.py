@@ -14,8 +14,8 @@ from collections.abc import Iterable, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
-#: Transitions closer than this count as one [mesh periods]; indexed by rank, so that the last is for the rank −1. A
-#: jump of the stiffness that is misplaced by d changes each harmonic by up to 2d of the jump.
+#: Distance within which transitions are merged [mesh periods], for the ranks 0, 1 and −1 in this order, so that ranks
+#: are indices. A jump of the stiffness that is misplaced by d changes each harmonic by up to 2d of the jump.
 CLOSE = (5e-4, 5e-3, 2e-4)
 #: Maximum length of a panel next to a load transfer [mesh periods].
 FIRST_PANEL = 0.04
@@ -29,8 +29,8 @@ class Transition(NamedTuple):
     """A change of the contact at a mesh phase; the lower its rank, the more exactly a panel must begin there.
 
     ``rank`` is 0 if a pair takes up or sheds its load or a line passes an end of the path, −1 at both ends of a ramp,
-    and 1 otherwise. A ramp reaches from the first touch of a line to contact over its whole length. ``side`` is the
-    side on which curves are steep: 1 after the transition, −1 before it, 0 neither.
+    and 1 otherwise. A ramp reaches from the first touch of a line to contact over its whole length. ``side`` tells
+    where curves are steep: 1 after the transition, −1 before it, 0 neither.
     """
 
     phase: float
@@ -46,13 +46,13 @@ def panel_starts(
 ) -> list[float]:
     """Starts of the panels of a cycle of ``length`` mesh periods: phases in [0, ``length``), ascending, with 0.
 
-    Panels begin at the ``transitions`` and are split if they are too long. Of several transitions within ``close``,
-    the one of the lowest rank is kept.
+    Panels begin at the ``transitions`` and are split if they are longer than ``longest`` or too long for their distance
+    from a load transfer. Of several transitions within ``close`` (as ``CLOSE``), the one of the lowest rank is kept.
     """
     transitions = list(transitions)
     kept = [0.0]
     for phase, rank, _ in sorted(transitions, key=lambda transition: (transition.rank, transition.phase)):
-        start, *others = (abs(_distance_behind(phase, other, length, length / 2)) for other in kept)
+        start, *others = (abs(_distance_after(phase, other, length, length / 2)) for other in kept)
         # 0 always begins a panel; a load transfer or the end of a ramp is merged with phase 0 only within close[-1]
         if start > close[rank if rank > 0 else -1] and min(others, default=1.0) > close[rank]:
             kept.append(phase)
@@ -60,13 +60,13 @@ def panel_starts(
     starts: list[float] = []
     for a, b in pairwise([*sorted(kept), float(length)]):
         # distances from the previous load transfer to the beginning of the panel, and from its end to the next one
-        left = min((max(_distance_behind(a, s, length), 0.0) for s in after), default=1.0)
-        right = min((max(_distance_behind(s, b, length), 0.0) for s in before), default=1.0)
+        left = min((max(_distance_after(a, s, length), 0.0) for s in after), default=1.0)
+        right = min((max(_distance_after(s, b, length), 0.0) for s in before), default=1.0)
         starts += _split(a, b, left, right, longest)[:-1]
     return starts
 
 
-def _distance_behind(phase: float, other: float, length: int, least: float = CLOSE[1]) -> float:
+def _distance_after(phase: float, other: float, length: int, least: float = CLOSE[1]) -> float:
     """``phase`` minus ``other`` on the cycle, in [−least, length − least).
 
     It is slightly negative, instead of almost a whole cycle, if ``phase`` lies just before ``other``.
@@ -75,7 +75,7 @@ def _distance_behind(phase: float, other: float, length: int, least: float = CLO
 
 
 def _split(a: float, b: float, left: float, right: float, longest: float) -> list[float]:
-    """Ends of the panels that split [a, b], with load transfers ``left`` before a and ``right`` after b."""
+    """Ends of the panels that split [a, b], with load transfers at a − ``left`` and b + ``right``."""
     middle = (a + b) / 2
     inside = [*_geometric(left, middle - a, a, 1), *_geometric(right, b - middle, b, -1)[::-1]]
     ends = [a, *inside, b]
@@ -87,7 +87,11 @@ def _split(a: float, b: float, left: float, right: float, longest: float) -> lis
 
 
 def _geometric(distance: float, length: float, start: float, sign: int) -> list[float]:
-    """Ends of panels within a ``length``, in geometric progression from a load transfer ``distance`` before it."""
+    """Ends of panels inside an interval, in geometric progression from a load transfer outside it.
+
+    The interval begins at ``start``, at the given ``distance`` from the load transfer, and extends over ``length`` in
+    the direction ``sign``.
+    """
     first = max(distance, FIRST_PANEL / GROWTH)
     count = math.ceil(math.log((distance + length) / first) / math.log(GROWTH) - 1e-9)
     ratio = ((distance + length) / first) ** (1 / max(count, 1))

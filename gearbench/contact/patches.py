@@ -3,8 +3,8 @@
 The solution on cells gives the approach δ and the amplitudes q of the smooth deflection. The compression
 s(y) = δ − e(y) − ψ(y)·q changes sign at the ends of the patches. An error ε of these ends changes loads and deflections
 by O(ε²), but the stiffness by O(ε), because a point is stiff as soon as it touches. The ends are therefore located
-again from the compressions at the Gauss points of the patches and on the cells. Between the ends the integrands are
-smooth, so Gauss points converge fast.
+again, from the compressions at the Gauss points of the patches and on the cells. Between the ends the integrands are
+smooth, so sums over Gauss points converge fast.
 """
 
 from __future__ import annotations
@@ -29,9 +29,8 @@ from gearbench.geometry.quadrature import gauss
 #: Number of times that the ends of patches are computed; each time squares the error of loads and deflections.
 ROUNDS = 3
 #: Residual at which the solution on cells takes its last step. It is far below the error of the patch ends
-#: found on cells, so that the result after the last round does not depend on the initial guess (to 1e-12).
+#: found on cells, so that the result after the last round depends on the initial guess by less than 1e-12.
 ON_CELLS = 1e-5
-
 #: Number of points on a line, besides Gauss points, at which the compression is computed for the next round.
 PROBES = 4
 
@@ -60,7 +59,7 @@ def solve_patches(problem: ContactProblem, guess: Guess | None = None) -> Contac
 
 
 class Round(NamedTuple):
-    """A solution on contact patches: approach δ_n [mm], ∂F_bn/∂δ_n [N/mm], and the patches; None if it is on cells."""
+    """A solution: approach δ_n and ∂F_bn/∂δ_n (position,) [mm; N/mm], and its ``patches``, None if it is on cells."""
 
     approach: NDArray
     stiffness: NDArray
@@ -73,7 +72,7 @@ def first_round(problem: ContactProblem, guess: Guess) -> Round:
 
 
 def next_round(problem: ContactProblem, guess: Guess, previous: Patches | None) -> Round:
-    """Rough solution of ``problem`` on the patches of the solution ``guess`` on ``previous`` patches, or on cells."""
+    """Rough solution of ``problem`` on the patches of ``guess``, a solution on the ``previous`` patches or on cells."""
     patches = on_patches(problem, guess, previous)
     return Round(*solve_roughly(patches[0], guess), patches)
 
@@ -124,7 +123,7 @@ def _nodes(problem: ContactProblem, guess: Guess, previous: Patches | None) -> t
     y, width = patch_nodes(cells.lines, s, cells.nodes, known)
     without_patch = np.flatnonzero(width.sum(axis=(1, 2)) == 0)
     if without_patch.size:
-        # the patch lies within a single cell and reaches neither its ends nor its middle
+        # the patch lies within a single cell and reaches neither its ends nor its middle: the cell becomes the patch
         by_cell = s.reshape(len(s), -1, 3).copy()
         exists = np.repeat(cells.lines.active, problem.shape[2], axis=1)[without_patch]
         by_cell[without_patch, np.where(exists, by_cell[without_patch].max(axis=2), -np.inf).argmax(axis=1)] = 1.0
@@ -166,12 +165,12 @@ def _compression(problem: ContactProblem, guess: Guess) -> NDArray:
 def patch_nodes(
     lines: ContactLines, s: NDArray, nodes: int, known: tuple[NDArray, NDArray] | None = None
 ) -> tuple[NDArray, NDArray]:
-    """Positions y and widths of ``nodes`` Gauss points on the patches of a line, followed by ``PROBES`` probes [mm].
+    """Positions y and widths [mm] of ``nodes`` Gauss points on the patches of a line, followed by ``PROBES`` probes.
 
     Both are (position, pair, node and probe). Probes are ends of patches, and places where the flanks nearly touch
-    (maxima of s below zero); their widths are zero. ``s`` is the compression at the beginning, middle and end of each
-    segment, ``known`` holds y and s at further points (position, pair, point). Patches end where the cubic through the
-    closest points changes sign or the gap has a kink.
+    (maxima of s below zero); their widths are zero. ``s`` (position, pair, segment, 3) is the compression at the
+    beginning, middle and end of each cell, ``known`` holds y and s at further points, each (position, pair, point).
+    Patches end where the cubic through the closest points changes sign or the gap has a kink.
     """
     from gearbench.contact._patch_kernels import patch_nodes as fill
 

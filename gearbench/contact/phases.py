@@ -22,13 +22,13 @@ def uniform_phases(count: int) -> tuple[NDArray, NDArray]:
 def mirrored_phases(pair: Pair, count: int) -> NDArray:
     """``count`` equidistant phases in [0, 1), ascending, which stay the same if pinion and wheel are exchanged.
 
-    The exchange turns τ into ε_α − ε_β − τ. A choice that is made from solutions at these phases, such as that of the
-    panels, thus does not depend on which gear is the pinion.
+    The exchange turns τ into ε_α − ε_β − τ. Panels that are chosen from solutions at these phases thus do not depend on
+    which gear is the pinion.
     """
     meshing = pair.meshing
     middle = (meshing.transverse_contact_ratio - meshing.overlap_ratio) / 2
     phase = ((np.arange(count) + 0.5) / count + middle) % 1.0
-    return np.sort(phase % 1.0)  # −1e-17 % 1.0 is 1.0
+    return np.sort(phase % 1.0)  # once more, because −1e-17 % 1.0 is 1.0
 
 
 def gauss_phases(transitions: Iterable[float], points: int) -> tuple[NDArray, NDArray]:

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from gearbench.effects.base import ComplianceEffect, Effect
 from gearbench.geometry.action import ContactLines
 
-#: Part of H that its factor Ψ may leave out: its trace relative to the compliance of the contact law (C8 of
-#: docs/algorithms.md). Compliances change by less than this fraction.
+#: How much of the smooth compliance H the factor Ψ may leave out: the trace of the difference, with the compliance of
+#: the contact law as its unit (C8 of docs/algorithms.md). Compliances change by less than this fraction.
 TRUNCATION = 1e-4
-#: Part of H that counts as rounding, relative to the trace of H.
+#: Trace of H − Ψ Ψᵀ at the level of rounding, divided by the trace of H.
 RANK_TOLERANCE = 1e-14
 
 
@@ -46,7 +46,7 @@ class Cells:
     nodes
         Number of Gauss points on the patches of a line, the same at all positions.
     share
-        Load of each position divided by the load of the problem, (position,).
+        Load at each position divided by the load of the problem, (position,).
     field
         Gap that elastic bodies open under the loads of other meshes, at the nodes of ``smooth_lines``, (position, pair,
         node) [mm]; ``gaps`` include it.
@@ -81,9 +81,10 @@ class ContactProblem:
 
     The unknowns are the forces P of the segments and the approach δ of the gears (C1 of docs/theory.md).
 
-    H = Ψ Ψᵀ has one block for every tooth pair, or a single block if pairs deflect each other. Forces are in units of
-    the normal force F_bn, displacements in units of ``length_scale``. ``gearbench.contact.law`` defines the law g of a
-    segment. Without a law (a = h = 0) H must be positive definite.
+    H = Ψ Ψᵀ is the smooth compliance: all compliance but the contact law. It has one block for every tooth pair, or a
+    single block if pairs deflect each other. Forces are in units of the normal force F_bn, displacements in units of
+    ``length_scale``. ``gearbench.contact.law`` defines the law g of a segment. Without a law (a = h = 0) H must be
+    positive definite.
 
     Parameters
     ----------
@@ -169,7 +170,7 @@ def part_of(problem: ContactProblem, positions: slice | NDArray) -> ContactProbl
 
 
 def under_shares(problem: ContactProblem, share: NDArray) -> ContactProblem:
-    """``problem`` with the load of each position multiplied by ``share`` (position,).
+    """``problem`` with the load at each position multiplied by ``share`` (position,).
 
     The unit of displacement is taken proportional to the load, so that only gaps and law change: with f = F′/F they
     become e′ = e/f, σ′ = σ/f and g′(P) = g(fP)/f, that is a′ = a − h ln f. ``force`` and ``length_scale`` remain those
@@ -177,8 +178,8 @@ def under_shares(problem: ContactProblem, share: NDArray) -> ContactProblem:
     """
     f = share[:, None]
     cells = replace(problem.cells, share=problem.cells.share * share) if problem.cells else None
-    level = problem.a - problem.h * np.log(f)
-    return replace(problem, gap=problem.gap / f, sigma=problem.sigma / f, a=level, cells=cells)
+    a = problem.a - problem.h * np.log(f)
+    return replace(problem, gap=problem.gap / f, sigma=problem.sigma / f, a=a, cells=cells)
 
 
 def full_factor(problem: ContactProblem, position: int) -> NDArray:
@@ -206,9 +207,9 @@ def reduce_rank(problem: ContactProblem, truncation: float = 0.0) -> ContactProb
 
 
 def stiffness_of_law(problem: ContactProblem) -> NDArray:
-    """Greatest stiffness dP/dg that the law of each existing segment has under any load; 0 without a law.
+    """Greatest stiffness dP/dg that the law of each existing segment has under any load, (position, segment).
 
-    (position, segment). It is 1/h on the tangent of a logarithmic law, and 1/a for a linear law.
+    It is 1/h on the tangent of a logarithmic law, 1/a for a linear law, and 0 without a law.
     """
     compliance = np.where(problem.h > 0, problem.h, problem.a)
     return np.where(problem.active & (compliance > 0), 1 / np.where(compliance > 0, compliance, 1.0), 0.0)
@@ -224,9 +225,8 @@ def truncated_root(matrix: NDArray, stiffness: NDArray, truncation: float) -> ND
 
     A = diag(1/``stiffness``) is the compliance of the contact law, with its ``stiffness`` (block, n). The part left
     out, R = H − L Lᵀ ≥ 0, has tr(A^{−½} R A^{−½}) ≤ ``truncation``. Thus (1 − truncation)(H + A) ≤ L Lᵀ + A ≤ H + A: no
-    deflection changes by more than this fraction (C8 of docs/algorithms.md). Rounding, 1e-14 of the greatest trace of
-    H, is always left out; without a law nothing else is (Higham, Accuracy and Stability of Numerical Algorithms,
-    §10.3).
+    deflection changes by more than this fraction (C8 of docs/algorithms.md). Without a law only rounding is left out,
+    ``RANK_TOLERANCE`` of the greatest trace of H (Higham, Accuracy and Stability of Numerical Algorithms, §10.3).
     """
     from gearbench.contact._kernels import pivoted_cholesky
 

@@ -44,9 +44,10 @@ class Reference(NamedTuple):
 
 
 def normal_matrix(C: NDArray, W: NDArray) -> NDArray:
-    """Matrix of a Newton step for (q, δ), diag(1, …, 1, 0) + Cᵀ W C (position, unknown, unknown), as in (B1).
+    """Matrix of a Newton step for (q, δ), diag(1, …, 1, 0) + Cᵀ W C, (position, unknown, unknown).
 
-    z = C (q, δ) are the motions of the segments, W (position, n) the slopes of their laws.
+    See (B1) of docs/algorithms.md. z = C (q, δ) are the motions of the segments, W (position, n) the slopes of their
+    laws.
     """
     M = np.swapaxes(C, 1, 2) @ (W[..., None] * C)
     amplitude = np.arange(M.shape[1] - 1)

@@ -22,8 +22,8 @@ from gearbench.contact.problem import ContactProblem, ContactSolution, gram
 from gearbench.contact.solver import Guess, has_law, law_forces
 from gearbench.geometry.action import ContactLines
 
-#: Stiffness that is added to each resultant, in units of the problem: with few loaded segments a resultant may have
-#: none.
+#: Stiffness that is added to each resultant, in units of the problem, because a resultant has none if too few segments
+#: are loaded.
 ADDED_STIFFNESS = 1e-9
 
 
@@ -44,7 +44,7 @@ class Resultants:
 
 
 def lever(lines: ContactLines) -> NDArray:
-    """Lever arm η of the segments, (position, pair, segment); −1 … 1 over the face of spur gears."""
+    """Lever arm η of the segments, (position, pair, segment); from −1 to 1 over the face of spur gears."""
     meshing = lines.pair.meshing
     b, tan_b = meshing.face_width, math.tan(meshing.beta_b)
     return (lines.y - b / 2 + (lines.u - meshing.pitch_point) * tan_b) / (b / 2)
@@ -55,16 +55,17 @@ def resultants(
 ) -> Resultants:
     """The first ``rows`` resultants of the ``solution`` of ``problem`` on ``lines``; ``guess`` is its last iterate.
 
-    The loaded points have the compliance A = ΨΨᵀ + diag(dg/dP), so ∂f/∂x = Rᵀ A⁻¹ R with R_ij = P_j(η_i) (W12).
+    The loaded points have the compliance A = ΨΨᵀ + diag(dg/dP), so ∂f/∂x = Rᵀ A⁻¹ R with R_ij = P_j(η_i) (W12 of
+    docs/theory.md).
     """
     p, nodes = (problem, lines) if problem.cells is None else on_patches(problem, guess)
     P = law_forces(p, guess.delta, guess.q) if has_law(p) else (solution.force / p.force).reshape(p.gap.shape)
     loaded = p.active & (P > 0)
-    sigma = slope(np.where(loaded, P, 1.0), p.a, p.h, p.sigma) if has_law(p) else np.zeros_like(P)
+    dg = slope(np.where(loaded, P, 1.0), p.a, p.h, p.sigma) if has_law(p) else np.zeros_like(P)
     same = p.block[:, None] == p.block
     A = np.where(loaded[:, :, None] & loaded[:, None, :] & same, gram(p.factor), 0.0)
     index = np.arange(A.shape[-1])
-    A[:, index, index] = np.where(loaded, A[:, index, index] + sigma, 1.0)
+    A[:, index, index] = np.where(loaded, A[:, index, index] + dg, 1.0)
     R = row_shapes(nodes, rows).reshape(*P.shape, rows) * loaded[..., None]
     stiffness = np.swapaxes(R, 1, 2) @ np.linalg.solve(A, R)
     return _in_units(p, lines, np.einsum("ps,psr->pr", P, R), stiffness)
@@ -76,7 +77,7 @@ def row_shapes(lines: ContactLines, rows: int) -> NDArray:
 
 
 def resultants_of_samples(batch: Batch, lines: ContactLines, solution: BatchSolution, rows: int) -> Resultants:
-    """The first ``rows`` resultants of samples, if all segments on ``lines`` deflect each other."""
+    """The first ``rows`` resultants of the samples of ``batch``, if all segments on ``lines`` deflect each other."""
     from gearbench.contact._batch_kernels import schur_complements
 
     slope, factor, problem = solution.slope, batch.factor, batch.problem

@@ -30,7 +30,7 @@ def by_lever(
 def typical_compression(a: NDArray, h: NDArray, scene: Scene) -> float:
     """Compression under the mean line load [mm], the unit of displacement of problems with a contact law."""
     line_load = scene.F_bn / scene.pair.meshing.face_width
-    # beyond the validity of the law its continuation has the slope h
+    # where the logarithmic law is not valid, a tangent of the slope h continues it
     return line_load * max(float(np.mean(a - h * math.log(line_load))), float(np.mean(h)))
 
 
@@ -43,6 +43,7 @@ def even_deflection(matrix: NDArray, lines: ContactLines) -> float:
         If the compliance of the segments is not positive definite.
     """
     active = np.repeat(lines.active, lines.shape[2], axis=1)
+    # absent segments get a diagonal entry, so that their zero rows have no zero eigenvalue
     greatest = np.linalg.norm(matrix, axis=(1, 2))[:, None]
     least = np.linalg.eigvalsh(matrix + np.eye(active.shape[1]) * np.where(active, 0.0, greatest)[:, None, :])[:, :1]
     if np.any(least <= 1e-13 * greatest):  # zero but for rounding
@@ -64,7 +65,8 @@ def scale_problem(
 ) -> ContactProblem:
     """Dimensionless problem from gap and half its variation over a cell, ``sigma`` [mm], Ψ [√(mm/N)], a and h [mm²/N].
 
-    All arrays are (position, pair, segment, …); ``force`` [N] and ``scale`` [mm] become the units.
+    All arrays are (position, pair, segment, …); ``force`` [N] and ``scale`` [mm] become the units. ``coupled`` tells
+    whether tooth pairs deflect each other.
     """
     positions, pairs, segments = lines.shape
     active = lines.length > 0

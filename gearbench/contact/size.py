@@ -27,7 +27,7 @@ def require_contact_memory(scene: Scene, positions: int) -> None:
     Raises
     ------
     MemoryBudgetError
-        Naming numbers of segments or positions that would fit.
+        With numbers of segments or positions that would fit.
     """
     pairs, segments = pairs_of_teeth(scene), scene.resolution.segments
     if positions * position_memory(pairs, segments, MOST_COLUMNS, coupled=True) <= SMALL:
@@ -56,7 +56,7 @@ def pairs_of_teeth(scene: Scene) -> int:
 
 
 def _columns(scene: Scene) -> tuple[int, bool]:
-    """Number of columns of all Ψ, and whether the dense solver is needed (coupled tooth pairs, or no contact law)."""
+    """Number of columns of all Ψ, and whether full matrices are needed (coupled tooth pairs, or no contact law)."""
     lines = contact_lines(scene.pair, [0.5], 1)
     acting = [effect for effect in scene.acting_effects if isinstance(effect, ComplianceEffect)]
     by_name = {effect.name: effect for effect in scene.acting_effects}
@@ -67,7 +67,7 @@ def _columns(scene: Scene) -> tuple[int, bool]:
 
         fe_tooth = tooth_bending(scene.effects_by_name, "finite_elements")
     if fe_tooth is not None and fe_tooth.missing_levels(scene.pair, scene.effects_by_name):
-        # not computed yet, and too expensive to compute only to count columns: an estimate
+        # not computed yet, and too expensive to compute only to count columns: the number is an estimate
         columns, coupled = MOST_COLUMNS // 10, "gear_body" in by_name
         ready = [effect for effect in acting if effect is not fe_tooth]
     flanks = {effect: part for effect in ready if (part := effect.flank_compliances(lines, by_name)) is not None}

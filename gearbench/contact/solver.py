@@ -22,10 +22,11 @@ RESIDUAL_LIMIT = 1e-9
 ROUNDING_LIMIT = 1e-10
 #: Maximum number of Newton steps at a position.
 MAX_STEPS = 200
-#: Newton's method has the forces as unknowns if all segments share their amplitudes, and there are fewer than DENSE
-#: segments for each amplitude, or 2·DENSE if there are at most FEW segments. The matrix is then smaller.
+#: The unknowns of Newton's method are the forces, instead of the amplitudes, if all segments share their amplitudes and
+#: there are fewer than DENSE segments for each amplitude, or 2·DENSE if there are at most FEW segments. The matrix,
+#: with one row for each loaded segment, is then smaller.
 DENSE, FEW = 2.0, 48
-#: Residual at which the Newton method of a rough solution takes its last step. This step squares the residual.
+#: Residual at which Newton's method takes its last step in a rough solution. This step squares the residual.
 ROUGH = 1e-6
 
 
@@ -105,7 +106,7 @@ def solve_roughly(problem: ContactProblem, guess: Guess, tolerance: float = ROUG
     """Rough solution: approach δ_n [mm] and ∂F_bn/∂δ_n [N/mm], (position,).
 
     With a contact law, Newton's method takes its last step once the residual is below ``tolerance``. The residual after
-    it is not checked. ``guess`` holds the solution afterwards.
+    this step is not checked. ``guess`` holds the solution afterwards.
     """
     least, p = subtract_smallest_gap(problem)
     if not has_law(p):
@@ -125,7 +126,7 @@ def has_law(problem: ContactProblem) -> bool:
 def subtract_smallest_gap(problem: ContactProblem) -> tuple[NDArray, ContactProblem]:
     """Smallest gap of each position, and the problem with this gap subtracted.
 
-    The approach then has the size of the deflection. A gap of a million deflections would cost it six digits.
+    The approach then has the size of the deflection. With a gap of a million deflections it would lose six digits.
     """
     least = np.min(np.where(problem.active, problem.gap, np.inf), axis=1)
     return least, replace(problem, gap=problem.gap - least[:, None])
@@ -147,7 +148,7 @@ def newton(
     """Newton's method: dimensionless forces (position, segment), δ, ∂F/∂δ and numbers of steps, at most ``limit``.
 
     The smallest gap of each position must be zero. The amplitudes of ``guess`` become those of the solution. Once the
-    residual has fallen to ``tolerance``, one last step follows; its forces follow from the linearised law.
+    residual has fallen to ``tolerance``, one last step follows; it gives the forces by the linearised law.
     """
     from gearbench.contact._force_kernels import solve_coupled
     from gearbench.contact._kernels import Work, solve_positions

@@ -4,8 +4,8 @@ A coarse solution at uniform phases tells which lines touch, and where. Pair k i
 the pair passes through the mesh; the compressions of its line are curves of x. Where the greatest compression changes
 sign, a contact patch appears or vanishes. Where the compression at an end of the line changes sign, a patch reaches or
 leaves this end; patches on helical lines reach and leave kinks of the gap in the same way. The geometry
-determines further transitions, at which an end of the face passes an end of the path of contact or a kink of the gap.
-They count only if the flanks touch there.
+determines further transitions, at which an end of the face passes an end of the path of contact or a kink of the gap;
+they are left out if the flanks do not touch there.
 """
 
 from __future__ import annotations
@@ -47,8 +47,8 @@ def mesh_phases(scene: Scene) -> tuple[NDArray, NDArray]:
     kinks, face = gap_kinks(scene)
     positions = tuple(kinks) if flanks is not None else (meshing.path_start, meshing.path_end, *kinks)
     if flanks is not None and not meshing.overlap_ratio:
-        # spur pairs take up and shed their load, with a kink, where their separation equals the deflection of the
-        # others
+        # spur pairs take up and shed their load, with a kink, where their separation equals the deflection of the other
+        # pairs
         positions += flanks.reach(greatest_deflection(scene))
     size = scene.resolution.panel_size
     assert size is not None
@@ -77,10 +77,9 @@ def phases_of_loads(scene: Scene, shares: NDArray) -> list[tuple[NDArray, NDArra
     longest = LONGEST if scene.pair.meshing.overlap_ratio else 1.0
     exact = size > GAUSS_POINTS
     close = CLOSER if exact else CLOSE
-    free = replace(scene, resolution=Resolution())
+    scene = replace(scene, resolution=Resolution())  # ``transitions`` is cached, for scenes of any resolution
     one = len(shares) == 1
-    # ``transitions`` is cached
-    of_loads = [transitions(free, exact=exact)] if one else transitions_of_loads(free, shares, exact=exact)
+    of_loads = [transitions(scene, exact=exact)] if one else transitions_of_loads(scene, shares, exact=exact)
     return [(*gauss_phases(panel_starts(of_load, longest, close), size), size) for of_load in of_loads]
 
 
@@ -178,9 +177,10 @@ def _steep_side(scene: Scene, passage: Passage) -> int:
 
 
 def _at_kinks(scene: Scene, lines: ContactLines, s: NDArray) -> list[NDArray]:
-    """Compressions where a helical line has the kinks of its gap in u, each (position, pair).
+    """Compressions of helical lines at the kinks of their gap in u, each (position, pair).
 
-    NaN if the line has no such kink, or if its patch reaches an end: curves bend where an end of a patch passes a kink.
+    They are zero where an end of a patch passes a kink; there curves bend. NaN if the line has no such kink, or if it
+    touches at one of its ends.
     """
     meshing = scene.pair.meshing
     if not (meshing.overlap_ratio and lines.cells):
@@ -199,7 +199,7 @@ def _at_kinks(scene: Scene, lines: ContactLines, s: NDArray) -> list[NDArray]:
 
 
 def _under_load(scene: Scene, kinks: Iterable[float]) -> list[float]:
-    """``kinks`` in u; off the line of action both ends of contact at a corner, instead of the kink between them."""
+    """``kinks`` in u; off the line of action, both ends of the contact at a corner replace the kink between them."""
     flanks = flank_separation(scene)
     return [*kinks] if flanks is None else [*(u for u in kinks if u not in flanks.kinks), *flanks.changes]
 
@@ -218,7 +218,7 @@ def _at_passages(scene: Scene, x: NDArray, on_line: NDArray) -> list[list[Transi
     of_loads: list[list[Transition]] = [[] for _ in on_line]
     for passage in _passages(scene, (*ends, *kinks), face):
         side, (x_passage, u, y) = _steep_side(scene, passage), passage
-        # any contact counts if the line is short because it begins or ends, or passes as a whole on a spur pair
+        # contact anywhere on the line is enough if it is short because it begins or ends, or passes as a whole (spur)
         anywhere = side != 0 or not meshing.overlap_ratio or y in face
         curve = on_line[:, 0 if anywhere else 2 if y else 1]
         i = np.searchsorted(x, x_passage)
@@ -235,6 +235,6 @@ def _sign_changes(curve: NDArray) -> NDArray:
 
 
 def _root(x: NDArray, curve: NDArray, i: int) -> float:
-    """Zero of the straight line through the points i and i + 1 of the curve."""
+    """x at which the straight line through the points i and i + 1 of the curve is zero."""
     a, b = curve[i], curve[i + 1]
     return float(x[i] + (x[i + 1] - x[i]) * a / (a - b))

@@ -84,8 +84,8 @@ def _side(scene: Scene, lines: ContactLines, contact: MeshAt, index: int) -> Sid
     nodes_on_lines = lines if cells is None else cells.smooth_lines
     body = _body(scene)
     assert body is not None
-    nodes: NDArray = body.shapes(nodes_on_lines, index, scene.effects_by_name) / np.expand_dims(
+    polynomials: NDArray = body.shapes(nodes_on_lines, index, scene.effects_by_name) / np.expand_dims(
         nodes_on_lines.lever, -1
     )
-    nodes = np.where(nodes_on_lines.active[..., None, None], nodes, 0.0)
-    return Side(mesh=0, nodes=nodes, means=None if cells is None else cells.means)
+    polynomials = np.where(nodes_on_lines.active[..., None, None], polynomials, 0.0)
+    return Side(mesh=0, polynomials=polynomials, means=None if cells is None else cells.means)
