@@ -1,6 +1,7 @@
 """Gear bodies loaded by several meshes of a train: a planet between sun and ring, a ring under all planets.
 
-The load of one mesh deflects the teeth in the other meshes of the same gear, by (M4) of docs/theory.md.
+The load of one mesh deflects the teeth in the other meshes of the same gear, by (M4) of docs/theory.md. A side is a
+gear in one of its meshes.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ def yielding_bodies(
     ``scenes`` and ``contact_at`` hold the scene, and contact lines and problem, of each mesh by name.
     """
     sides: list[Side] = []
-    seats: dict[str, list[int]] = {}
+    sides_of: dict[str, list[int]] = {}
     names: list[tuple[str, int]] = []
     known: dict[tuple[int, int], Side] = {}
     for number, mesh in enumerate(train.meshes):
@@ -38,7 +39,7 @@ def yielding_bodies(
             lines, contact = contact_at[mesh.name]
             if (id(contact), index) not in known:
                 known[id(contact), index] = _side(scenes[mesh.name], lines, contact, index)
-            seats.setdefault(gear, []).append(len(sides))
+            sides_of.setdefault(gear, []).append(len(sides))
             side = known[id(contact), index]
             sides.append(replace(side, mesh=number))
             names.append((mesh.name, index))
@@ -64,7 +65,7 @@ def yielding_bodies(
             groups.append((np.flatnonzero(pitches == d), between.reshape(math.prod(between.shape[:2]), -1)))
         return Link(sides=(one, other), groups=tuple(groups))
 
-    shared = [of_gear for of_gear in seats.values() if len(of_gear) > 1]
+    shared = [of_gear for of_gear in sides_of.values() if len(of_gear) > 1]
     if not shared:
         return None
     # a gear that drives in one mesh and is driven in another is treated as driving: that side comes first
@@ -79,7 +80,7 @@ def _body(scene: Scene) -> GearBody | None:
 
 
 def _side(scene: Scene, lines: ContactLines, contact: MeshAt, index: int) -> Side:
-    """Flank polynomials of a gear, divided by the lever, on the contact lines of its mesh."""
+    """Flank polynomials of a gear, divided by the lever arm w of (T5), on the contact lines of its mesh."""
     cells = contact.problem.cells
     nodes_on_lines = lines if cells is None else cells.smooth_lines
     body = _body(scene)

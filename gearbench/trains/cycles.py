@@ -29,7 +29,7 @@ from gearbench.trains.revolution import eccentric, turned
 from gearbench.trains.scatter import FORCE_TOLERANCE, LEAST, Curves, curves, levels
 from gearbench.trains.solve import SolvedTrain, mesh_scenes, solve_train
 
-#: Change of a mesh force, relative to the largest, at which a mesh cycle counts as converged.
+#: Change of a mesh force in a step, relative to the largest force, at which a mesh cycle has converged.
 FORCE_CHANGE = 1e-9
 #: Number of curves over all cycles in memory, in addition to one per mesh.
 FURTHER_CURVES = 4

@@ -48,7 +48,7 @@ TOGETHER = 4096
 #: Change of a mesh force, relative to the largest, in the last Newton step of samples with flank errors. Convergence is
 #: quadratic: forces are then known to 1e-5.
 FORCE_CHANGE = 5e-4
-#: Residual of the equilibrium, relative to the load, at which a sample counts as converged.
+#: Residual of the equilibrium, relative to the load, at which a sample has converged.
 FORCE_TOLERANCE = 1e-9
 #: Responses for which statistics and sensitivities are computed.
 STUDIED = ("mesh_load_factor", "train_transmission_error_rms")

@@ -1,4 +1,7 @@
-"""Trains whose meshes form one contact problem: parallel paths, floating gears, flexible pins (M2)."""
+"""Trains whose meshes form one contact problem: parallel paths, floating gears, flexible pins.
+
+Numbers such as (M2) are equations of docs/theory.md.
+"""
 
 from __future__ import annotations
 
@@ -212,7 +215,7 @@ def mesh_scenes(scene: Scene) -> dict[str, Scene]:
 def solve_train(
     scene: Scene, *, alike: bool = False, meshes: Mapping[str, Scene] | None = None, phases: Phases | None = None
 ) -> SolvedTrain:
-    """Solve the contact of all meshes of a ``coupled`` scene, by default at phases resolved for all of them.
+    """Solve the contact of all meshes of a ``coupled`` scene (M2).
 
     Parameters
     ----------
@@ -221,7 +224,7 @@ def solve_train(
     meshes
         Scene of each mesh by name, if it differs from ``scene.meshes``.
     phases
-        Phases of the first mesh.
+        Phases of the first mesh; by default those of the scene's resolution, resolved for all meshes.
 
     Raises
     ------

@@ -17,16 +17,17 @@ from gearbench.contact.problem import ContactSolution
 from gearbench.geometry.train import Train
 from gearbench.scene import Scene
 
-#: Tolerance at which two states count as equal: places (relative to the largest), phases [mesh periods], coupling
-#: (relative).
+#: Two states are equal if they differ by at most this: in places (relative to the largest), phases [mesh periods] and
+#: coupling (relative).
 EQUAL = 1e-9
 
 
 def parts(train: Train, scenes: Sequence[Scene], phase: NDArray, statics: Statics) -> tuple[NDArray, NDArray]:
-    """Mesh whose first part of the cycle a mesh repeats, for all meshes in all parts, (part, mesh).
+    """Find the symmetry of a train, by which a rotation about the input shaft makes the meshes change places.
 
-    The meshes change places by a rotation about the input shaft. A train without symmetry has a single part. Also
-    return the first of the meshes that are in the same state as a mesh all the time, (mesh,).
+    Return two arrays of mesh numbers. The first, (part, mesh), tells which mesh was in the same states during the first
+    part of the cycle as this mesh is in this part; without symmetry there is one part. The second, (mesh,), holds the
+    first of the meshes that are always in the same state as this mesh.
 
     Parameters
     ----------
