@@ -16,7 +16,7 @@ from gearbench.contact.problem import ContactSolution
 from gearbench.contact.scaling import scale_problem
 from gearbench.contact.solver import solve
 from gearbench.contact.transitions import mesh_phases
-from gearbench.effects.base import GapEffect
+from gearbench.effects.base import GapEffect, LineLaw
 from gearbench.effects.crowning import Crowning
 from gearbench.effects.end_relief import EndRelief
 from gearbench.effects.gear_body import GearBody
@@ -144,7 +144,7 @@ def by_hand() -> ContactSolution:
     q = force / pair.face_width
     unit = q * max(float(np.mean(a - h * math.log(q))), float(np.mean(h)))
     none, gap = np.zeros((*lines.shape, 0)), np.zeros(lines.shape)
-    return solve(scale_problem(lines, gap, none, a, h, gap, force, unit, coupled=False))
+    return solve(scale_problem(lines, gap, none, LineLaw(a=a, h=h), gap, force, unit, coupled=False))
 
 
 def test_an_empty_scene_costs_what_the_same_written_by_hand_costs(benchmark):

@@ -138,15 +138,14 @@ def _problem(
     unit is a typical compression or, without a law, the mean deflection.
     """
     factor, matrix = smooth.factor, smooth.matrix
-    zeros = np.zeros(lines.shape)
-    a, h = sum((law.a for law in laws), zeros), sum((law.h for law in laws), zeros)
+    law = LineLaw.total(laws, lines.shape)
     if unit is None and matrix is not None and not laws:
         unit = even_deflection(matrix, lines) * scene.F_bn
     elif unit is None:
-        unit = typical_compression(a, h, scene)
+        unit = typical_compression(law, scene)
     if lines.touch is not None:
-        factor, matrix, a, h = by_lever(lines.touch.levers[0], factor, matrix, a, h)
-    problem = scale_problem(lines, gap, factor, a, h, sigma, scene.F_bn, unit, coupled=matrix is not None)
+        factor, matrix, law = by_lever(lines.touch.levers[0], factor, matrix, law)
+    problem = scale_problem(lines, gap, factor, law, sigma, scene.F_bn, unit, coupled=matrix is not None)
     if matrix is not None:
         matrix = matrix * (problem.force / problem.length_scale)
         return replace(problem, factor=truncated_root(matrix, stiffness_of_law(problem), truncation))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -73,8 +74,8 @@ def _variation(
     span: tuple[float, float] | None,
 ) -> tuple[float, float]:
     phase = mirrored_phases(pair, TRIAL_PHASES)
-    lines = contact_lines(pair, phase, TRIAL_SEGMENTS, *kinks, coast=coast, separation=flanks, span=span)
-    gap = total_gap(effects, lines)[lines.active]
+    lines = contact_lines(pair, phase, TRIAL_SEGMENTS, *kinks, coast=coast, span=span)
+    gap = total_gap(effects, replace(lines, separation=flanks))[lines.active]
     return float(np.ptp(gap, axis=1).max(initial=0.0)), float(np.ptp(gap, axis=None)) if gap.size else 0.0
 
 

@@ -36,9 +36,9 @@ def lines_within(scene: Scene, mesh_phase: NDArray, span: tuple[float, float] | 
         cells = variation(scene, span)[0] > LEAST_VARIATION or MAX_POINT_SEGMENTS < segments < _nodes(pair, segments)
     lines = contact_lines(
         pair, mesh_phase, segments, kinks, face,
-        cells=cells, coast=scene.load.coast, separation=flanks, span=span,
+        cells=cells, coast=scene.load.coast, span=span,
     )  # fmt: skip
-    return replace(lines, typical_load=0.0 if flanks is None else typical_load(scene))
+    return replace(lines, separation=flanks, typical_load=0.0 if flanks is None else typical_load(scene))
 
 
 def typical_load(scene: Scene) -> float:

@@ -203,16 +203,15 @@ def on_patches(problem: ContactProblem, guess: Guess, previous: Patches | None =
     by_name = {effect.name: effect for effect in cells.effects}
     parts = [effect.compliance(nodes, by_name) for effect in cells.laws]
     zeros = np.zeros(nodes.shape)
-    a = sum((part.a for part in parts if isinstance(part, LineLaw)), zeros)
-    h = sum((part.h for part in parts if isinstance(part, LineLaw)), zeros)
+    law = LineLaw.total([part for part in parts if isinstance(part, LineLaw)], nodes.shape)
     if nodes.touch is not None:
-        *_, a, h = by_lever(nodes.touch.levers[0], zeros[..., None], None, a, h)
+        *_, law = by_lever(nodes.touch.levers[0], zeros[..., None], None, law)
     rows = interpolation_matrix(cells.smooth_lines, nodes.y)
     factor, gap = rows @ cells.factor, total_gap(cells.effects, nodes)
     if cells.field is not None:
         gap = gap + (rows @ cells.field[..., None])[..., 0]
     gap = np.where(cells.lines.active[..., None], gap, 0.0)
-    new = scale_problem(nodes, gap, zeros[..., None], a, h, zeros, problem.force, problem.length_scale, coupled=False)
+    new = scale_problem(nodes, gap, zeros[..., None], law, zeros, problem.force, problem.length_scale, coupled=False)
     new = under_shares(new, cells.share)
     block = np.repeat(problem.block[:: problem.shape[2]], nodes.shape[2])
     factor = np.ascontiguousarray(factor.reshape(*new.gap.shape, -1))

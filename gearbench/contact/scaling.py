@@ -8,15 +8,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.contact.problem import ContactProblem
+from gearbench.effects.base import LineLaw
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.scene import Scene
 
 
 def by_lever(
-    w: NDArray, factor: NDArray, matrix: NDArray | None, a: NDArray, h: NDArray
-) -> tuple[NDArray, NDArray | None, NDArray, NDArray]:
-    """Ψ, H, a and h for moments P̃ = w P in place of forces P, with levers w (T5 of docs/theory.md).
+    w: NDArray, factor: NDArray, matrix: NDArray | None, law: LineLaw
+) -> tuple[NDArray, NDArray | None, LineLaw]:
+    """Ψ, H and contact law for moments P̃ = w P in place of forces P, with levers w (T5 of docs/theory.md).
 
     The moments are about the pinion's axis, divided by its base radius. A lever is a lever arm divided by this radius.
     With compressions s = w (δ − e) the equations keep their form and symmetry.
@@ -24,14 +25,14 @@ def by_lever(
     if matrix is not None:
         flat = w.reshape(len(w), -1)
         matrix = matrix / (flat[:, :, None] * flat[:, None, :])
-    return factor / w[..., None], matrix, (a + h * np.log(w)) / w**2, h / w**2
+    return factor / w[..., None], matrix, LineLaw(a=(law.a + law.h * np.log(w)) / w**2, h=law.h / w**2)
 
 
-def typical_compression(a: NDArray, h: NDArray, scene: Scene) -> float:
+def typical_compression(law: LineLaw, scene: Scene) -> float:
     """Compression under the mean line load [mm], the unit of displacement of problems with a contact law."""
     line_load = scene.F_bn / scene.pair.meshing.face_width
     # where the logarithmic law is not valid, a tangent of the slope h continues it
-    return line_load * max(float(np.mean(a - h * math.log(line_load))), float(np.mean(h)))
+    return line_load * max(float(np.mean(law.a - law.h * math.log(line_load))), float(np.mean(law.h)))
 
 
 def even_deflection(matrix: NDArray, lines: ContactLines) -> float:
@@ -55,15 +56,14 @@ def scale_problem(
     lines: ContactLines,
     gap: NDArray,
     factor: NDArray,
-    a: NDArray,
-    h: NDArray,
+    law: LineLaw,
     sigma: NDArray,
     force: float,
     scale: float,
     *,
     coupled: bool,
 ) -> ContactProblem:
-    """Dimensionless problem from gap and half its variation over a cell, ``sigma`` [mm], Ψ [√(mm/N)], a and h [mm²/N].
+    """Dimensionless problem from the gap, half its variation over a cell ``sigma`` [mm], Ψ [√(mm/N)] and the law.
 
     All arrays are (position, pair, segment, …); ``force`` [N] and ``scale`` [mm] become the units. ``coupled`` tells
     whether tooth pairs deflect each other.
@@ -75,8 +75,8 @@ def scale_problem(
     flat = (positions, pairs * segments)
     return ContactProblem(
         gap=((gap - sigma) / scale).reshape(flat),
-        a=(unit / length * (a + h * np.log(length / force))).reshape(flat),
-        h=(unit / length * h).reshape(flat),
+        a=(unit / length * (law.a + law.h * np.log(length / force))).reshape(flat),
+        h=(unit / length * law.h).reshape(flat),
         sigma=(sigma / scale).reshape(flat),
         active=active.reshape(flat),
         factor=np.ascontiguousarray((factor * math.sqrt(unit)).reshape(*flat, -1)),

@@ -8,7 +8,7 @@ material.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 
@@ -95,6 +95,12 @@ class LineLaw:
 
     a: NDArray
     h: NDArray
+
+    @classmethod
+    def total(cls, laws: Iterable[LineLaw], shape: tuple[int, ...]) -> LineLaw:
+        """Sum of ``laws`` on segments (position, pair, segment) of this ``shape``; zero without laws."""
+        laws, zeros = tuple(laws), np.zeros(shape)
+        return cls(a=sum((law.a for law in laws), zeros), h=sum((law.h for law in laws), zeros))
 
 
 @dataclass(frozen=True)

@@ -218,7 +218,6 @@ def contact_lines(
     *,
     cells: bool = False,
     coast: bool = False,
-    separation: Separation | None = None,
     span: tuple[float, float] | None = None,
 ) -> ContactLines:
     """Contact lines of ``pair`` at the phases ``mesh_phase`` (position,) in [0, 2), each with ``segments`` segments.
@@ -233,8 +232,8 @@ def contact_lines(
         Whether segments are equal cells on each panel, as needed if flanks may separate, instead of Gauss points.
     coast
         Whether these are lines of the coast flanks; u and y belong to the mirrored pair.
-    separation, span
-        Separation of the flanks, and range of u [mm] of the lines, which may exceed the path of contact.
+    span
+        Range of u [mm] of the lines, which may exceed the path of contact.
     """
     tau = np.atleast_1d(np.asarray(mesh_phase, dtype=float))
     meshing, b = pair.meshing, pair.meshing.face_width
@@ -259,7 +258,6 @@ def contact_lines(
         length=np.where(absent, 0.0, width / math.cos(meshing.beta_b)),
         panel=panel,
         cells=cells,
-        separation=separation,
         span=span,
         coast=coast,
     )

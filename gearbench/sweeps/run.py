@@ -37,7 +37,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from gearbench.accuracy.choose import Choice
-    from gearbench.robustness.sampling import Sampler
     from gearbench.trains.solve import SolvedTrain
 
 #: Pause between two saves of the partial Dataset: a multiple of the duration of a save, and a least number of seconds.
@@ -50,12 +49,10 @@ def sweep(
     *,
     outputs: Sequence[str] = DEFAULT_OUTPUTS,
     samples: int = 0,
-    seed: int = 0,
-    sampler: Sampler = "sobol",
     threads: int | None = None,
     progress: Callable[[int, int], None] = lambda done, of: None,
     keep: Callable[[xr.Dataset], object] | None = None,
-    **keys: Sequence[float] | NDArray,
+    **keys: Any,
 ) -> xr.Dataset:
     """Simulate ``scene`` at every point of the grid of some of its numeric keys.
 
@@ -67,9 +64,11 @@ def sweep(
     ranges, **keys
         Values of the swept keys: ``torque=[100, 200]``, or ``**{"effects.tip_relief.amount": [0, 5]}`` for a key with
         dots, where list items are numbers. Keys without a dot belong to ``[load]``, ``[pair]`` or ``[resolution]``.
-    outputs, samples, seed, sampler, threads
-        As for ``simulate``. With ``samples`` every point is computed like ``robust``, with the same samples at all
-        points, and ``outputs`` are responses.
+    outputs, threads
+        As for ``simulate``.
+    samples
+        If given, every point is computed like ``robust``, with the same samples at all points, and ``outputs`` are
+        responses. ``seed`` and ``sampler`` may be given too, as for ``robust``.
     progress, keep
         ``progress`` is called with the number of points done and of all points. ``keep`` is called from time to time
         with the Dataset so far, so that an interruption loses little.
@@ -98,12 +97,13 @@ def sweep(
     check_scene(scene)
     start = time.perf_counter()
     check_outputs(tuple(outputs))
+    drawing = {name: keys.pop(name) for name in ("seed", "sampler") if name in keys}
     swept = {**(ranges or {}), **keys}
     spectrum = () if {"torque", TORQUE} & swept.keys() else scene.loads
     swept |= {"torque": [each.torque for each in spectrum]} if spectrum else {}
     axes = axes_of(swept, tuple(scene.meshes), coupled=scene.coupled)
     total = math.prod(len(each.values) for each in axes)
-    solver = _solver(scene, outputs, {"samples": samples, "seed": seed, "sampler": sampler}, threads)
+    solver = _solver(scene, outputs, {"samples": samples, "seed": 0, "sampler": "sobol"} | drawing, threads)
     groups = _groups(scene, axes, sampled=samples > 0)
 
     def dataset_of(solved: Mapping[tuple[float, ...], Point]) -> xr.Dataset:
@@ -222,14 +222,14 @@ class _Solver:
         self.attrs = old | worst | {"accuracy_settings": "; ".join(filter(None, settings))} | sums
 
     def _sampled(self, group: Sequence[Scene]) -> Iterator[Point]:
-        how, names = self.draws, tuple(dict.fromkeys((*MEASURED, *self.outputs)))
+        names = tuple(dict.fromkeys((*MEASURED, *self.outputs)))
         for problem in self._shared.samples(group):
-            errors = problem.draw(how["samples"], how["seed"], how["sampler"])
+            errors = problem.draw(**self.draws)
             answers, complete = respond(problem, errors, self.threads, names=names)
             if not complete:
                 raise KeyboardInterrupt
             self._count("rescued", answers.rescued)
-            yield Point(*robust_columns(problem, errors, answers, how["sampler"], self.outputs))
+            yield Point(*robust_columns(problem, errors, answers, self.draws["sampler"], self.outputs))
 
     def _count(self, name: str, number: int) -> None:
         self.attrs[name] = self.attrs.get(name, 0) + number
