@@ -15,11 +15,12 @@ from gearbench.effects.manufacturing_errors import ManufacturingErrors
 from gearbench.effort.plan import plan
 from gearbench.errors import InputError
 from gearbench.results.train_cycle import USUAL_OF_TRAIN
+from gearbench.robustness.montecarlo import respond
 from gearbench.scene_file import parse_scene
 from gearbench.sweeps.figures import draw_sweep
 from gearbench.trains import scatter
 from gearbench.trains.figures import draw_train
-from gearbench.trains.scatter import offsets, sampled_train
+from gearbench.trains.scatter import OF_MESHES, offsets, sampled_train
 from gearbench.trains.solve import solve_train
 
 LINEAR = {"hertz": {"law": "yang_sun"}}
@@ -204,10 +205,10 @@ def test_torque_at_uniform_speed_keeps_the_turn_of_the_input():
 def test_samples_are_solved_as_single_sets_are():
     scene = parse_scene(tables(planets=4, pin_stiffness=300.0, scatter={"pin_tangential": 15.0, "sun_run_out": 10.0}))
     train = sampled_train(scene)
-    whole, names = train.solved, train.names
+    whole, names = train.solved, train.of_members
     assert list(names)[-2:] == ["run_out sun", "angle sun"]
-    errors = train.draw(np.random.default_rng(1).random((3, len(names))))
-    found = train.respond(errors, USUAL_OF_TRAIN)
+    errors = train.errors_at(np.random.default_rng(1).random((3, len(names))))
+    found, _ = respond(train, errors, names=USUAL_OF_TRAIN)
     for n, offset in enumerate(offsets(whole, names, errors)):
         exact = balance(whole.contacts, whole.statics(offset))
         # a table of 32 levels
@@ -221,12 +222,12 @@ FLANKS = {"iso_class": 7, "profile_slope": {}, "helix_slope": {"distribution": "
 def test_samples_with_errors_of_flanks_are_solved_as_single_sets_are(effects, monkeypatch):
     own = {"scatter": {"pin_tangential": 15.0}, "pin_stiffness": 300.0, "phases": 4}
     train = sampled_train(parse_scene(tables(planets=4, effects={**effects, "manufacturing_errors": FLANKS}, **own)))
-    whole, names, flanks = train.solved, train.names, train.flanks
+    whole, names, flanks = train.solved, train.of_members, train.flanks
     # sun and ring have one flank in contact, planets two
     assert len(flanks.errors) == 2 * (1 + 1 + 4 * 2)
     assert {"profile_slope sun", "helix_slope planet 2, driven flank", "helix_slope ring"} < set(flanks.errors)
-    errors = train.draw(np.random.default_rng(1).random((3, len(train.error_names))))
-    found = train.respond(errors, USUAL_OF_TRAIN)
+    errors = train.errors_at(np.random.default_rng(1).random((3, len(train.names))))
+    found, _ = respond(train, errors, names=USUAL_OF_TRAIN, more=OF_MESHES)
     for n, offset in enumerate(offsets(whole, names, errors)):
         contacts = []
         for mesh, contact, columns in zip(whole.meshes.values(), whole.contacts, flanks.columns, strict=True):

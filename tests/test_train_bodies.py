@@ -207,16 +207,16 @@ def test_a_negative_torque_is_the_set_in_a_mirror_on_bodies():
 
 def test_samples_on_bodies_are_solved_as_single_sets_are():
     train = sampled_train(made(planets=4, pin_stiffness=300.0, scatter={"pin_tangential": 15.0}))
-    errors = train.draw(np.random.default_rng(1).random((3, 4)))
-    cycle = next(train.cycles(errors))
+    errors = train.errors_at(np.random.default_rng(1).random((3, 4)))
+    _, force, _ = train.balance(errors)
     whole = train.solved
     scenes = {name: mesh.scene for name, mesh in whole.meshes.items()}
     at = {name: (mesh.lines, own) for (name, mesh), own in zip(whole.meshes.items(), whole.contacts, strict=True)}
     bodies = yielding_bodies(whole.linkage.train, scenes, at, coast=False)
-    for n, offset in enumerate(offsets(whole, train.names, errors)):
+    for n, offset in enumerate(offsets(whole, train.of_members, errors)):
         exact = balance(whole.contacts, replace(whole.coupling, offset=whole.coupling.offset + offset), bodies)
         # samples take how the load is spread from the set without errors
-        assert_allclose(cycle.force[n], exact.force, rtol=1e-4)
+        assert_allclose(force[n], exact.force, rtol=1e-4)
 
 
 @pytest.mark.slow

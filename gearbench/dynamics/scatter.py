@@ -24,7 +24,7 @@ from gearbench.results.origin import with_grids
 from gearbench.results.provenance import provenance
 from gearbench.results.responses import STATISTICS, described
 from gearbench.robustness.montecarlo import SAMPLES, RobustProblem, prepare_problem, require_errors
-from gearbench.robustness.sampling import Sampler, unit_samples
+from gearbench.robustness.sampling import Sampler
 from gearbench.scene import Scene
 from gearbench.threads import default_threads, single_threaded_blas
 from gearbench.trains.scatter import sampled_train
@@ -93,7 +93,7 @@ def train_excitations(
         As ``sampled_train``.
     """
     train, (group,) = sampled_train(model.scene, model.solved), model.groups
-    errors = train.draw(unit_samples(sampler, samples, len(train.error_names), seed))
+    errors = train.draw(samples, seed, sampler)
 
     def orders(chunk: NDArray) -> Excitation:
         motion, force, stiffness = train.balance(chunk)

@@ -9,12 +9,10 @@ import math
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.contact.batch import on_threads
 from gearbench.results import flank
 from gearbench.results.cycle import MeshCycle, coefficients, curves
 from gearbench.results.flank_map import over_flank
@@ -22,7 +20,6 @@ from gearbench.results.responses import response
 from gearbench.results.solved import Solved
 from gearbench.results.train_cycle import TrainCycle
 from gearbench.robustness.montecarlo import prepare_scene, respond
-from gearbench.robustness.sampling import unit_samples
 from gearbench.scene import Resolution, Scene
 from gearbench.solution import solve_scene
 from gearbench.threads import default_threads, single_threaded_blas
@@ -36,8 +33,6 @@ SIZE = (48, 72)
 POINTS = 12
 #: Number of error samples.
 SAMPLES = 256
-#: Number of samples of a train that are computed together; a newer request may abort the computation after each block.
-BLOCK = 16
 #: Responses of a pair whose scatter is shown; those of a train are ``STUDIED``.
 RMS_VALUES = ("transmission_error_rms", "mesh_stiffness_rms")
 
@@ -246,23 +241,14 @@ def _curve(cycle: MeshCycle, name: str) -> CycleCurve:
 @single_threaded_blas()
 def _scatter(solved: Solved | SolvedTrain, samples: int, progress: Callable[[int, int], None]) -> Mapping[str, NDArray]:
     """Responses to the error samples, response → (sample,)."""
-    if isinstance(solved, SolvedTrain):
-        train = sampled_train(solved.scene, solved)
-        errors = train.draw(unit_samples("sobol", samples, len(train.error_names), seed=0))
-        error_blocks = (errors[i : i + BLOCK] for i in range(0, samples, BLOCK))
-        blocks: list[Mapping[str, NDArray]] = []
-        for block in on_threads(partial(train.respond, names=STUDIED), error_blocks, default_threads()):
-            blocks.append(block)
-            progress(BLOCK * len(blocks), samples)
-        return {name: np.concatenate([block[name] for block in blocks]) for name in STUDIED}
     # prepared from the solved scene, so lines, gaps and compliance are the same
-    problem = prepare_scene(solved.scene)
-    answer, complete = respond(
-        problem, problem.draw(samples, seed=0, sampler="sobol"), default_threads(), lambda done: progress(done, samples)
-    )
+    of_train = isinstance(solved, SolvedTrain)
+    problem = sampled_train(solved.scene, solved) if of_train else prepare_scene(solved.scene)
+    errors, names = problem.draw(samples, seed=0, sampler="sobol"), STUDIED if of_train else RMS_VALUES
+    answer, complete = respond(problem, errors, default_threads(), lambda done: progress(done, samples), names)
     if not complete:
         raise KeyboardInterrupt  # only Ctrl-C ends `respond` early
-    return {name: answer[name] for name in RMS_VALUES}
+    return answer.values
 
 
 def density(values: NDArray, points: int = 120) -> tuple[NDArray, NDArray]:

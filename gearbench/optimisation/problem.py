@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property, lru_cache, partial
 from typing import TYPE_CHECKING, Any
@@ -17,7 +17,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.budget import MemoryBudgetError
-from gearbench.effects.manufacturing_errors import ManufacturingErrors
 from gearbench.errors import GearbenchError, InputError
 from gearbench.geometry.pair import Pair
 from gearbench.keys import with_values
@@ -40,7 +39,7 @@ from gearbench.trains.solve import SolvedTrain, solve_train
 
 if TYPE_CHECKING:
     from gearbench.dynamics.over_speed import ForceOverSpeed
-    from gearbench.robustness.montecarlo import RobustProblem
+    from gearbench.robustness.montecarlo import Sampled
 
 #: Violation of a design whose scene is not valid or cannot be solved; larger than the sum for 999 violated limits.
 NO_GEAR = 1e6
@@ -209,11 +208,11 @@ class _Candidate:
     def _with_errors(self) -> Evaluation:
         """Evaluate stage by stage over the error samples, until an incumbent beats the design or all are computed."""
         study, incumbents, numbers, r = self.study, self.incumbents, self._numbers(), self.study.robustness
-        error_count, respond = self._sampled_planetary() if self.scene.coupled else self._sampled_pair()
-        points = _unit_points(r.sampler, r.samples, error_count, r.seed)
+        problems = self._problems()
+        points = _unit_points(r.sampler, r.samples, len(problems[0].names), r.seed)
         values = np.empty((len(study.responses), 0))
         for stop in stages(study) if incumbents is not None else (r.samples,):
-            values = np.hstack([values, respond(points[values.shape[1] : stop])])
+            values = np.hstack([values, self._responses(problems, points[values.shape[1] : stop])])
             if incumbents is None or stop == r.samples:
                 continue
             if (incumbent := incumbents.beating(values, numbers)) is not None:
@@ -224,37 +223,13 @@ class _Candidate:
         floats, count = tuple(map(float, results)), values.shape[1]
         return Evaluation(violation=0.0, reason="", constraints=(), statistics=floats, samples=count, values=stored)
 
-    def _sampled_pair(self) -> tuple[int, Callable[[NDArray], NDArray]]:
-        """Number of errors of a pair, and a function from points of the unit cube (sample, error) to responses.
-
-        The responses have the shape (response, sample).
-        """
-        errors_model, loads = self.scene.effect("manufacturing_errors"), self.scene.each_load
-        assert isinstance(errors_model, ManufacturingErrors)
-        problems = self._robust_problems()
-
-        def respond(points: NDArray) -> NDArray:
-            errors = errors_model.draw(points, self.scene.pair)
-            by_load = [self._responses(*loaded, errors) for loaded in zip(loads, problems, strict=True)]
-            return _over_loads(self.study, by_load)
-
-        return len(errors_model.variables(self.scene.pair)), respond
-
-    def _sampled_planetary(self) -> tuple[int, Callable[[NDArray], NDArray]]:
-        """Number of errors of a planetary set, and the same function as in ``_sampled_pair``."""
-        assert isinstance(self.solved, SolvedTrain)
-        train, names = sampled_train(self.scene, self.solved), self.study.responses
-
-        def respond(points: NDArray) -> NDArray:
-            responses = train.respond(train.draw(points), names)
-            return np.array([responses[name] for name in names])
-
-        return len(train.error_names), respond
-
-    def _robust_problems(self) -> list[RobustProblem]:
-        """Contact problems of the error samples, one per load, torques ascending."""
+    def _problems(self) -> Sequence[Sampled]:
+        """The scene prepared for error samples, one problem per load, torques ascending."""
         from gearbench.robustness.montecarlo import prepare_problem, prepare_scene
 
+        if self.scene.coupled:
+            assert isinstance(self.solved, SolvedTrain)
+            return [sampled_train(self.scene, self.solved)]
         if self.may_be_rough:
             return [prepare_problem(self.scene, self.rough.lines, self.rough.weight, self.rough.problem)]
         if not self.scene.loads:
@@ -264,8 +239,8 @@ class _Candidate:
         shared, torques = Shared(), [loaded.load.torque for loaded in self.scene.each_load]
         return [problem for group in under_loads(self.scene, torques) for problem in shared.samples(group)]
 
-    def _responses(self, scene: Scene, problem: RobustProblem, errors: NDArray) -> NDArray:
-        """Responses to ``errors`` (sample, error) [µm] under one load, (response, sample).
+    def _responses(self, problems: Sequence[Sampled], points: NDArray) -> NDArray:
+        """Responses to samples at ``points`` (sample, error) of the unit cube, (response, sample).
 
         Raises
         ------
@@ -274,11 +249,14 @@ class _Candidate:
         """
         from gearbench.robustness.montecarlo import respond
 
-        more = {"mesh_force": self.force(scene).of_samples} if self._over_speed else {}
-        answers, complete = respond(problem, errors, names=self._on_cycles, more=more)
-        if not complete:
-            raise KeyboardInterrupt
-        return np.array([answers[name] for name in self.study.responses])
+        by_load = []
+        for loaded, problem in zip(self.scene.each_load, problems, strict=True):
+            more = {"mesh_force": self.force(loaded).of_samples} if self._over_speed else {}
+            answers, complete = respond(problem, problem.errors_at(points), names=self._on_cycles, more=more)
+            if not complete:
+                raise KeyboardInterrupt
+            by_load.append([answers[name] for name in self.study.responses])
+        return _over_loads(self.study, by_load)
 
     def _numbers(self) -> tuple[float, ...]:
         """Values of the quantities named in ``study.numbers``, combined over the loads as ``over_loads`` says."""

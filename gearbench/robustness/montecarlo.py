@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import logging
-from collections.abc import Callable, Mapping, Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache, partial
 from types import MappingProxyType
@@ -17,7 +17,6 @@ from gearbench.contact.assemble import assemble
 from gearbench.contact.batch import (
     SCATTER,
     Batch,
-    BatchSolution,
     GapModes,
     Precision,
     chunks,
@@ -41,18 +40,39 @@ from gearbench.scene import Scene
 from gearbench.schema import changed
 from gearbench.threads import single_threaded_blas
 
-_LOG = logging.getLogger(__name__)
-
 #: Default number of error samples.
 SAMPLES = 1000
-#: Function from the mesh cycles of a chunk of samples (sample, position) to one number per sample.
-Reduction = Callable[[MeshCycle], NDArray]
-#: Function from a chunk solved with the forces of its segments to one number per sample.
-OfSegments = Callable[["RobustProblem", BatchSolution], NDArray]
+
+
+class Sampled(ABC):
+    """A scene prepared for samples of its random errors: those of a pair, or those of a train."""
+
+    @property
+    @abstractmethod
+    def names(self) -> tuple[str, ...]:
+        """Names of the errors, in the order of the columns of a sample."""
+
+    @abstractmethod
+    def errors_at(self, points: NDArray) -> NDArray:
+        """Errors (sample, error) for points (sample, error) of the unit cube [µm; angles in revolutions]."""
+
+    @abstractmethod
+    def parts(
+        self, errors: NDArray, threads: int, names: Sequence[str], more: Mapping[str, Callable[..., NDArray]]
+    ) -> Iterator[tuple[NDArray, Responses]]:
+        """Responses to ``errors``, some samples at a time: their indices, and their responses.
+
+        Responses beyond the indices belong to samples that pad a chunk. Functions of ``more`` take, for a pair, the
+        problem and a chunk solved with forces of the segments; for a train, its mesh cycles.
+        """
+
+    def draw(self, samples: int, seed: int, sampler: Sampler, start: int = 0) -> NDArray:
+        """Errors of the samples ``start`` … ``samples`` − 1, (sample, error) as ``errors_at``."""
+        return self.errors_at(unit_samples(sampler, samples, len(self.names), seed, start=start))
 
 
 @dataclass(frozen=True, kw_only=True)
-class RobustProblem:
+class RobustProblem(Sampled):
     """A scene prepared for many error samples.
 
     Parameters
@@ -107,9 +127,27 @@ class RobustProblem:
             self._distances[deviation] = prepare_scene(changed(self.scene, pair=moved_pair, effects=effects))
         return self._distances[deviation]
 
-    def draw(self, samples: int, seed: int, sampler: Sampler, start: int = 0) -> NDArray:
-        """Errors of the samples ``start`` … ``samples`` − 1, (sample, error) [µm]."""
-        return self.errors.draw(unit_samples(sampler, samples, len(self.names), seed, start=start), self.scene.pair)
+    def errors_at(self, points: NDArray) -> NDArray:
+        """Errors (sample, error) [µm] for points (sample, error) of the unit cube."""
+        return self.errors.draw(points, self.scene.pair)
+
+    def parts(
+        self, errors: NDArray, threads: int, names: Sequence[str], more: Mapping[str, Callable[..., NDArray]]
+    ) -> Iterator[tuple[NDArray, Responses]]:
+        """Responses at one centre distance after the other, see ``Sampled``."""
+        reductions, rows = {name: response(name).reduce for name in names}, np.arange(len(errors))
+        at_distances: Iterable[tuple[RobustProblem, NDArray]] = [(self, rows)]
+        if self.errors.centre_distance is not None:
+            distance = errors[:, self.names.index("centre_distance")]
+            at_distances = ((self.at_distance(float(a)), rows[distance == a]) for a in np.unique(distance))
+        for problem, here in at_distances:
+            solve = partial(solve_one_chunk, problem.batch, segments=bool(more))
+            for solution in on_threads(solve, chunks(problem.expansion.amounts(errors[here])), threads):
+                cycle = MeshCycle.of(problem.scene, problem.phases, solution.approach.T, solution.stiffness.T)
+                values = {name: reduce(cycle) for name, reduce in reductions.items()}
+                values |= {name: reduce(problem, solution) for name, reduce in more.items()}
+                of_part, here = np.split(here, [solution.approach.shape[1]])
+                yield of_part, Responses(values=values, rescued=solution.rescued)
 
 
 def prepare_scene(scene: Scene, precision: Precision = SCATTER) -> RobustProblem:
@@ -203,13 +241,13 @@ class Responses:
     Parameters
     ----------
     values
-        Responses by name, (sample,) in the unit of the response.
+        Responses by name, (sample, …) in the unit of the response.
     rescued
         Number of contact problems that needed the solver with line search.
     """
 
     values: Mapping[str, NDArray]
-    rescued: int
+    rescued: int = 0
 
     def __getitem__(self, name: str) -> NDArray:
         return self.values[name]
@@ -225,75 +263,34 @@ class Responses:
 
 @single_threaded_blas()
 def respond(
-    problem: RobustProblem,
+    problem: Sampled,
     errors: NDArray,
     threads: int = 1,
     progress: Callable[[int], None] = lambda _: None,
     names: Sequence[str] = MEASURED,
-    more: Mapping[str, OfSegments] = MappingProxyType({}),
+    more: Mapping[str, Callable[..., NDArray]] = MappingProxyType({}),
 ) -> tuple[Responses, bool]:
-    """Responses ``names`` to the ``errors`` (sample, error) [µm], and whether all samples were computed.
+    """Responses ``names`` to the ``errors`` (sample, error) of ``Sampled.draw``, and whether all samples were computed.
 
-    ``more`` are further responses by name, computed from the problem and a chunk with segment forces. ``progress`` is
-    called with the number of samples done so far. An interruption (Ctrl-C) ends the run early; the samples finished
-    until then are returned.
+    ``more`` are further responses by name, see ``Sampled.parts``. ``progress`` is called with the number of samples
+    done so far. An interruption (Ctrl-C) ends the run early; the samples finished until then are returned.
     """
-    reductions = {name: response(name).reduce for name in names}
-    if problem.errors.centre_distance is None:
-        return _respond(problem, errors, threads, progress, reductions, more)
-    column, done = problem.names.index("centre_distance"), np.zeros(len(errors), dtype=bool)
-    values, rescued = {name: np.full(len(errors), np.nan) for name in (*reductions, *more)}, 0
-    for distance in np.unique(errors[:, column]):
-        rows, before = np.flatnonzero(errors[:, column] == distance), int(done.sum())
-        at_distance = problem.at_distance(float(distance))
-        answer, complete = _respond(
-            at_distance, errors[rows], threads, lambda n, b=before: progress(b + n), reductions, more
-        )
-        for name in values:
-            values[name][rows[: len(answer)]] = answer[name]
-        rescued, done[rows[: len(answer)]] = rescued + answer.rescued, True
-        if not complete:
-            break
+    values, rescued, done = dict.fromkeys((*names, *more), np.empty(0)), 0, np.zeros(len(errors), dtype=bool)
+    try:
+        for rows, part in problem.parts(errors, threads, names, more):
+            for name, of_part in part.values.items():
+                if not done.any():
+                    values[name] = np.full((len(errors), *of_part.shape[1:]), np.nan)
+                values[name][rows] = of_part[: len(rows)]
+            rescued, done[rows] = rescued + part.rescued, True
+            progress(int(done.sum()))
+    except KeyboardInterrupt:
+        pass
     count = len(errors) if done.all() else int(np.argmin(done))
     return Responses(values={name: each[:count] for name, each in values.items()}, rescued=rescued), bool(done.all())
 
 
-def _respond(
-    problem: RobustProblem,
-    errors: NDArray,
-    threads: int,
-    progress: Callable[[int], None],
-    reductions: Mapping[str, Reduction],
-    more: Mapping[str, OfSegments],
-) -> tuple[Responses, bool]:
-    """``respond`` at the centre distance of the problem."""
-    done: list[Responses] = []
-    complete = True
-    solve = partial(solve_one_chunk, problem.batch, segments=bool(more))
-    solutions = on_threads(solve, chunks(problem.expansion.amounts(errors)), threads)
-    try:
-        for solution in solutions:
-            done.append(_reduce(problem, solution, reductions, more))
-            progress(min(sum(map(len, done)), len(errors)))
-    except KeyboardInterrupt:
-        complete = False
-    return join(done, len(errors), (*reductions, *more)), complete
-
-
-def _reduce(
-    problem: RobustProblem,
-    solution: BatchSolution,
-    reductions: Mapping[str, Reduction],
-    more: Mapping[str, OfSegments],
-) -> Responses:
-    """Responses of one chunk of samples; the curves over the mesh cycle are discarded."""
-    cycle = MeshCycle.of(problem.scene, problem.phases, solution.approach.T, solution.stiffness.T)
-    values = {name: reduce(cycle) for name, reduce in reductions.items()}
-    values |= {name: reduce(problem, solution) for name, reduce in more.items()}
-    return Responses(values=values, rescued=solution.rescued)
-
-
-def join(parts: Sequence[Responses], count: int | None = None, names: Sequence[str] = MEASURED) -> Responses:
-    """Join the responses of several draws, and keep the first ``count`` samples."""
-    values = {name: np.concatenate([np.empty(0), *(part[name] for part in parts)])[:count] for name in names}
+def join(parts: Sequence[Responses]) -> Responses:
+    """Join the responses ``MEASURED`` of several draws."""
+    values = {name: np.concatenate([part[name] for part in parts]) for name in MEASURED}
     return Responses(values=values, rescued=sum(part.rescued for part in parts))

@@ -9,9 +9,10 @@ then solves the contact of all samples together.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -30,7 +31,8 @@ from gearbench.results.provenance import provenance
 from gearbench.results.responses import described, is_of_train, response
 from gearbench.results.train_cycle import USUAL_OF_TRAIN, TrainCycle
 from gearbench.robustness.dataset import share_columns, statistic_columns
-from gearbench.robustness.sampling import Sampler, unit_samples
+from gearbench.robustness.montecarlo import Responses, Sampled, respond
+from gearbench.robustness.sampling import Sampler
 from gearbench.scene import Scene
 from gearbench.threads import default_threads, single_threaded_blas
 from gearbench.trains.flanks import FlankErrors, check_flanks
@@ -52,6 +54,13 @@ FORCE_CHANGE = 5e-4
 FORCE_TOLERANCE = 1e-9
 #: Responses for which statistics and sensitivities are computed.
 STUDIED = ("mesh_load_factor", "train_transmission_error_rms")
+#: Further values of each sample in the Dataset: function of the mesh cycles.
+OF_MESHES: Mapping[str, Callable[[TrainCycle], NDArray]] = MappingProxyType(
+    {
+        "load_sharing_greatest": lambda c: c.sharing.max(axis=1),
+        "train_transmission_error_amplitude": lambda c: 2 * np.abs(coefficients(c.phases, c.transmission_error)),
+    }
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -184,7 +193,7 @@ def draw(scatter: PlanetaryScatter, names: dict[str, float], unit: NDArray) -> N
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class SampledTrain:
+class SampledTrain(Sampled):
     """A train prepared for samples of its errors.
 
     Parameters
@@ -193,7 +202,7 @@ class SampledTrain:
         The train with the errors given in the scene.
     forces
         Tabulated contact of its meshes.
-    scatter, names
+    scatter, of_members
         Random errors of the members: the scene's table (None without one), and its ``variables``.
     flanks
         Random errors of the flanks, if there are any.
@@ -202,55 +211,29 @@ class SampledTrain:
     solved: SolvedTrain
     forces: Curves
     scatter: PlanetaryScatter | None
-    names: dict[str, float]
+    of_members: dict[str, float]
     flanks: FlankErrors | None
 
     @property
-    def error_names(self) -> tuple[str, ...]:
+    def names(self) -> tuple[str, ...]:
         """Names of the random errors, in the order of the columns of a sample."""
-        return (*self.names, *(() if self.flanks is None else self.flanks.errors))
+        return (*self.of_members, *(() if self.flanks is None else self.flanks.errors))
 
-    def draw(self, unit: NDArray) -> NDArray:
-        """Errors (sample, error) for points ``unit`` (sample, error) of the unit cube."""
-        count = len(self.names)
-        parts = [] if self.scatter is None else [draw(self.scatter, self.names, unit[:, :count])]
-        parts += [] if self.flanks is None else [self.flanks.draw(unit[:, count:])]
+    def errors_at(self, points: NDArray) -> NDArray:
+        """Errors (sample, error) for points (sample, error) of the unit cube [µm; angles in revolutions]."""
+        count = len(self.of_members)
+        parts = [] if self.scatter is None else [draw(self.scatter, self.of_members, points[:, :count])]
+        parts += [] if self.flanks is None else [self.flanks.draw(points[:, count:])]
         return np.hstack(parts)
 
-    def cycles(
-        self, errors: NDArray, threads: int = 1, progress: Callable[[int], None] = lambda _: None
-    ) -> Iterator[TrainCycle]:
-        """Mesh cycles with ``errors`` (sample, error), one chunk of samples at a time.
-
-        The last chunk may be padded with surplus samples. ``progress`` receives the number of samples done.
-        """
-        done = 0
+    def parts(
+        self, errors: NDArray, threads: int, names: Sequence[str], more: Mapping[str, Callable[..., NDArray]]
+    ) -> Iterator[tuple[NDArray, Responses]]:
+        """Responses of one chunk of samples after the other, see ``Sampled``."""
+        reductions, rows = {name: response(name).reduce for name in names} | dict(more), np.arange(len(errors))
         for cycle in on_threads(self._cycle, self.chunks(errors), threads):
-            yield cycle
-            done += len(cycle.force)
-            progress(min(done, len(errors)))
-
-    def respond(
-        self,
-        errors: NDArray,
-        names: Sequence[str],
-        threads: int = 1,
-        progress: Callable[[int], None] = lambda _: None,
-    ) -> dict[str, NDArray]:
-        """Responses ``names`` (sample,) with ``errors`` (sample, error).
-
-        Also ``load_sharing_greatest`` (sample, mesh), and ``train_transmission_error_amplitude`` (sample, harmonic).
-        """
-        chunks_of_metrics = [
-            {name: response(name).reduce(cycle) for name in names}
-            | {"load_sharing_greatest": cycle.sharing.max(axis=1)}
-            | {"train_transmission_error_amplitude": 2 * np.abs(coefficients(cycle.phases, cycle.transmission_error))}
-            for cycle in self.cycles(errors, threads, progress)
-        ]
-        return {
-            name: np.concatenate([chunk[name] for chunk in chunks_of_metrics])[: len(errors)]
-            for name in chunks_of_metrics[0]
-        }
+            here, rows = np.split(rows, [len(cycle.force)])
+            yield here, Responses(values={name: reduce(cycle) for name, reduce in reductions.items()})
 
     def chunks(self, errors: NDArray) -> Iterator[NDArray]:
         """Samples that are solved together, (sample, error); the last chunk may be padded."""
@@ -262,8 +245,8 @@ class SampledTrain:
 
     def balance(self, errors: NDArray) -> tuple[NDArray, NDArray, NDArray]:
         """Motions q, forces F and stiffnesses ∂F/∂δ of the meshes (sample, position, …) for a chunk of samples."""
-        solved, count = self.solved, len(self.names)
-        offset = offsets(solved, self.names, errors)[:, None]
+        solved, count = self.solved, len(self.of_members)
+        offset = offsets(solved, self.of_members, errors)[:, None]
         statics = solved.statics(offset)
         q, F = statics.balanced(self.forces, *solved.first_guess(offset), FORCE_TOLERANCE)
         if self.flanks is None:
@@ -300,7 +283,7 @@ def sampled_train(scene: Scene, solved: SolvedTrain | None = None) -> SampledTra
     most = float(len(solved.meshes) if planetary is None else planetary.keys.number)
     forces = curves(solved, most)
     flanks = FlankErrors.of(solved, levels(most), forces.approach) if of_flanks else None
-    return SampledTrain(solved=solved, forces=forces, scatter=scatter, names=names, flanks=flanks)
+    return SampledTrain(solved=solved, forces=forces, scatter=scatter, of_members=names, flanks=flanks)
 
 
 @single_threaded_blas()
@@ -332,18 +315,19 @@ def robust_train(
         if not is_of_train(name):
             raise InputError("responses", name, f"is for one mesh: a train has {', '.join(USUAL_OF_TRAIN)}, …")
     train = sampled_train(scene)
-    errors = train.draw(unit_samples(sampler, samples, len(train.error_names), seed))
+    errors = train.draw(samples, seed, sampler)
     names = tuple(dict.fromkeys((*USUAL_OF_TRAIN, *responses)))
-    metrics = train.respond(errors, names, threads or default_threads(), progress)
+    answers, complete = respond(train, errors, threads or default_threads(), progress, names, OF_MESHES)
     attrs = provenance(scene, wall_time=time.perf_counter() - start, seed=seed)
-    attrs |= {"sampler": sampler, "samples": samples, "complete": 1}
-    columns = _columns(metrics, errors, sampler, tuple(dict.fromkeys((*STUDIED, *responses))))
-    coords = {"error_name": np.array(train.error_names), "mesh": np.array(list(train.solved.meshes))}
+    attrs |= {"sampler": sampler, "samples": len(answers), "complete": int(complete)}
+    studied = tuple(dict.fromkeys((*STUDIED, *responses)))
+    columns = _columns(answers.values, errors[: len(answers)], sampler, studied)
+    coords = {"error_name": np.array(train.names), "mesh": np.array(list(train.solved.meshes))}
     coords["harmonic"] = np.array(train.solved.phases.orders)
     return xr.Dataset(described(columns, "NaN where the samples are too few to tell"), coords=coords, attrs=attrs)
 
 
-def _columns(metrics: dict[str, NDArray], errors: NDArray, sampler: Sampler, studied: Sequence[str]) -> Columns:
+def _columns(metrics: Mapping[str, NDArray], errors: NDArray, sampler: Sampler, studied: Sequence[str]) -> Columns:
     """Variables of the Dataset: all samples, statistics of the ``studied`` responses, and their sensitivities."""
     columns: Columns = {
         name: (("sample", "harmonic" if name.endswith("amplitude") else "mesh")[: values.ndim], values)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.results.responses import response
-from gearbench.robustness.sampling import unit_samples
+from gearbench.robustness.montecarlo import respond
 from gearbench.scene import Scene
 from gearbench.scene_file import parse_scene
 from gearbench.trains.scatter import sampled_train
@@ -100,7 +100,7 @@ def scene(
 def answers(scene: Scene, names: tuple[str, ...], samples: int) -> NDArray:
     """Compute responses without errors, and their ``STATISTICS`` over the samples, (1 + statistic, response)."""
     train = sampled_train(scene)
-    found = train.respond(train.draw(unit_samples("sobol", samples, len(train.error_names), 0)), names)
+    found, _ = respond(train, train.draw(samples, 0, "sobol"), names=names)
     rows = [[float(response(name).reduce(train.solved.cycle)) for name in names]]
     return np.array(rows + [[of(found[name]) for name in names] for of in STATISTICS.values()])
 

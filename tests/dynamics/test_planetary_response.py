@@ -26,7 +26,6 @@ from gearbench.dynamics.train_nonlinear import NonlinearTrain
 from gearbench.errors import InputError
 from gearbench.geometry.linkage import AXES
 from gearbench.results.cycle import Phases, fourier_rows
-from gearbench.robustness.sampling import unit_samples
 from gearbench.scene_file import parse_scene
 from gearbench.trains.scatter import Curves, curves, sampled_train
 from gearbench.trains.solve import solve_train
@@ -456,8 +455,8 @@ def test_samples_over_speed_are_responses_of_sets_with_these_errors(keys):
     found = robust_response(whole, speed=speeds, samples=2, harmonics=5)
     train = sampled_train(whole)
     squares = []
-    for errors in train.draw(unit_samples("sobol", 2, len(train.error_names), 0)):
-        drawn = dict(zip(train.error_names, errors, strict=True))
+    for errors in train.draw(2, 0, "sobol"):
+        drawn = dict(zip(train.names, errors, strict=True))
         pins = {key: [float(drawn[f"{key} planet {n}"]) for n in (1, 2, 3, 4)] for key in amounts}
         rms = response(scene(**given, **pins), speed=speeds, harmonics=5)["mesh_force_rms"]
         squares.append(rms.max("mesh").values ** 2)
