@@ -1,8 +1,8 @@
 """Base classes of the two kinds of effects, compliance and gap. Contributions of the same kind add up.
 
-Contact lines are cut into short segments. Contributions are arrays (position, pair, segment): mesh position, tooth pair
-in mesh, segment of its line. Lengths are in mm and forces in N, normal to the flank. A positive gap means missing
-material.
+Contact lines are cut into short segments. Contributions are arrays (position, pair, segment): position in the mesh
+cycle, tooth pair, segment of its contact line. Lengths are in mm and forces in N, normal to the flank. A positive gap
+means missing material.
 """
 
 from __future__ import annotations
@@ -45,14 +45,14 @@ class LowRank:
 
 @dataclass(frozen=True, kw_only=True)
 class Dense:
-    """Symmetric positive definite compliance H [mm/N] of all segments of a position.
+    """Symmetric compliance H [mm/N] between all segments of a position.
 
     Parameters
     ----------
     matrix
-        H (position, pair·segment, pair·segment); rows and columns of tooth pairs out of contact are ignored.
+        H (position, pair·segment, pair·segment); rows and columns of tooth pairs without a contact line are ignored.
     positive
-        Whether the matrix is known to be positive semidefinite. If not, its negative eigenvalues are removed.
+        Whether the matrix is known to have no negative eigenvalues; otherwise they are removed.
     """
 
     matrix: NDArray
@@ -187,7 +187,7 @@ class ComplianceEffect(Effect):
     def flank_compliances(self, lines: ContactLines, effects: Effects) -> FlankPair | None:
         """Compliances of both flanks, independent of contact lines; None (the default) if the effect has no such form.
 
-        Those of several effects are summed before they are evaluated on the lines.
+        Compliances of teeth and bodies are summed in this form, before they are evaluated on the lines.
         """
         return None
 
@@ -251,7 +251,7 @@ class GapEffect(Effect):
         return ()
 
     def turning(self, lines: ContactLines, cycles: NDArray) -> GapOverCycles | None:
-        """The gap in the mesh cycles number ``cycles`` (cycle,), if it changes from cycle to cycle; None by default."""
+        """The gap in mesh cycles with the numbers ``cycles`` (cycle,), if it changes between them; None by default."""
         return None
 
     def later(self, pair: Pair, cycles: tuple[int, int]) -> GapEffect:
@@ -268,7 +268,7 @@ class ChangingGap(GapEffect):
 
     @abstractmethod
     def turning(self, lines: ContactLines, cycles: NDArray) -> GapOverCycles:
-        """The gap in the mesh cycles number ``cycles`` (cycle,)."""
+        """The gap in the mesh cycles with the numbers ``cycles`` (cycle,)."""
 
     def gap(self, lines: ContactLines) -> NDArray:
         """Gap of the mesh cycle 0, (position, pair, segment) [mm]."""

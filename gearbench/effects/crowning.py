@@ -47,7 +47,7 @@ class OneCrowning:
             return [Shape(gear=index, amount=self.amount, factors=(parabola,))]
         halves = []
         for amount, length in ((amount_at_0, -top), (self.amount, b - top)):
-            if length:  # a side of zero width contains no point
+            if length:  # the highest point may be at an end of the face
                 half = Ramp(along="face", start=top, length=length, power=2, one_sided=True, kinked=False)
                 halves.append(Shape(gear=index, amount=amount, factors=(half,)))
         return halves

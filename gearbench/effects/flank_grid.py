@@ -175,7 +175,7 @@ def _from_netcdf(key: str, name: str, data: bytes) -> FlankGrid:
         raise InputError(key, name, error.allowed) from None
     fitting = [v for along in ALONG for v in dataset.data_vars.values() if set(v.dims) == {along, FACE}]
     if len(fitting) != 1:
-        allowed = f"exactly one variable must have the dimensions {' or '.join(ALONG)}, and {FACE}"
+        allowed = f"exactly one variable must have the dimensions {FACE} and one of {', '.join(ALONG)}"
         raise InputError(key, f"{name}, {len(fitting)} fitting variables", allowed)
     return _of_variable(key, name, fitting[0])
 
@@ -184,7 +184,8 @@ def _of_variable(key: str, name: str, variable: xr.DataArray) -> FlankGrid:
     """Grid from a variable with one dimension of ``ALONG``, and ``FACE``."""
     along = next((str(dim) for dim in variable.dims if dim in ALONG), "")
     if set(variable.dims) != {along, FACE}:
-        raise InputError(key, f"{name}, {variable.name}", f"must have the dimensions {' or '.join(ALONG)}, and {FACE}")
+        allowed = f"must have the dimensions {FACE} and one of {', '.join(ALONG)}"
+        raise InputError(key, f"{name}, {variable.name}", allowed)
     for coordinate in (along, FACE):
         if coordinate not in variable.coords:
             raise InputError(key, f"{name}, {coordinate}", "must be a coordinate, in mm")

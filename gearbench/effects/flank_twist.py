@@ -7,13 +7,13 @@ from typing import Any, ClassVar
 
 from pydantic.dataclasses import dataclass
 
-from gearbench.effects.shape import AmountOfGears, Ramp, face_slope, slope
+from gearbench.effects.shape import AmountPerGear, Ramp, face_slope, slope
 from gearbench.geometry.pair import Pair
 from gearbench.schema import STRICT
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
-class FlankTwist(AmountOfGears):
+class FlankTwist(AmountPerGear):
     """Flank twist S_α of each gear: e = S_α (y/b − ½) (t − ½).
 
     t runs from 0 to 1 over the roll length of the active profile. S_α is the profile slope at y = b minus that at y =

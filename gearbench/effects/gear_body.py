@@ -97,12 +97,10 @@ class GearBody(ToothCompliance):
         return FlankPair(both=(pinion, wheel), coupled=self.coupled)
 
     def between(self, pair: Pair, index: int, effects: Effects, *, coast: bool, across: bool) -> NDArray:
-        """C_d of a body [mm/N], d = −z/2 … z/2: motion of a flank under loads on the flank d teeth behind it.
+        """C_d of a body, (d, function, function) [mm/N], d = −z/2 … z/2: motion of tooth d under loads on tooth 0.
 
-        Equation (R7) of docs/theory.md.
-
-        Normal and y are those of a flank of a driving gear. With ``across``, right flanks move under loads on left
-        flanks, which have normal and y of a driven gear, as on a planet or an idler.
+        It is (R7) of docs/theory.md. Normal and y are those of a flank of a driving gear. With ``across``, right flanks
+        move under loads on left flanks, which have normal and y of a driven gear, as on a planet or an idler.
         """
         if (tooth := tooth_among(effects)) is not None and tooth.by_finite_elements:
             body, flank = fe_body(pair, index, on_body=True, coast=coast), tooth.flank(pair, index, effects, coast)
@@ -110,10 +108,7 @@ class GearBody(ToothCompliance):
         return ring_between(pair, index, _joint_order(effects), coast, across)
 
     def shapes(self, lines: ContactLines, index: int, effects: Effects) -> NDArray:
-        """Functions on a flank, between whose loads and motions ``between`` holds; on the lines of a mesh.
-
-        Shape (position, pair, segment, function) [1/mm].
-        """
+        """Functions of ``between`` at the segments of ``lines``, (position, pair, segment, function) [1/mm]."""
         if (tooth := tooth_among(effects)) is not None and tooth.by_finite_elements:
             flank = tooth.flank(lines.pair, index, effects, lines.coast)
         else:

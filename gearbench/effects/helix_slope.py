@@ -6,13 +6,13 @@ from typing import Any, ClassVar
 
 from pydantic.dataclasses import dataclass
 
-from gearbench.effects.shape import AmountOfGears, Ramp, face_slope
+from gearbench.effects.shape import AmountPerGear, Ramp, face_slope
 from gearbench.geometry.pair import Pair
 from gearbench.schema import STRICT
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
-class HelixSlope(AmountOfGears):
+class HelixSlope(AmountPerGear):
     """Helix slope f_Hβ of each gear: zero at y = 0, full amount at y = b.
 
     Parameters

@@ -1,7 +1,7 @@
 """Local contact compliance of two teeth pressed together along a line, the law q (a − h ln q) of the line load q.
 
-The coefficients a and h change slowly along the path of contact. With ``off_line_contact`` they take long to compute:
-they are tabulated over u and interpolated.
+The coefficients a and h change slowly along the path of contact. With ``off_line_contact`` they take long to compute,
+so they are tabulated over u and interpolated.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ from gearbench.geometry.pair import Pair
 from gearbench.geometry.separation import NODES, Separation
 from gearbench.schema import STRICT
 
-#: Number of polynomials of R that the compliance of solid teeth contains; the softening at tip edges leaves their share
-#: out. Teeth of lower order are not distinguished.
+#: Number of polynomials of R in the compliance of solid teeth. The softening at tip edges leaves out what they already
+#: contain, also for teeth of lower order.
 FLANK_POLYNOMIALS = 5
 #: Length of an interval of the table, in half-widths of the contact strip; parabolas are then accurate to 1e-4 of
 #: c = Σ 2(1−ν²)/(πE) of both gears.
@@ -100,7 +100,7 @@ def _edge(lines: ContactLines, index: int, rho: NDArray) -> tuple[NDArray, NDArr
     assert touch is not None
     half_c = [1 / (math.pi * material.plane_strain_modulus) for material in lines.pair.materials]
     roll = touch.rolls[index]
-    # Only the tip corner counts: that at the start of a relief is almost flat. cos β_b converts to the normal plane.
+    # Only the corner at the tip softens; that at the start of a relief is almost flat. cos β_b: to the normal plane.
     tilt = np.where((touch.edge == index) & (edge_distance(gear, roll) < 1e-6 * abs(gear.tip_radius)), touch.tilt, 0.0)
     tilt = tilt * math.cos(gear.beta_b)
     return edge_softening(gear, half_c[index], sum(half_c) / 2, FLANK_POLYNOMIALS, roll, tilt, rho, lines.typical_load)
@@ -128,7 +128,7 @@ def _kinks(lines: ContactLines, index: int, rho: NDArray, c: float) -> Iterator[
         near = np.abs(along) < math.sqrt(load_ratio) * half_width
         # the curvature radius in the transverse plane, in which the slope of the gap is given
         along, unit, transverse = along[near], half_width[near], rho[near] * math.cos(meshing.beta_b)
-        # The gap is a parabola before the kink and another one behind it, because its slope rises by κ = rise there.
+        # The gap is a parabola before the kink and another one after it, because its slope rises by κ = rise there.
         # Their vertices along the profile are x_s (vertex) and x_s − κρ (vertex − shift); the kink is at 0.
         shift, tilt = transverse * rise, transverse * touch.tilt[near]
         corner = (touch.edge[near] == index) & (np.abs(along) < 1e-9 * abs(profile.base_radius))

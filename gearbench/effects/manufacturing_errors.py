@@ -115,7 +115,7 @@ _OF_AXES = ("inclination", "deviation")
 _REVOLVING: MappingProxyType[str, Any] = MappingProxyType({"run_out": "even", "wobble": "tilting"})
 #: Keys of errors that are not an ``ErrorKind``.
 _OTHERS = (*_REVOLVING, "varied", "centre_distance", "tooth_thickness")
-#: Number of equally probable centre distances at which samples are solved.
+#: Number of equally probable centre distances at which samples are solved, so that few pairs have to be assembled.
 DISTANCES = 16
 
 
@@ -148,7 +148,8 @@ class ManufacturingErrors(GapEffect):
     single_pitch
         f_pt of each gear: an index deviation for every tooth in contact.
     run_out, wobble
-        F_r of each gear at a random phase: a wave of order 1 (F7). Run-out is the same all over the face, wobble tilts.
+        F_r of each gear at a random phase: a wave of order 1 (F7 of docs/theory.md). Run-out is the same all over the
+        face, wobble tilts.
     varied
         Numbers of other gap effects that vary, one table each.
     centre_distance
@@ -291,7 +292,10 @@ class ManufacturingErrors(GapEffect):
         return tuple(variables)
 
     def variables(self, pair: Pair) -> tuple[ErrorMode | RandomVariable, ...]:
-        """All random variables of the pair: ``error_modes``, run-out and wobble, numbers of other effects, sizes."""
+        """All random variables: ``error_modes``, run-out and wobble, numbers of other effects, sizes.
+
+        Sizes are the centre distance and the tooth thicknesses.
+        """
         revolving = (variable for each in self._revolving() for variable in each.variables)
         varied = (RandomVariable(each.key, each.amplitude, each.distribution) for each in self.varied)
         return (*self.error_modes(pair), *revolving, *varied, *self._of_sizes(pair))
@@ -320,10 +324,10 @@ class ManufacturingErrors(GapEffect):
             column += 2
         for key in self.varied:
             modes = key.modes(lines, effects)
-            share = partial(_amounts, key, modes.shape[-1])
-            parts.append(ErrorModes(columns=slice(column, column + 1), modes=modes, amounts=share))
+            amounts = partial(_amounts, key, modes.shape[-1])
+            parts.append(ErrorModes(columns=slice(column, column + 1), modes=modes, amounts=amounts))
             column += 1
-        if not parts:  # sizes alone do not change the gap
+        if not parts:  # centre distance and tooth thickness do not change the gap
             no_gap = np.zeros((*lines.shape, 1))
             parts.append(ErrorModes(columns=slice(0, 1), modes=no_gap, amounts=np.zeros_like))
         return Expansion(parts=tuple(parts), mean=self.mean(lines.pair))

@@ -18,7 +18,7 @@ class Misalignment(GapEffect):
     """Axes that are not parallel: a gap that is linear over the face width, zero at y = 0, positive towards y = b.
 
     At y = b the gap normal to the flank is (f_Σδ sin α_wt + f_Σβ cos α_wt) cos β_b: f_Σδ moves the axes apart in their
-    common plane, f_Σβ moves the wheel away perpendicular to it.
+    common plane, f_Σβ moves the wheel away perpendicular to this plane.
 
     Parameters
     ----------

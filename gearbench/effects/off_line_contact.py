@@ -38,9 +38,9 @@ class OffLineContact(GapEffect):
     def gap(self, lines: ContactLines) -> NDArray:
         """Separation normal to the flank, (position, pair, segment) [mm].
 
-        It is that of ``lines``, or of the unmodified profiles if they have none.
+        It is that of ``lines``, or of the unmodified profiles if ``lines`` have no separation.
         """
         touch = lines.touch or separation(lines.pair)(lines.u)
         far = _APART * min(abs(gear.base_radius) for gear in lines.pair.gears)
-        # a rotation by dv moves the gear along the common normal by its lever arm times dv
+        # touch.gap is the rotation that closes the gap times the base radius; the gap itself has the lever arm instead
         return np.minimum(touch.gap, far) * math.cos(lines.pair.meshing.beta_b) * touch.levers[0]

@@ -6,13 +6,13 @@ from typing import Any, ClassVar
 
 from pydantic.dataclasses import dataclass
 
-from gearbench.effects.shape import AmountOfGears, Ramp, barrel, slope
+from gearbench.effects.shape import AmountPerGear, Ramp, barrel, slope
 from gearbench.geometry.pair import Pair
 from gearbench.schema import STRICT
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
-class ProfileCrowning(AmountOfGears):
+class ProfileCrowning(AmountPerGear):
     """Profile crowning C_α of each gear: e = C_α (2t − 1)², t from 0 to 1 over the roll length of its active profile.
 
     Parameters

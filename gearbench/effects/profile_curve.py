@@ -20,7 +20,7 @@ class ProfileCurve(CurvesOfGears):
     """Deviation of the profile of each gear along its roll length, the same all over the face.
 
     A polynomial runs over the active profile, from t = 0 (root side) to t = 1 (tip side). Points are at roll lengths
-    √(R² − r_b²), on a ring too, where they increase towards the root; there they may all have the minus of ISO 21771.
+    √(R² − r_b²). On a ring these increase towards the root, and all of them may be negative, as in ISO 21771.
 
     Parameters
     ----------

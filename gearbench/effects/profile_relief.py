@@ -108,7 +108,7 @@ class ProfileRelief(ShapeEffect):
         return each_gear(self)
 
     def on(self, index: int) -> ProfileRelief | None:
-        """The effect with the relief of gear ``index`` only, in a table; None if that gear has no relief."""
+        """The effect with only the relief of gear ``index``, as a table; None if that gear has no relief."""
         table = self.tables().get(index)
         cleared = {"amount": None, "length": None, "shape": "linear", "gear": "both", GEARS[1 - index]: None}
         return None if table is None else replace(self, **cleared, **{GEARS[index]: table})
@@ -153,8 +153,8 @@ class ProfileRelief(ShapeEffect):
                     raise InputError(f"{key}along", "roll", "begins below the base circle: no roll length there")
                 continue
             name = next(name for name in _STARTS if getattr(table, name) is not None)
-            # the involute of an external gear begins at the base circle
-            if not pair.is_internal or low > 0:
+            # the involute of an external gear (positive radii) begins at the base circle
+            if low > 0:
                 low = max(low, pair.gears[index].base_radius)
             if not low <= start <= high:
                 # radii of an internal gear are negative

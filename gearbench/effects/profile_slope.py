@@ -6,13 +6,13 @@ from typing import Any, ClassVar
 
 from pydantic.dataclasses import dataclass
 
-from gearbench.effects.shape import AmountOfGears, Ramp, slope
+from gearbench.effects.shape import AmountPerGear, Ramp, slope
 from gearbench.geometry.pair import Pair
 from gearbench.schema import STRICT
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
-class ProfileSlope(AmountOfGears):
+class ProfileSlope(AmountPerGear):
     """Profile slope f_Hα of each gear, linear in the roll length.
 
     It is zero at the root end of the active profile and has its full amount at the tip end.

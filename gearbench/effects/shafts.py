@@ -26,14 +26,14 @@ from gearbench.system.static import StaticState, twist
 #: Foundations that ``mesh_spread`` tries: springs that replace the teeth. Their stiffness is given as a share of face
 #: width times modulus of elasticity. The first is stiffer than meshes, the second stiffer than Hertzian contact.
 FOUNDATIONS = (0.3, 5.0)
-#: Eigenvalues of a seat's compliance below this fraction of the largest are dropped.
+#: Eigenvalues of a seat's compliance below this fraction of the largest are rounding, and are dropped.
 _RANK = 1e-14
 
 
 # compared by identity, because sums of compliances are cached with their effects as keys
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SeatedGear:
-    """A gear of the scene's pair on its shaft in static equilibrium, with the rows that give its flank's deflection."""
+    """A gear of the scene's pair, 0 for the pinion or 1 for the wheel, on its shaft in the equilibrium ``settled``."""
 
     box: Gearbox
     gear: int
@@ -57,7 +57,7 @@ class SeatedGear:
     def rows(self, lines: ContactLines) -> NDArray:
         """Matrix from the motions of all nodes of the shaft to the deflection normal to the flank.
 
-        Shape (position, pair, segment, size), size = 6 · nodes.
+        (position, pair, segment, size), size = 6 · number of nodes.
         """
         return self.model.rows(*self._places(lines))
 
@@ -132,12 +132,12 @@ def _grouped(gears: tuple[SeatedGear, SeatedGear]) -> list[tuple[SeatedGear, ...
 
 
 def mesh_spread(gears: tuple[SeatedGear, SeatedGear], stiffness: NDArray) -> tuple[NDArray, NDArray]:
-    """Loads per resultant (resultant, point), and the compliance C (resultant, resultant) of the shafts (W13).
+    """Loads over the face (resultant, point) of unit resultants, and the compliance C (resultant, resultant) of shafts.
 
-    The points are those of ``FACE_POINTS``. A foundation of springs stands in place of the teeth. Among all loads with
-    the same resultants, the chosen ones store the least strain energy in shafts and foundation. The foundation must be
-    stiffer than the teeth, so that shafts and teeth together are more compliant than C. If the first of
-    ``FOUNDATIONS`` is too soft, the second is taken.
+    C is that of (W13). The points are those of ``FACE_POINTS``. A foundation of springs replaces the teeth. Among all
+    loads with the same resultants, the chosen ones store the least strain energy in shafts and foundation. The
+    foundation must be stiffer than the teeth, so that shafts and teeth together are more compliant than C. If the first
+    of ``FOUNDATIONS`` is too soft, the second is taken.
 
     Parameters
     ----------
@@ -217,7 +217,7 @@ class ShaftMotion(GapEffect):
     gears: tuple[SeatedGear, SeatedGear]
     motions: tuple[NDArray, NDArray]
 
-    # compared by identity
+    # compared by identity, although a GapEffect is compared by the values of its fields
     __eq__, __hash__ = object.__eq__, object.__hash__  # type: ignore[assignment]
 
     name: ClassVar[str] = "shaft_motion"
@@ -270,7 +270,7 @@ def system_effects(
     shafts = [model.shaft for gear in (pinion, wheel) for model in gear.settled.structure.shafts.values()]
     linear = all(bearing.is_linear for shaft in shafts for bearing in shaft.bearings)
     only_these = {pinion.number, wheel.number} == {n for g in (pinion, wheel) for n in g.settled.structure.shafts}
-    # linear shafts without other loads: ``Shafts`` holds all their motion
+    # linear shafts without other loads: ``Shafts`` contains all their motion
     if linear and only_these and all(len(shaft.gears) == 1 and not shaft.loads for shaft in shafts):
         return effects
     loads = of_flanks or tuple(box.force(PAIR) * box.wrench(PAIR, gear.gear, gear.model) for gear in (pinion, wheel))

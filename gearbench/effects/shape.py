@@ -39,7 +39,7 @@ Amount = Annotated[float, Field(ge=-1000.0, le=1000.0)]
 Extent = Annotated[float, Field(ge=0.0, le=1000.0)]
 
 MICROMETRE = 1e-3  # mm
-#: With more points than this, a curve or grid counts as smooth: panels of the mesh cycle do not end at its points.
+#: With more points than this, a curve or grid is treated as smooth: panels of the mesh cycle do not end at its points.
 MOST_KINKS = 12
 
 
@@ -146,6 +146,7 @@ class Shape:
             return None
         return Modification(
             gear=self.gear,
+            # a modification is measured in the transverse plane, a gap normal to the flank
             amount=self.amount * MICROMETRE / math.cos(pair.meshing.beta_b),
             start=factor.start,
             length=factor.length,
@@ -201,7 +202,7 @@ class ShapeEffect(GapEffect):
 
 
 @dataclass(frozen=True)
-class AmountOfGears(ShapeEffect):
+class AmountPerGear(ShapeEffect):
     """A shape with an amount for each gear."""
 
     pinion: Amount = 0.0

@@ -67,7 +67,7 @@ def plate_tooth(gear: Gear, material: Material, order: tuple[int, int] | None, f
     """Plate that models the tooth of a gear."""
     from gearbench.compliance.plate import PlateTooth
 
-    # the involute starts at the base circle like (R − r_b)^{3/2}; a fillet leaves the root circle like √(R − r_f)
+    # the thickness changes like (R − r_b)^{3/2} at the base circle and, on a fillet, like √(R − r_f) at the root circle
     base, junction = gear.base_radius - gear.root_radius, gear.form_radius - gear.root_radius
     return PlateTooth(
         height=gear.tooth_height,
@@ -84,7 +84,8 @@ def plate_tooth(gear: Gear, material: Material, order: tuple[int, int] | None, f
 #: Helix angle [°] above which solid teeth need more functions. Without them, peak-to-peak values of steeper gears in
 #: ``studies/s11_gears_in_use`` are up to 7 % off.
 STEEP = 27.0
-#: A fillet counts as high above this share of the tooth height (few teeth, nearly undercut).
+#: Height of the fillet, as a share of the tooth height, above which solid teeth need more functions too: gears of few
+#: teeth, nearly undercut.
 HIGH_FILLET = 0.27
 
 
@@ -171,7 +172,7 @@ def ring_flank(
 
 @lru_cache(maxsize=64)
 def ring_between(pair: Pair, index: int, order: tuple[int, int, int] | None, coast: bool, across: bool) -> NDArray:
-    """Compliance blocks between all teeth of a body, see ``ToothedRing.blocks``.
+    """Compliance of a body between each two of its teeth, (d, function, function) [mm/N], see ``ToothedRing.blocks``.
 
     With ``across`` they are the deflections of right flanks under loads on left flanks.
     """

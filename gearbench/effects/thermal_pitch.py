@@ -20,7 +20,7 @@ class ThermalPitch(GapEffect):
     It has no table in ``[effects]``; it acts if ``[pair.temperature]`` expands the two gears differently. In the plane
     of action the flanks of an expanding gear move away from the point where its base circle touches the line of action,
     and from the middle of the face (G16 of docs/theory.md). The gap is zero at the pitch point in the middle of the
-    face. Beyond it a pinion that expands more than the wheel closes the gap.
+    face. Beyond the pitch point a pinion that expands more than the wheel closes the gap.
     """
 
     name: ClassVar[str] = "thermal_pitch"

@@ -30,7 +30,7 @@ TwoSided = Literal["uniform_two_sided", "normal_two_sided"]
 #: Deviations of a number, divided by the amplitude, at which the change of the gap is computed if it is not linear; at
 #: deviation 0 the change is 0.
 NODES = np.array([-1.0, -0.75, -0.5, -0.25, 0.25, 0.5, 0.75, 1.0])
-#: Relative difference from a straight line that counts as rounding.
+#: Relative difference from a straight line up to which a change is linear but for rounding.
 STRAIGHT = 1e-9
 
 
@@ -198,6 +198,7 @@ class Eccentricity:
     def variables(self) -> tuple[RandomVariable, RandomVariable]:
         """Random variables of amplitude and phase."""
         label = f"{self.name}_{GEARS[self.gear]}"
+        # no tolerance narrows the phase, hence the infinite cost
         phase = RandomVariable(f"{label}_phase", 180.0, "uniform_two_sided", cost=math.inf)
         return RandomVariable(label, self.amplitude, self.distribution), phase
 

@@ -47,10 +47,11 @@ Waves = Annotated[tuple[Wave, ...], Field(max_length=100)]
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Waviness(ChangingGap):
-    """Waves on the flanks, e = a cos β_b sin(2π q t/z + φ), with the order q and the time t in mesh periods (F7).
+    """Waves on the flanks, e = a cos β_b sin(2π q t/z + φ), with the order q and the time t in mesh periods.
 
-    Points that touch at the same time have the same deviation, as from an eccentric gear, or from a hob or grinding
-    worm with an uneven table drive. ``simulate`` computes the mesh cycle 0 ≤ t < 1, ``hunting_cycle`` all of them.
+    See (F7) of docs/theory.md. Points that touch at the same time have the same deviation, as from an eccentric gear,
+    or from a hob or grinding worm with an uneven table drive. ``simulate`` computes the mesh cycle 0 ≤ t < 1,
+    ``hunting_cycle`` all of them.
 
     Parameters
     ----------
