@@ -27,9 +27,9 @@ class Catalogue:
     results
         The results, in the order of the command line.
     result
-        Index into ``results`` of every design's result, (design,).
+        Index in ``results`` of the result that holds each design, (design,).
     number
-        Number of every design in its file, (design,).
+        Number of each design in the file of its result, (design,).
     columns
         Quantities of the designs; NaN if a result does not have them.
     left_out
@@ -100,16 +100,16 @@ def _join(results: Sequence[Stored], title: str) -> Column:
 
 
 def fronts(catalogue: Catalogue, selected: NDArray | None = None) -> NDArray:
-    """Indices of the Pareto-optimal designs of every result, by result, then by ``ACROSS``, (design,).
+    """Indices of the Pareto-optimal designs of every result, sorted by result, then by ``ACROSS``, (design,).
 
-    ``selected`` (design,) leaves out the designs for which it is False.
+    Designs for which ``selected`` (design,) is False are left out.
     """
     x, y = catalogue.column(ACROSS).values, catalogue.column(UP).values
     selected = np.ones(len(catalogue), dtype=bool) if selected is None else selected
     by_result = []
     for result in range(len(catalogue.results)):
-        numbers = np.flatnonzero(selected & (catalogue.result == result))
-        order = numbers[np.lexsort((y[numbers], x[numbers]))]
-        lowest = np.minimum.accumulate(np.concatenate([[np.inf], y[order]]))
-        by_result.append(order[y[order] < lowest[:-1]])
+        designs = np.flatnonzero(selected & (catalogue.result == result))
+        order = designs[np.lexsort((y[designs], x[designs]))]
+        lowest_before = np.minimum.accumulate(np.concatenate([[np.inf], y[order]]))[:-1]
+        by_result.append(order[y[order] < lowest_before])
     return np.concatenate(by_result)

@@ -22,7 +22,7 @@ PIXELS = (404, 560)
 
 
 def sources(catalogue: Catalogue) -> Sources:
-    """Sources of the designs, their image and the fronts; 4-byte numbers are precise enough to draw."""
+    """Sources of the designs, of their image and of the fronts; 4-byte numbers are precise enough to draw."""
     x, y = catalogue.column(ACROSS).values, catalogue.column(UP).values
     data = {"x": x, "y": y, "result": catalogue.result, "number": catalogue.number}
     for i, column in enumerate(catalogue.columns):
@@ -38,14 +38,14 @@ def sources(catalogue: Catalogue) -> Sources:
     }
 
 
-def front_data(catalogue: Catalogue, numbers: NDArray) -> dict[str, Any]:
-    """Columns of the front: values, σ, width and height of the ±σ boxes (0 if not drawn), results, numbers, colours.
+def front_data(catalogue: Catalogue, designs: NDArray) -> dict[str, Any]:
+    """Columns of the fronts: values, σ, width and height of the ±σ boxes (0 if not drawn), results, numbers, colours.
 
-    ``numbers`` are the indices of its designs in the catalogue, (design,).
+    ``designs`` are the indices of their designs in the catalogue, (design,).
     """
-    box_step = max(1, math.ceil(len(numbers) / BOXES))
-    drawn, labelled = (np.arange(len(numbers)) % step == 0 for step in (box_step, 3 * box_step))
-    x, y, sx, sy = (catalogue.column(n).values[numbers] for n in (ACROSS, UP, SCATTER_ACROSS, SCATTER_UP))
+    box_step = max(1, math.ceil(len(designs) / BOXES))
+    drawn, labelled = (np.arange(len(designs)) % step == 0 for step in (box_step, 3 * box_step))
+    x, y, sx, sy = (catalogue.column(n).values[designs] for n in (ACROSS, UP, SCATTER_ACROSS, SCATTER_UP))
     return {
         "x": x,
         "y": y,
@@ -53,16 +53,19 @@ def front_data(catalogue: Catalogue, numbers: NDArray) -> dict[str, Any]:
         "sy": sy,
         "w": np.where(drawn, 2 * np.nan_to_num(sx), 0.0),
         "h": np.where(drawn, 2 * np.nan_to_num(sy), 0.0),
-        "result": catalogue.result[numbers],
-        "number": catalogue.number[numbers],
-        "design": numbers,
-        "label": np.where(labelled, catalogue.number[numbers].astype(str), ""),
-        "colour": np.array([colour(i) for i in catalogue.result[numbers]], dtype=object),
+        "result": catalogue.result[designs],
+        "number": catalogue.number[designs],
+        "design": designs,
+        "label": np.where(labelled, catalogue.number[designs].astype(str), ""),
+        "colour": np.array([colour(i) for i in catalogue.result[designs]], dtype=object),
     }
 
 
 def cloud(catalogue: Catalogue, data: Sources) -> Any:
-    """Make the figure: all designs as one image, which ``js/filter.js`` paints; fronts and boxes as glyphs."""
+    """Make the figure: all designs as one image, which ``js/filter.js`` paints; fronts and boxes as glyphs.
+
+    ``data`` holds the ``sources``, and "pick", the picked design (``page.pick_data``).
+    """
     across, up = catalogue.column(ACROSS), catalogue.column(UP)
     title = f"Fronts with ±σ boxes, {spaced(len(catalogue))} designs"
     title += f"; {spaced(catalogue.left_out)} more lack an objective and are not shown" if catalogue.left_out else ""

@@ -1,6 +1,6 @@
 """Conversation with an open page: the server answers the newest question and drops older ones.
 
-``live`` and ``bench.session`` use it. A question is the data of a Bokeh source; what it asks for is up to them.
+``live`` and ``bench.session`` use it, and define what a question asks for. A question is the data of a Bokeh source.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ class Conversation:
 
     The browser sends one message per question, because every message costs a round trip. The server sends one or
     several answers, the quick ones first, and computes them on a separate thread. A newer question replaces the waiting
-    one and ends the answers to the older one. The page therefore follows a moving slider as fast as the model can be
-    computed, and ends with the slider's last value.
+    one and ends the answers to the one before. The page therefore follows a moving slider as fast as the model can be
+    computed, and finally shows the slider's last value.
 
     Parameters
     ----------
@@ -37,8 +37,8 @@ class Conversation:
     answers
         Function that yields the answers to a question.
     rest
-        Time without a newer question after which the second answer to a question is begun [s]. Begun earlier, it would
-        delay the first answer to the next question while a slider moves.
+        Time without a newer question after which the second answer to a question is begun [s]. If it began earlier, it
+        would delay the first answer to the next question while a slider moves.
     """
 
     def __init__(
@@ -51,7 +51,7 @@ class Conversation:
         question.on_change("data", self._asked)
 
     def _asked(self, _attr: str, _old: Any, _new: Any) -> None:
-        """Note a new question, and start answering unless that is under way."""
+        """Note a new question, and start answering unless ``_work`` is running."""
         self._wanted = True
         self._newer.set()
         if not self._running:

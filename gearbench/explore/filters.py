@@ -21,7 +21,7 @@ def sliders(catalogue: Catalogue) -> dict[int, RangeSlider]:
 
 
 def _slider(index: int, column: Column) -> RangeSlider:
-    """Make the range slider of the column ``index``; of texts, its title says which number is which."""
+    """Make the range slider of the column ``index``; for texts, its title says which number stands for which text."""
     low, high = column.range
     # slightly wider than the values, so that rounding never hides a design at an end
     margin = 1e-6 * (high - low)

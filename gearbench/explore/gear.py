@@ -58,7 +58,8 @@ WORDS_OF_TRAIN = {
 class GearPanel:
     """Figures of one gear and their sources; the browser fills the sources with new tables.
 
-    The tables decide which figures there are.
+    ``now`` holds the sources of the gear shown, ``before`` those of the baseline, and ``kept`` those of the gears kept
+    for comparison. The tables of the first gear decide which figures there are.
 
     Parameters
     ----------
@@ -89,15 +90,15 @@ class GearPanel:
             self.figures |= {"pressure": self._pressure(now), "teeth": self._teeth(now)}
         self.figures |= {name: self._density(name) for name in now if name.endswith("_density")}
 
-    def compare(self, heads: Sequence[str], most: int, beside: Sequence[dict[str, Any]] = ()) -> dict[str, Any]:
+    def compare(self, heads: Sequence[str], most: int, variants: Sequence[dict[str, Any]] = ()) -> dict[str, Any]:
         """Arguments of ``js/compare.js``, which fills the table of numbers and draws the curves of the gears kept.
 
-        A user keeps gears for comparison, at most ``most``; ``beside`` holds those kept from the beginning. ``heads``
-        are the headings of the columns besides those of kept gears: baseline and gear shown, or the gear shown alone.
+        A user keeps gears for comparison, at most ``most``; ``variants`` are kept from the beginning. ``heads`` are the
+        headings of the columns before those of the gears kept: baseline and gear shown, or the gear shown alone.
         """
         return {
             "now": self.now, "before": self.before, "sources": self.kept, "heads": list(heads), "most": most,
-            "beside": list(beside), "colours": [*PALETTE[2:], *PALETTE[:2]],
+            "variants": list(variants), "colours": [*PALETTE[2:], *PALETTE[:2]],
             "columns": {name: list(columns) for name, columns in OVERLAID.items()},
             "curves": [line.glyph for name in CYCLES for line in self.figures[name].renderers],
         }  # fmt: skip
@@ -147,7 +148,7 @@ class GearPanel:
         return plot
 
     def _shares(self, name: str) -> Any:
-        """Draw the load shares over the mesh cycle ("sharing") or over a turn of the carrier ("revolution")."""
+        """Draw the load shares over the mesh cycle ("sharing") or over a revolution of the carrier ("revolution")."""
         over_cycle = name == "sharing"
         plot = self.chart(name, x_range=fixed(0, 2 if over_cycle else 1))
         # invisible points: the figure shows at least 0.98 to 1.02, so that rounding errors of equal shares stay small
@@ -173,7 +174,7 @@ class GearPanel:
         plot.patches(
             "xs", "ys", source=drawn, fill_color=PALETTE[5], fill_alpha="alpha", line_color=INK, line_width=0.8
         )
-        plot.text("x", "top", "name", source=self.now["gears"], text_align="center", text_font_size="12px")
+        plot.text("x", "label_y", "name", source=self.now["gears"], text_align="center", text_font_size="12px")
         plot.scatter("x", "y", size="size", source=marks, color="colour", alpha=0.75, line_color="white")
         plot.text(
             "x", "y", "share", source=labels, y_offset=18, text_align="center", text_font_size="13px",
@@ -203,7 +204,7 @@ class GearPanel:
         plot.image("image", "x", "y", "dw", "dh", source=source, color_mapper=mapper)
         bar = ColorBar(color_mapper=mapper, title="p [MPa]", width=10, title_text_font_size="12px", padding=3)
         plot.add_layout(bar, "right")
-        source.js_on_change("data", script("load", source=source, mapper=mapper, plot=plot))
+        source.js_on_change("data", script("pressure", source=source, mapper=mapper, plot=plot))
         plot.grid.visible = False
         return plot
 

@@ -126,12 +126,16 @@ def _sharing(load: Sharing) -> Tables:
     xs, ys = ([np.concatenate([piece[i] for piece in share]) for share in share_curves] for i in (0, 1))
     over_turns = load.over_turns[mesh_of_path] if load.over_turns.size else load.over_turns
     points_by_table = {
-        "sharing": tuple(zip(*(_periods(x, y, phases.length) for x, y in zip(xs, ys, strict=True)), strict=True)),
-        "revolution": ([load.turns] * len(over_turns), list(over_turns)),
+        "sharing": [_periods(x, y, phases.length) for x, y in zip(xs, ys, strict=True)],
+        "revolution": [(load.turns, largest) for largest in over_turns],
     }
     return {
-        name: {"xs": [x.astype("f4") for x in xs], "ys": [y.astype("f4") for y in ys], "colour": _colours(len(ys))}
-        for name, (xs, ys) in points_by_table.items()
+        name: {
+            "xs": [x.astype("f4") for x, _ in points],
+            "ys": [y.astype("f4") for _, y in points],
+            "colour": _colours(len(points)),
+        }
+        for name, points in points_by_table.items()
     }
 
 
@@ -154,15 +158,16 @@ def _colours(count: int) -> list[str]:
 
 
 def _gears(load: Sharing) -> Tables:
-    """Outlines of the gears at mesh phase 0, their axes, their rotation in a mesh period, and the pitch points."""
+    """Outlines of the gears at mesh phase 0, their axes and pitch points, and their rotation in a mesh period [rad]."""
     linkage = load.cycle.linkage
     train, coast = linkage.train, linkage.coast
     phases, first = train.phases(coast=coast), train.meshes[0]
-    period = 2 * math.pi * train.turn(first.name) * (-1 if coast else 1) / first.pair.gears[0].teeth
+    # signed rotation of the first driver in a mesh period
+    rotation = 2 * math.pi * train.turn(first.name) * (-1 if coast else 1) / first.pair.gears[0].teeth
     points = [outline(train, gear, phases, coast=coast) for gear in train.gears]
     inside = [is_internal(train, gear) for gear in train.gears]
     axes = np.array([train.places[train.shaft(gear)] for gear in train.gears])
-    tops = [each[:, 1].min() if internal else y for each, internal, (_, y) in zip(points, inside, axes, strict=True)]
+    label_y = [each[:, 1].min() if internal else y for each, internal, (_, y) in zip(points, inside, axes, strict=True)]
     pitch_points, paths = [train.pitch_point(mesh.name) for mesh in train.meshes], _paths(load)
     path_names = list(dict.fromkeys(paths))
     labels = np.array([train.places.get(path, pitch_points[paths.index(path)]) for path in path_names])
@@ -173,9 +178,10 @@ def _gears(load: Sharing) -> Tables:
             "ys": [each[:, 1].astype("f4") for each in points],
             "x": axes[:, 0],
             "y": axes[:, 1],
-            "rate": [period * linkage.rates[train.shaft(gear)] for gear in train.gears],
-            "name": ["" if gear in train.timed else gear for gear in train.gears],  # one name for a stepped planet
-            "top": tops,
+            "rate": [rotation * linkage.rates[train.shaft(gear)] for gear in train.gears],
+            # ``timed`` are the second gears of stepped planets: one name for both gears
+            "name": ["" if gear in train.timed else gear for gear in train.gears],
+            "label_y": label_y,
             "alpha": [0.0 if internal else 0.35 for internal in inside],
         },
         "marks": {

@@ -49,7 +49,7 @@ class Page:
         self._first = first
         self.export = Button(label="Save scene file", name="export", width=SIDE - 60)
         self.export.js_on_event("button_click", script("download", "export", scene=self.gear.now["scene"]))
-        self._roots, self.refresh, self.follow = self._designs()
+        self._roots, self.refresh, self.follow, self._choose = self._designs()
 
     def show_answers(self) -> None:
         """Let the browser show every new ``answer``."""
@@ -83,10 +83,10 @@ class Page:
             for result, count in zip(self.catalogue.results, counts, strict=True)
         ]
 
-    def _designs(self) -> tuple[dict[str, Any], Any, Any]:
+    def _designs(self) -> tuple[dict[str, Any], Any, Any, Any]:
         """Make filters, cloud and parallel coordinates, connected by scripts in the browser.
 
-        Returns the roots by name, and the scripts that redraw everything and that follow the pick.
+        Returns the roots by name, and three scripts: they redraw everything, follow the pick, and choose the axes.
         """
         catalogue, lines = self.catalogue, parallel.sources(self.catalogue)
         by_column = filters.sliders(catalogue)
@@ -113,7 +113,7 @@ class Page:
             axes=axes,
         )
         brush = script("brush", plot=coordinates, axes=axes)
-        self._choose = script(
+        choose = script(
             "axes", designs=self.sources["designs"], pick=self.pick, plot=figure, refresh=refresh, bar=bar,
             hover=figure.select_one(HoverTool), columns=choices(catalogue), palette=list(bar.color_mapper.palette),
             front_title=figure.title.text,
@@ -137,15 +137,15 @@ class Page:
             script("clear", sliders=list(by_column.values()), designs=self.sources["designs"], refresh=refresh),
         )
         side = {"filters": filters.panel(catalogue, by_column), "clear": clear}
-        return {**side, "cloud": figure, "parallel": coordinates}, refresh, follow
+        return {**side, "cloud": figure, "parallel": coordinates}, refresh, follow, choose
 
 
-def answer_data(now: Tables | None = None, text: str = "", *, message: str = "") -> dict[str, Any]:
-    """Columns of an answer for ``js/answer.js``: tables of the gear, heading ``text``, and error message.
+def answer_data(now: Tables | None = None, heading: str = "", *, message: str = "") -> dict[str, Any]:
+    """Columns of an answer for ``js/answer.js``: tables of the gear, heading, and error message.
 
-    Without tables or text, the page keeps those that it shows.
+    Without tables or heading, the page keeps those that it shows.
     """
-    return {"now": [now], "summary": [text], "message": [message]}
+    return {"now": [now], "summary": [heading], "message": [message]}
 
 
 def axes_of(catalogue: Catalogue, by_column: dict[int, Any]) -> list[dict[str, Any]]:
@@ -176,7 +176,7 @@ def key(catalogue: Catalogue, name: str) -> str:
 
 
 def order(catalogue: Catalogue) -> np.ndarray:
-    """Designs sorted by result, then ``ACROSS``, then ``UP``, (design,): in one pass, a script finds all fronts."""
+    """Indices of the designs sorted by result, then ``ACROSS``, then ``UP``, (design,); fronts then take one pass."""
     x, y = catalogue.column(ACROSS).values, catalogue.column(UP).values
     return np.lexsort((y, x, catalogue.result)).astype("int32")
 
@@ -188,10 +188,10 @@ def pick_data(catalogue: Catalogue, design: int) -> dict[str, Any]:
 
 
 def knee(catalogue: Catalogue) -> int:
-    """Design of the fronts with the least sum of both objectives, scaled by their ranges on the fronts."""
-    numbers = fronts(catalogue)
-    score = np.zeros(len(numbers))
+    """Index of the design on the fronts with the least sum of both objectives, scaled by their ranges on the fronts."""
+    designs = fronts(catalogue)
+    score = np.zeros(len(designs))
     for name in (ACROSS, UP):
-        values = catalogue.column(name).values[numbers]
+        values = catalogue.column(name).values[designs]
         score += (values - values.min()) / (np.ptp(values) or 1.0)
-    return int(numbers[np.argmin(score)])
+    return int(designs[np.argmin(score)])

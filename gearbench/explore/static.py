@@ -15,7 +15,7 @@ from gearbench.explore.look import script
 from gearbench.explore.model import picture
 from gearbench.explore.page import Page, knee
 
-#: Default of the largest number of designs whose figures are stored in the file.
+#: Default of the number of designs on the fronts whose figures are stored in the file.
 PICTURES = 60
 
 
@@ -62,7 +62,7 @@ def as_file(document: Document) -> str:
 
 def _spread(catalogue: Catalogue, first: int, count: int) -> NDArray:
     """Choose ``count`` designs evenly along the fronts, and add ``first``."""
-    numbers = fronts(catalogue)
-    if len(numbers) > count:
-        numbers = numbers[np.linspace(0, len(numbers) - 1, count).round().astype(int)]
-    return np.unique([*numbers, first])
+    designs = fronts(catalogue)
+    if len(designs) > count:
+        designs = designs[np.linspace(0, len(designs) - 1, count).round().astype(int)]
+    return np.unique([*designs, first])

@@ -1,4 +1,4 @@
-"""Answers of the design bench: solve the scene of its controls coarsely, then finely, then over torque."""
+"""Answers of the design bench: solve the scene of its controls coarsely, then at its resolution, then over torque."""
 
 from __future__ import annotations
 
@@ -45,6 +45,8 @@ _OVER_TORQUE = Resolution(positions=32, segments=10)
 def changed(base: Scene, given: Mapping[str, Any]) -> Scene:
     """Read a scene from the tables of a page; coast flanks, system and effects with files stay those of ``base``.
 
+    For a pair, the tables of effects with files are ignored. For a train, they must be those of ``base``.
+
     Raises
     ------
     InputError
@@ -79,7 +81,7 @@ def _refuse_files(known: Mapping[str, Any], given: Mapping[str, Any], path: str)
 
 @lru_cache(maxsize=16)
 def _read(name: str, text: str) -> Any:
-    """Read a table other than an effect; cached, so that tables a slider does not change keep their computed values."""
+    """Read a table other than an effect; cached, so that tables that a slider does not change keep computed values."""
     return read(TABLES[name], json.loads(text), name)
 
 
@@ -124,8 +126,9 @@ class Answers:
 
     def _solved(self, scene: Scene, progress: Callable[[int, int], None]) -> Iterator[dict[str, Any]]:
         """Yield the answers for a valid scene; ``progress`` raises to abandon one."""
-        quick, _ = without_scatter(self.sketch(scene))
-        yield answer_data(tables(replace(quick, scene=scene), teeth=False))
+        quick_results, _ = without_scatter(self.sketch(scene))
+        # the page shows the scene asked for, not the coarse one
+        yield answer_data(tables(replace(quick_results, scene=scene), teeth=False))
         results, solved = without_scatter(scene)
         self._known = _compliance_inputs(scene)
         yield answer_data(tables(results))

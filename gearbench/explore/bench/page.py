@@ -22,7 +22,7 @@ from gearbench.explore.look import INK, PALETTE, fitted, fixed, script, text_of
 from gearbench.explore.page import answer_data
 from gearbench.scene import Scene
 
-#: Largest number of variants kept for comparison: one per colour.
+#: Maximum number of variants kept for comparison, one per colour.
 MOST = 6
 
 
@@ -33,17 +33,17 @@ class BenchPage:
     ----------
     scene
         The first gear, which is also the baseline.
-    begin
+    first_tables
         Tables of the first gear.
-    beside
+    variants
         Initial variants, see ``session.variants``.
     """
 
-    def __init__(self, scene: Scene, begin: Tables, beside: Sequence[dict[str, Any]] = ()) -> None:
-        self.scene, self.beside = scene, list(beside)
+    def __init__(self, scene: Scene, first_tables: Tables, variants: Sequence[dict[str, Any]] = ()) -> None:
+        self.scene, self.variants = scene, list(variants)
         self.question = ColumnDataSource({"scene": [json.dumps(scene.to_mapping())], "number": [0]}, name="question")
         self.answer = ColumnDataSource(answer_data(), name="answer")
-        self.gear = GearPanel({**NOT_SWEPT, "warnings": {"text": []}, **begin}, baseline=True)
+        self.gear = GearPanel({**NOT_SWEPT, "warnings": {"text": []}, **first_tables}, baseline=True)
         self.figures = {**self.gear.figures, "harris": self._harris(), "torque": self._torque()}
 
     def put(self, document: Document, *, live: bool = True) -> None:
@@ -70,7 +70,7 @@ class BenchPage:
             "light", "compare", "download", "bench",
             question=self.question, phase=self.gear.phase, examples=json.dumps(added),
             plots=[self.figures[name] for name in self._shown()],
-            **self.gear.compare(("baseline", "now") if live else (self.scene.name or "scene",), MOST, self.beside),
+            **self.gear.compare(("baseline", "now") if live else (self.scene.name or "scene",), MOST, self.variants),
         )  # fmt: skip
 
     def _shown(self) -> list[str]:

@@ -56,7 +56,7 @@ def bench(scene: Scene, *others: Scene) -> Callable[[Document], object]:
     InputError
         If ``scene`` has several loads, or pairs and trains are mixed.
     GearbenchError
-        If its contact problem cannot be solved.
+        If the contact problem of one of them cannot be solved.
     """
     _check(scene, others)
     first_results, variant_results = picture(scene), [picture(other) for other in others]

@@ -1,7 +1,7 @@
 // Compare gears that the user keeps with the gear shown: a table of their numbers, and their curves in its figures.
 // Everything is set as text; nothing that comes from a file is read as markup.
 const byId = (id) => document.getElementById(id);
-const kept = [...beside];  // gears: { name, number, scene, numbers, curves, colour }
+const kept = [...variants];  // gears: { name, number, scene, numbers, curves, colour }
 // function of a kept gear: its further actions besides "drop", as [label, function]; null: no actions, and no "drop"
 let actions = null;
 
