@@ -74,7 +74,7 @@ face_width = 26.0                 # wider than its mate, 1 mm on either side
 protuberance = 0.12
 grinding_stock = 0.10
 tip_chamfer = 0.3
-[pair.pinion.thickness]           # deviations from the derived x = 0.03
+[pair.pinion.thickness]           # deviations of the thickness; x = 0.03 is derived
 upper = -60.0                     # A_sne, µm
 lower = -90.0
 [pair.wheel]
@@ -102,7 +102,8 @@ def scene() -> str:
 
     return f"""# The scene
 
-A scene is a TOML file. Only `[pair]`, a load and one effect that adds compliance are required.
+A scene is a TOML file. Only the gears (`[pair]`, or one of the tables instead), a load and one effect that adds
+compliance are required.
 
 | table | holds |
 |---|---|
@@ -202,13 +203,13 @@ inertia = 0.011
 
 All meshes are one contact problem, which elastic bodies (`[effects.gear_body]`) couple. `simulate` computes
 `load_sharing` of each mesh, `mesh_load_factor` K_γ, `train_transmission_error`, motions of floating members, and forces
-and torques on every member with their harmonics; `robust` their scatter over `[planetary.scatter]` and errors of the
-flanks; `response` all of these over speed.
+and torques on every member with their harmonics. `robust` computes their scatter under `[planetary.scatter]` and errors
+of the flanks, `response` all of these over speed.
 
 With stepped planets the meshes of sun and ring have different frequencies. Results run over the cycle after which both
 phases repeat: `mesh_phase` counts mesh periods of the sun, and `harmonic` holds the orders of both, as multiples of
-the sun's mesh frequency. Within a sample the errors of `single_pitch` repeat in every mesh period of this cycle.
-Example: `examples/stepped_planets.toml`.
+the sun's mesh frequency. A sample of random errors has the same `single_pitch` errors in every mesh period of this
+cycle. Example: `examples/stepped_planets.toml`.
 
 Planets that mesh in pairs are given by `[gears.NAME]` and `[[meshes]]`, in the frame of the carrier. Two sets in a row
 are two scenes: the second takes its torque from the carrier of the first, as `examples/second_set.toml` does.
@@ -231,8 +232,8 @@ torque = -60.0                    # coast
 {key_tables(WeightedLoad)}
 ## Coast flanks
 
-A negative torque loads the coast flanks (G10 of [Theory](theory.md)). A table below `[coast]` replaces the shape of the
-same name below `[effects]` there; other shapes are the same on both flanks.
+A negative torque loads the coast flanks (G10 of [Theory](theory.md)). On these flanks, a table below `[coast]` replaces
+the shape of the same name below `[effects]`; other shapes are the same on both flanks.
 
 ```toml
 [effects.tip_relief]              # drive flanks

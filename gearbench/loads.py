@@ -50,7 +50,7 @@ class DrivingScene:
     scene
         File of the scene that drives this one, relative to this file.
     member
-        Its member on the shaft of the first driver of this scene: "carrier", say.
+        Member of that scene on the shaft of the first driver of this scene, e.g. "carrier".
     """
 
     scene: str

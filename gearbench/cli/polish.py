@@ -20,7 +20,7 @@ def polish(
 ) -> None:
     """Improve every design of a front over its continuous variables, in all objectives at once.
 
-    Variables with decimal steps become real. select, verify and explore open the result like a front.
+    Variables with decimal steps become continuous. select, verify and explore open the result like a front.
 
     Example: gearbench polish front -o polished.nc
     """

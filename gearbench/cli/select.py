@@ -51,7 +51,7 @@ def select(
     """Filter, rank and list the designs of an optimisation, and export one as a scene.
 
     Conditions may name variables, objectives and limits of the study, on_front, mass, gear_ratio, axial_force [N],
-    modifications (kinds of micro-geometry), pinion_teeth, wheel_teeth, pinion_addendum, wheel_addendum.
+    modifications (number of kinds of micro-geometry), pinion_teeth, wheel_teeth, pinion_addendum, wheel_addendum.
 
     Example: gearbench select front --where "modifications==0" --where "pinion_addendum==1" --worst-case
     """

@@ -104,7 +104,7 @@ class Planetary:
     planets
         Number of planets.
     positions
-        Angles of the planets [°]; by default evenly spaced, as far as the teeth fit.
+        Angles of the planets [°]; by default as evenly spaced as the teeth allow.
     held
         Member that stands still.
     floating

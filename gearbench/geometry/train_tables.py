@@ -62,7 +62,8 @@ class TrainMesh:
     driver, driven
         Names of the gears.
     flank
-        Flanks that touch under positive torque. An idler is driven on one flank and drives with the other (default).
+        Flanks that touch under positive torque, "drive" by default in the first mesh. It determines the other meshes:
+        an idler drives with the flank on which it is not driven.
     centre_distance, centre_distance_upper, centre_distance_lower, backlash
         As for a pair [mm, µm, µm, mm].
     direction

@@ -73,7 +73,7 @@ class Body:
     stiffness, mass
         Matrix Market files instead of ``file``. Without mass the body is massless.
     nodes
-        Names of their nodes, six rows each (x, y, z, rx, ry, rz) in this order, followed by rows of no node.
+        Names of their nodes, six rows each (x, y, z, rx, ry, rz) in this order, followed by rows that have no node.
     units
         Units of the files: "mm" is mm, t, N, s; "m" is m, kg, N, s.
     x, z
