@@ -15,8 +15,8 @@ from gearbench.geometry.action import ContactLines, contact_lines
 from gearbench.geometry.pair import Pair
 from gearbench.scene import Scene
 
-#: Up to this number of segments, lines under a constant gap have Gauss points even if the smooth compliance (all but
-#: the contact law) needs more points.
+#: Up to this number of segments, as in coarse solutions, lines under a constant gap have Gauss points even if the
+#: smooth compliance (all but the contact law) needs more points.
 MAX_POINT_SEGMENTS = 12
 #: Additional Gauss points on a line for each kink of its deflections.
 NODES_PER_KINK = 2
@@ -44,24 +44,26 @@ def lines_within(scene: Scene, mesh_phase: NDArray, span: tuple[float, float] | 
 def typical_load(scene: Scene) -> float:
     """Half the mean line load [N/mm], typical of pairs that touch at an edge while they take up or shed their load."""
     meshing = scene.pair.meshing
-    mean = scene.F_bn * math.cos(meshing.beta_b) / scene.pair.meshing.face_width
+    mean = scene.F_bn * math.cos(meshing.beta_b) / meshing.face_width
     return mean / (2 * max(meshing.transverse_contact_ratio, 1.0))
 
 
 def smooth_nodes(lines: ContactLines) -> int:
     """Number of Gauss points on a line that resolve its smooth compliance as well as its segments resolve the gap.
 
-    At 15 segments there are 8, plus one for every two modules of face width. The error of harmonics of gears in use is
-    then below 0.2 of the allowed error (``tests/accuracy/test_resolution.py``). Convergence is exponential, so √2 times
-    the points go with twice the segments. Each kink of the deflections needs ``NODES_PER_KINK`` more points.
+    At 15 segments there are 8, plus one for every two modules of the line's width, its extent along the face. The error
+    of harmonics of gears in use is then below 0.2 of the allowed error (``tests/accuracy/test_resolution.py``).
+    Convergence is exponential, so √2 times the points suffice for twice the segments. Each kink of the deflections
+    needs ``NODES_PER_KINK`` more points.
     """
     return _nodes(lines.pair, lines.shape[2], len(lines.deflection_kinks))
 
 
 def _nodes(pair: Pair, segments: int, deflection_kinks: int = 0) -> int:
+    """``smooth_nodes`` of lines with a number of segments."""
     meshing = pair.meshing
     tan_b = math.tan(meshing.beta_b)
     path = meshing.path_end - meshing.path_start
     width = min(meshing.face_width, path / tan_b) if tan_b > 0 else meshing.face_width
-    least = 8 + width / pair.normal_module / 2 + NODES_PER_KINK * deflection_kinks
-    return max(2, math.ceil(least * math.sqrt(segments / 15)))
+    at_15_segments = 8 + width / pair.normal_module / 2 + NODES_PER_KINK * deflection_kinks
+    return max(2, math.ceil(at_15_segments * math.sqrt(segments / 15)))

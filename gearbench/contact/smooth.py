@@ -1,8 +1,8 @@
 """Smooth compliance of the segments, summed over the effects and cached.
 
-It depends only on the macro-geometry and the positions of the nodes, not on micro-geometry, errors or load. At phases
-that are the same for all variants of a pair (uniform phases and those of ``gearbench.contact.coarse_solution``) it is
-therefore computed once.
+The smooth compliance is all compliance but the contact law. It depends only on the macro-geometry and the positions of
+the nodes, not on micro-geometry, errors or load. At phases that are the same for all variants of a pair (uniform phases
+and those of ``gearbench.contact.coarse_solution``) it is therefore computed once.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class SmoothCompliance:
     laws
         Effects whose compliance is a contact law; they are not part of the sum.
     factor
-        Ψ (position, pair, segment, rank) [√(mm/N)], if tooth pairs deflect independently.
+        Ψ (position, pair, segment, rank) [√(mm/N)] of tooth pairs that deflect independently; rank 0 with a ``matrix``.
     matrix
         H (position, n, n) [mm/N] with n = pair · segment, zero for absent lines; None if tooth pairs deflect
         independently and there is a contact law.
@@ -124,7 +124,7 @@ def clear_compliance_cache() -> None:
 
 
 def _coupled_matrix(parts: Sequence[LowRank | Dense], lines: ContactLines) -> NDArray:
-    """H (position, n, n) of the sum, if tooth pairs deflect each other; zero for absent lines."""
+    """H (position, n, n), the sum of the ``parts`` as full matrices; zero for absent lines."""
     positions, pairs, segments = lines.shape
     H = np.zeros((positions, pairs, segments, pairs, segments))
     whole = H.reshape(positions, pairs * segments, -1)

@@ -162,8 +162,8 @@ def _steep_side(scene: Scene, passage: Passage) -> int:
     For helical pairs, curves are steep after the line has begun at the far end of the face, and before it ends at the
     near end. On the line of action, the load of a spur pair jumps and curves are flat on both sides. Off the line of
     action, a spur pair touches with an edge or the corner of a relief before the passage and with its flank after it,
-    or the reverse; the contact law changes continuously from one to the other. Curves are steep before the corner of a
-    relief touches and after it.
+    or the reverse; the contact law changes continuously from one to the other. Curves are steep on the inner sides of
+    the ends of the path, and outside the two passages between which the corner of a relief touches.
     """
     meshing, (_, u, y) = scene.pair.meshing, passage
     if not meshing.overlap_ratio:
@@ -171,8 +171,9 @@ def _steep_side(scene: Scene, passage: Passage) -> int:
         if flanks is None:
             return 0
         inwards = 1 if 2 * u < meshing.path_start + meshing.path_end else -1
-        beyond = u in flanks.changes and inwards * (u - min(flanks.kinks, key=lambda kink: abs(kink - u))) < 0
-        return -inwards if beyond else inwards
+        nearest_kink = min(flanks.kinks, key=lambda kink: abs(kink - u), default=u)
+        outer_passage = u in flanks.changes and inwards * (u - nearest_kink) < 0
+        return -inwards if outer_passage else inwards
     return int((u, y) == (meshing.path_start, meshing.face_width)) - int((u, y) == (meshing.path_end, 0.0))
 
 
@@ -193,6 +194,7 @@ def _at_kinks(scene: Scene, lines: ContactLines, s: NDArray) -> list[NDArray]:
         cell = np.argmax((t >= 0) & (t <= 1), axis=2)[..., None]
         t = np.take_along_axis(t, cell, axis=2)[..., 0]
         a, m, e = np.moveaxis(np.take_along_axis(s, cell[..., None], axis=2)[:, :, 0], -1, 0)
+        # parabola through the values at beginning, middle and end of the cell
         value = a * (1 - t) * (1 - 2 * t) + 4 * m * t * (1 - t) + e * t * (2 * t - 1)
         at_kinks.append(np.where(inside & (t >= 0) & (t <= 1), value, np.nan))
     return at_kinks
@@ -218,7 +220,7 @@ def _at_passages(scene: Scene, x: NDArray, on_line: NDArray) -> list[list[Transi
     of_loads: list[list[Transition]] = [[] for _ in on_line]
     for passage in _passages(scene, (*ends, *kinks), face):
         side, (x_passage, u, y) = _steep_side(scene, passage), passage
-        # contact anywhere on the line is enough if it is short because it begins or ends, or passes as a whole (spur)
+        # contact anywhere on the line counts, except where an end of a long helical line passes
         anywhere = side != 0 or not meshing.overlap_ratio or y in face
         curve = on_line[:, 0 if anywhere else 2 if y else 1]
         i = np.searchsorted(x, x_passage)

@@ -25,7 +25,7 @@ _MICROMETRE = 1e-3  # mm
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Thickness:
-    """Tooth thickness of a gear: a measured size, deviations, or both. The gear is computed at their middle.
+    """Tooth thickness of a gear: a measured size, deviations, or both. Their middle is computed.
 
     Parameters
     ----------

@@ -30,7 +30,7 @@ _NO_TORQUE = 1e-9
 
 @table(frozen=True, kw_only=True, config=STRICT)
 class TrainGear(Member):
-    """``[gears.NAME]`` describes a gear; tables below it, as ``[gears.NAME.tip_relief]``, are effects of its flanks.
+    """``[gears.NAME]`` describes a gear; tables below it, e.g. ``[gears.NAME.tip_relief]``, are effects of its flanks.
 
     ``coast`` holds the effects of the other flanks, which an idler loads in its further meshes.
 

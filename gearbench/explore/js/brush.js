@@ -1,6 +1,6 @@
 // Drag along an axis: keep that range. Double-click near an axis: clear it.
 const begins = cb_obj.event_name === "panstart" || cb_obj.event_name === "doubletap";
-const k = Math.round(begins ? cb_obj.x : plot.brush?.axis ?? cb_obj.x);  // number of the axis; a drag keeps to its own
+const k = Math.round(begins ? cb_obj.x : plot.brush?.axis ?? cb_obj.x);  // number of the axis; a drag stays on its first
 const axis = axes[k];
 if (!axis?.slider) return;
 const { slider, low, high } = axis;
