@@ -29,7 +29,10 @@ Harmonics = Annotated[int, typer.Option(metavar="H", help="Number of harmonics o
 Sound = Annotated[Path | None, to_file("OUT.wav", "Write a run-up of 10 s as sound.", "--sound")]
 SoundAt = Annotated[str | None, typer.Option(metavar="NAME", help="Bearing or point of the housing to listen at.")]
 FullScale = Annotated[
-    float | None, typer.Option(metavar="N", help="Full scale of the sound, to compare variants.", min=1e-9)
+    float | None,
+    typer.Option(
+        metavar="N", help="Signal at full scale of the sound, to compare variants; by default from its peak.", min=1e-9
+    ),
 ]
 Nonlinear = Annotated[bool, typer.Option("--nonlinear", help="Follow loss of contact, for rising and falling speed.")]
 

@@ -3,9 +3,9 @@
 The gap of a sample is linear in its errors, e = e₀ + Σ_m ε_m e_m. Everything that does not depend on the sample is
 computed once, in ``prepare``:
 
-- the factor of each position, truncated to few columns;
+- the factor Ψ of the smooth compliance at each position, truncated to few columns;
 - the solution at the mean errors and its derivatives by the errors, which give the first guess of each sample (B1 of
-  docs/algorithms.md); how far the guess was off at the previous two positions corrects it;
+  docs/algorithms.md); the errors of the guess at the previous two positions correct it;
 - if segments deflect each other through many amplitudes, the linear problem at the mean errors, which preconditions
   every sample (B2).
 

@@ -126,7 +126,7 @@ class ManufacturingErrors(GapEffect):
     ``robust`` draws the errors; ``simulate`` takes every error at its mean. Errors of different gears and kinds are
     independent. In planetary sets and parallel paths only profile, helix and pitch errors are drawn, once for each
     flank: the sun, or the ring, has the same errors at all planets, and a planet has different errors at sun and ring.
-    Errors of single teeth are independent in each mesh. "pinion" then means the driver of each mesh.
+    Errors of single teeth are independent in each mesh. There "pinion" means the driver of each mesh.
 
     Parameters
     ----------

@@ -22,9 +22,9 @@ _APART = 0.1
 class OffLineContact(GapEffect):
     """Exact kinematic separation of the flanks, tips included, for all pairs that may touch under load.
 
-    Without it contact lies on the line of action and ends with the path of contact. Profile modifications are part of
-    the separation; shapes that vary over the face are added. At tip edges and at the start of reliefs the contact law
-    is softer (E4, E5 of docs/theory.md).
+    Without this effect contact lies on the line of action and ends with the path of contact. Profile modifications are
+    part of the separation; shapes that vary over the face are added. At tip edges and at the start of reliefs the
+    contact law is softer (E4, E5 of docs/theory.md).
     """
 
     of_flank: ClassVar[bool] = False

@@ -13,9 +13,10 @@ from gearbench.schema import STRICT
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class TipRelief(ProfileRelief):
-    """Tip relief: e = amount · (R − (r_a − length))/length above the start radius r_a − length, or its square.
+    """Tip relief: e = amount · t (linear) or amount · t² (parabolic), t from 0 at the start to 1 at the tip.
 
-    Either ``amount`` and ``length`` for both gears or one of them, or a table for each gear.
+    Either ``amount`` and ``length`` for both gears or one of them, or a table for each gear. The start is at the radius
+    r_a − length, and t is linear in the radius.
 
     Parameters
     ----------

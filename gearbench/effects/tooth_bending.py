@@ -48,7 +48,7 @@ class ToothBending(Tooth):
         Numbers of functions. Plate: (height, face width), instead of ``basis``. Solid: (thickness, height, face width),
         by default 6 to 8 over the thickness, 9 over the height and about one for each module of face width.
     fillet
-        Plate only. Whether the thickness includes the root fillet; without it, it is constant below the base circle.
+        Plate only. Whether the thickness includes the root fillet; otherwise it is constant below the base circle.
     load
         Plate only. "full": the whole normal force bends the plate, as in Garambois et al. (2017). "component": only its
         component normal to the mid-plane does.

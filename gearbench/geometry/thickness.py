@@ -25,7 +25,7 @@ _MICROMETRE = 1e-3  # mm
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Thickness:
-    """Tooth thickness of a gear: a measured size, deviations, or both. Their middle is computed.
+    """Tooth thickness of a gear: a measured size, deviations, or both; computed at the middle of the deviations.
 
     Parameters
     ----------
