@@ -5,7 +5,7 @@ computed once, in ``prepare``:
 
 - the factor Ψ of the smooth compliance at each position, truncated to few columns;
 - the solution at the mean errors and its derivatives by the errors, which give the first guess of each sample (B1 of
-  docs/algorithms.md); the errors of the guess at the previous two positions correct it;
+  docs/algorithms.md); its differences from the solution at the previous two positions correct it;
 - if segments deflect each other through many amplitudes, the linear problem at the mean errors, which preconditions
   every sample (B2).
 
@@ -79,7 +79,9 @@ SCATTER = Precision(truncation=1e-5, newton=1e-6, coupled=1e-7, stiffness=3e-4)
 
 @dataclass(frozen=True, kw_only=True)
 class Batch:
-    """A contact problem prepared for many gap vectors. Arrays start with the position; absent segments come last.
+    """A contact problem prepared for many gap vectors.
+
+    Arrays start with the position. n is the greatest number of existing segments at a position; absent ones come last.
 
     Parameters
     ----------
@@ -93,7 +95,7 @@ class Batch:
         segment.
     tilt, tilts
         Half the increase along each cell, of gap minus deflection at the mean errors (``tilt``, (position, n)) and of
-        the gap mode of each error (``tilts``, (position, error, n)). If segments are points, ``tilts`` has no errors.
+        the gap mode of each error (``tilts``, (position, error, n)). If segments are points, ``tilts`` is empty.
     factor, product
         Ψ (position, n, rank), and the products of each two of its columns, the lower triangle row by row, (position,
         rank(rank+1)/2, n).
@@ -143,8 +145,8 @@ class Batch:
     def extrapolation(self) -> NDArray:
         """Weights (position, 2) of the errors of the first guess at the previous position and at the one before it.
 
-        They extrapolate the error on a straight line, or as a constant where mesh phases are unknown because segments
-        are points. They are 0 unless these positions have the same segments.
+        They extrapolate the error of the guess on a straight line, or as a constant where mesh phases are unknown
+        because segments are points. They are 0 unless these positions have the same segments.
         """
         same = (self.problem.active[1:] == self.problem.active[:-1]).all(axis=1)
         weights = np.zeros((len(self.count), 2))
@@ -369,7 +371,7 @@ def existing_first(problem: ContactProblem) -> Callable[[NDArray], NDArray]:
 
 
 def _order(problem: ContactProblem) -> tuple[NDArray, NDArray, NDArray, NDArray]:
-    """``Batch.count``, ``blocks`` and ``firsts``, after the order that puts existing blocks first (position, block)."""
+    """Order that puts existing blocks first (position, block); then ``Batch.count``, ``blocks`` and ``firsts``."""
     positions = problem.active.shape[0]
     count = problem.active.sum(axis=1)
     per_block = np.zeros((positions, problem.blocks), dtype=np.int64)
@@ -385,7 +387,7 @@ def _order(problem: ContactProblem) -> tuple[NDArray, NDArray, NDArray, NDArray]
 def chunks(draws: NDArray) -> Iterator[NDArray]:
     """Split ``draws`` (sample, error) into chunks of ``LANES`` samples.
 
-    The last may be shorter; it is padded with its last sample to a multiple of ``VECTOR``.
+    The last chunk may be shorter; its last sample is repeated up to a multiple of ``VECTOR`` lanes.
     """
     from gearbench.contact._lane_kernels import LANES, VECTOR
 

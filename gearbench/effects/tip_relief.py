@@ -13,10 +13,10 @@ from gearbench.schema import STRICT
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class TipRelief(ProfileRelief):
-    """Tip relief: e = amount · t (linear) or amount · t² (parabolic), t from 0 at the start to 1 at the tip.
+    """Tip relief: e = amount · (R − (r_a − length))/length above its start at R = r_a − length, if linear.
 
-    Either ``amount`` and ``length`` for both gears or one of them, or a table for each gear. The start is at the radius
-    r_a − length, and t is linear in the radius.
+    A parabolic relief has the square of the fraction. Either ``amount`` and ``length`` for both gears or one of them,
+    or a table for each gear.
 
     Parameters
     ----------
