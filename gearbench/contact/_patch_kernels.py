@@ -156,18 +156,18 @@ def share_nodes(width, nodes, count):
 
 
 @entry()
-def patch_nodes(s, y, half, panel, active, known_y, known_s, least, gauss_nodes, gauss_weights, at, width):
-    """Fill positions and widths of Gauss points on the patches of each line, followed by probes of zero width.
+def patch_nodes(s, y, half, panel, active, known_y, known_s, least, rule_nodes, rule_weights, at, width):
+    """Fill positions and widths of the points on the patches of each line, followed by probes of zero width.
 
     Probes are ends of patches and maxima of s below zero. ``at`` and ``width`` (position, pair, node and probe) are
     zero where there is neither. ``known_y`` and ``known_s`` (position, pair, point) are the points of earlier patches,
-    ascending, and s there. Row n of ``gauss_nodes`` and ``gauss_weights`` holds the rule of n points; the
-    last row has as many points as there are nodes on a line. Patches not longer than ``least`` are ignored.
+    ascending, and s there. ``rule_nodes`` and ``rule_weights`` hold the ``patches.patch_rules``; the last row has as
+    many points as there are nodes on a line. Patches not longer than ``least`` are ignored.
     """
     positions, pairs, segments = y.shape
-    nodes, most = gauss_nodes.shape[1], 3 * segments + known_y.shape[2]
+    nodes, most = rule_nodes.shape[2], 3 * segments + known_y.shape[2]
     point, value, begin, end = np.empty((4, most))
-    at_panel, count = np.empty(most, dtype=np.int64), np.empty(most, dtype=np.int64)
+    at_panel, count, kind = np.empty((3, most), dtype=np.int64)
     for i in range(positions):
         for k in range(pairs):
             at[i, k], width[i, k] = 0.0, 0.0
@@ -189,6 +189,7 @@ def patch_nodes(s, y, half, panel, active, known_y, known_s, least, gauss_nodes,
                             probe += 1
                     if end[patch] - begin[patch] > least:
                         begin[n], end[n] = begin[patch], end[patch]
+                        kind[n] = 2 * (begin[n] > point[first]) + (end[n] < point[j - 1])
                         n += 1
                 first = j
             if n == 0:
@@ -198,8 +199,8 @@ def patch_nodes(s, y, half, panel, active, known_y, known_s, least, gauss_nodes,
             for patch in range(n):
                 m, reach = count[patch], (end[patch] - begin[patch]) / 2
                 for j in range(m):
-                    at[i, k, node + j] = begin[patch] + reach * (1 + gauss_nodes[m, j])
-                    width[i, k, node + j] = reach * gauss_weights[m, j]
+                    at[i, k, node + j] = begin[patch] + reach * (1 + rule_nodes[kind[patch], m, j])
+                    width[i, k, node + j] = reach * rule_weights[kind[patch], m, j]
                 node += m
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -76,10 +77,11 @@ def assemble(
     problem = _problem(scene, lines, without_smooth, laws, gap, sigma, truncation, smooth.length_scale)
     factor = smooth.factor.reshape(*smooth_lines.shape, -1)
     interpolation = interpolation_to_cells(smooth_lines, lines)
+    per_panel = NODES_PER_PANEL * (1.0 if nodes else max(1.0, math.sqrt(lines.shape[2] / 15)))
     cells = Cells(
         effects=tuple(acting), lines=lines, gaps=gaps, smooth_lines=smooth_lines, factor=factor,
         interpolation=interpolation, laws=compliance.laws, share=np.ones(len(gaps)),
-        nodes=max(smooth_lines.shape[2], NODES_PER_PANEL * (1 + int(lines.panel.max(initial=0)))),
+        nodes=max(smooth_lines.shape[2], round(per_panel * (1 + int(lines.panel.max(initial=0))))),
     )  # fmt: skip
     # the force of a cell is spread evenly over it, so its deflection is the mean over the cell
     factor = cells.means @ factor

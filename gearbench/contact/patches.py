@@ -1,10 +1,10 @@
-"""Second solution of the contact, at Gauss points on the contact patches of the lines.
+"""Second solution of the contact, at points on the contact patches of the lines.
 
 The solution on cells gives the approach δ and the amplitudes q of the smooth deflection. The compression
 s(y) = δ − e(y) − ψ(y)·q changes sign at the ends of the patches. An error ε of these ends changes loads and deflections
 by O(ε²), but the stiffness by O(ε), because a point is stiff as soon as it touches. The ends are therefore located
-again, from the compressions at the Gauss points of the patches and on the cells. Between the ends the integrands are
-smooth, so sums over Gauss points converge fast.
+again, from the compressions at the points of the patches and on the cells. Between the ends the integrands are smooth,
+and sums over the points of ``patch_rules`` converge fast.
 """
 
 from __future__ import annotations
@@ -31,10 +31,10 @@ ROUNDS = 3
 #: Residual at which the solution on cells takes its last step. It is far below the error of the patch ends
 #: found on cells, so that the result after the last round depends on the initial guess by less than 1e-12.
 ON_CELLS = 1e-5
-#: Number of points on a line, besides Gauss points, at which the compression is computed for the next round.
+#: Number of points on a line, besides those of patches, at which the compression is computed for the next round.
 PROBES = 4
 
-#: Problem at the Gauss points on patches, followed by probes that carry no load, and its contact lines.
+#: Problem at the points on patches, followed by probes that carry no load, and its contact lines.
 Patches = tuple[ContactProblem, ContactLines]
 
 
@@ -165,7 +165,7 @@ def _compression(problem: ContactProblem, guess: Guess) -> NDArray:
 def patch_nodes(
     lines: ContactLines, s: NDArray, nodes: int, known: tuple[NDArray, NDArray] | None = None
 ) -> tuple[NDArray, NDArray]:
-    """Positions y and widths [mm] of ``nodes`` Gauss points on the patches of a line, followed by ``PROBES`` probes.
+    """Positions y and widths [mm] of ``nodes`` points on the patches of a line, followed by ``PROBES`` probes.
 
     Both are (position, pair, node and probe). Probes are ends of patches, and places where the flanks nearly touch
     (maxima of s below zero); their widths are zero. ``s`` (position, pair, segment, 3) is the compression at the
@@ -179,21 +179,30 @@ def patch_nodes(
     y, width = np.empty((2, *lines.shape[:2], nodes + PROBES))
     least = NEGLIGIBLE_WIDTH * lines.pair.meshing.face_width
     known = known or (empty := np.empty((*lines.shape[:2], 0)), empty)
-    fill(s, lines.y, half, lines.panel, lines.active, *known, least, *_gauss_rules(nodes), y, width)
+    fill(s, lines.y, half, lines.panel, lines.active, *known, least, *patch_rules(nodes), y, width)
     return y, width
 
 
 @lru_cache(maxsize=16)
-def _gauss_rules(most: int) -> tuple[NDArray, NDArray]:
-    """Nodes and weights of the Gauss rules with 1 to ``most`` points; row n holds the rule of n points."""
-    nodes, weights = np.zeros((2, most + 1, most))
+def patch_rules(most: int) -> tuple[NDArray, NDArray]:
+    """Nodes and weights on [−1, 1] of the rules with 1 to ``most`` points, (4, ``most`` + 1, ``most``) each.
+
+    Row n of a table holds the rule of n points. The tables are those of patches without free ends, with a free end at
+    1, at −1, and at both. At a free end s is zero, and the slope of the law rises like 1/ln(1/s). The rules are Gauss
+    rules in t with x'(t) = 0 there, which makes the integrand smoother (Davis and Rabinowitz, Methods of Numerical
+    Integration, 1984, 2.12), and x' = 1 at other ends, near which the law of edges and corners varies quickly.
+    """
+    nodes, weights = np.zeros((2, 4, most + 1, most))
     for n in range(1, most + 1):
-        nodes[n, :n], weights[n, :n] = gauss(n)
+        t, w = gauss(n)
+        x, slope = (5 * t + t**2 - t**3 - 1) / 4, (1 + t) * (5 - 3 * t) / 4
+        nodes[:, n, :n] = t, -x[::-1], x, t * (3 - t**2) / 2
+        weights[:, n, :n] = w, w * slope[::-1], w * slope, 1.5 * w * (1 - t**2)
     return nodes, weights
 
 
 def on_patches(problem: ContactProblem, guess: Guess, previous: Patches | None = None) -> Patches:
-    """Problem at Gauss points on the patches of the solution ``guess``, and its contact lines.
+    """Problem at points on the patches of the solution ``guess``, and its contact lines.
 
     With the ``previous`` patches, compressions at their points locate the ends more exactly than those on the cells.
     """

@@ -5,13 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from scipy.integrate import quad
 
 from gearbench import read_scene
 from gearbench.contact import _kernels, _law_kernels, solver
 from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.interpolation import interpolation_matrix
 from gearbench.contact.law import compression, inverse
-from gearbench.contact.patches import patch_nodes
+from gearbench.contact.patches import patch_nodes, patch_rules
 from gearbench.contact.problem import ContactProblem
 from gearbench.contact.solver import Guess, newton
 from gearbench.effects.off_line_contact import OffLineContact
@@ -102,6 +103,19 @@ def test_patches_are_those_of_the_readable_twin():
         assert_allclose(width, width_twin, rtol=0, atol=1e-11)
         patches += np.count_nonzero(np.diff(np.sign(s.reshape(*lines.shape[:2], -1))) > 0)
     assert patches > 50
+
+
+@pytest.mark.parametrize(("kind", "ends"), [(1, (1,)), (2, (-1,)), (3, (-1, 1))])
+def test_points_of_a_patch_resolve_the_slope_of_the_law_at_free_ends(kind, ends):
+    """There the slope rises like 1/ln(1/s)."""
+
+    def slope(x):
+        return 1 / (4 - np.log(np.prod([(1 - end * x) / 2 for end in ends], axis=0)))
+
+    exact = sum(quad(slope, low, low + 1, epsabs=1e-13, limit=500)[0] for low in (-1, 0))
+    errors = [abs(w[each, 12] @ slope(x[each, 12]) - exact) for x, w in (patch_rules(12),) for each in (kind, 0)]
+    assert errors[0] < 5e-6
+    assert errors[0] < 0.05 * errors[1]
 
 
 @pytest.mark.parametrize("blocks", [1, 3])

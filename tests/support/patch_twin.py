@@ -11,13 +11,12 @@ from scipy.interpolate import KroghInterpolator
 from scipy.optimize import bisect
 
 from gearbench.contact._patch_kernels import DISTINCT, NEAR
-from gearbench.contact.patches import PROBES
+from gearbench.contact.patches import PROBES, patch_rules
 from gearbench.geometry.action import NEGLIGIBLE_WIDTH, ContactLines
-from gearbench.geometry.quadrature import gauss
 
 
 def patch_nodes(lines: ContactLines, s: NDArray, nodes: int, known: tuple[NDArray, NDArray]) -> tuple[NDArray, NDArray]:
-    """Positions y and widths of ``nodes`` Gauss points on the patches of each line, and of the probes behind them [mm].
+    """Positions y and widths of ``nodes`` points on the patches of each line, and of the probes behind them [mm].
 
     Both are (position, pair, node and probe). ``s`` is the compression at the beginning, middle and end of each
     segment, ``known`` holds y and s at further points (position, pair, point). Patches end where the cubic through the
@@ -30,12 +29,14 @@ def patch_nodes(lines: ContactLines, s: NDArray, nodes: int, known: tuple[NDArra
     for line in np.argwhere(lines.active).tolist():
         i, k = line
         patches: list[tuple[float, float]] = []
+        kinds: list[int] = []
         probes: list[float] = []
         for panel in np.unique(lines.panel[i, k]):
             own = lines.panel[i, k] == panel
             at = _points(lines.y[i, k, own], half[i, k, own], s[i, k, own], *(each[i, k] for each in known))
             parts = list(_loaded_parts(*at))
-            patches += [(a, b) for a, b in parts if b - a > least]
+            patches += (kept := [(a, b) for a, b in parts if b - a > least])
+            kinds += [2 * (a > at[0][0]) + (b < at[0][-1]) for a, b in kept]
             probes += [place for place in sorted({x for part in parts for x in part}) if at[0][0] < place < at[0][-1]]
         probes = probes[:PROBES]
         y[i, k, nodes : nodes + len(probes)] = probes
@@ -43,8 +44,9 @@ def patch_nodes(lines: ContactLines, s: NDArray, nodes: int, known: tuple[NDArra
             continue
         begin, end = np.array(patches).T
         count = _counts(np.zeros(len(begin), dtype=int), end - begin, nodes).tolist()
-        pairs = zip(patches, count, strict=True)
-        parts = [(a + (b - a) / 2 * (1 + gauss(n)[0]), (b - a) / 2 * gauss(n)[1]) for (a, b), n in pairs]
+        rules = [[each[kind, n, :n] for each in patch_rules(nodes)] for kind, n in zip(kinds, count, strict=True)]
+        pairs = zip(patches, rules, strict=True)
+        parts = [(a + (b - a) / 2 * (1 + t), (b - a) / 2 * w) for (a, b), (t, w) in pairs]
         y[i, k, :nodes], width[i, k, :nodes] = (np.concatenate(each) for each in zip(*parts, strict=True))
     return y, width
 
