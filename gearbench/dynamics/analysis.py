@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -87,7 +87,8 @@ def response(scene: Scene, *, speed: ArrayLike, harmonics: int = HARMONICS) -> x
     require_each(speed_bytes, len(speeds), "speed", f"{harmonics} orders")
     variables = speed_variables(model, speeds, harmonics)
     variables |= modal_variables(model, speeds, harmonics)
-    return response_dataset(model, speeds, harmonics, variables, notes(model, speeds, harmonics, variables), start)
+    lines = notes(model, speeds, harmonics, variables)
+    return response_dataset(model, speeds, variables, lines, start, harmonic=model.harmonics(harmonics))
 
 
 def check_speeds(speed: ArrayLike) -> NDArray:
@@ -300,29 +301,42 @@ def spans(speeds: NDArray, holds: NDArray) -> str:
 
 
 def response_dataset(
-    model: LinearModel, speeds: NDArray, harmonics: int, variables: Variables, lines: Sequence[str], start: float
+    model: LinearModel,
+    speeds: NDArray,
+    variables: Variables,
+    lines: Sequence[str],
+    start: float,
+    scene: Scene | None = None,
+    seed: int | None = None,
+    **labels: Sequence | NDArray,
 ) -> xr.Dataset:
-    """Dataset with ``variables``, and with ``lines`` as its notes; ``start`` is the time at which the run began."""
+    """Dataset of a response with ``variables``, their coordinates, and ``lines`` as its notes.
+
+    ``start`` is the time at which the run began, ``scene`` by default that of the model, ``seed`` that of samples.
+    ``labels`` are the labels of further dimensions by name; of ``mesh`` only if the response does not have all meshes.
+    """
     import xarray as xr
 
-    coords: dict[str, Any] = {
-        "mesh": ("mesh", list(model.names)),
-        "speed": ("speed", speeds),
-        "harmonic": ("harmonic", model.harmonics(harmonics)),
-        "mesh_frequency": (("speed", "mesh"), speeds[:, None] / 60 * model.rates),
+    meshes = labels.pop("mesh", model.names)
+    known: Variables = {
+        "mesh": (("mesh",), list(meshes)),
+        "speed": (("speed",), speeds),
+        "mesh_frequency": (("speed", "mesh"), speeds[:, None] / 60 * model.rates[: len(meshes)]),
+        "source": (("source",), list(model.names)),
+        "bearing": (("bearing",), list(model.mechanics.bearing_names)),
+        "direction": (("direction",), list(model.directions)),
+        **{name: ((name,), values) for name, values in labels.items()},
     }
-    if len(model.groups) > 1:
-        coords["source"] = ("source", list(model.names))
-    if model.mechanics.bearing_names:
-        coords["bearing"] = ("bearing", list(model.mechanics.bearing_names))
-        coords["direction"] = ("direction", list(model.directions))
-    coords |= model.coords
-    attrs = provenance(model.scene, wall_time=time.perf_counter() - start) | {"notes": "\n".join(lines)}
+    used = {dim for dims, _ in variables.values() for dim in dims}
+    coords = {name: (dims, values) for name, (dims, values) in known.items() if used.issuperset(dims)}
+    coords |= {name: (dim, values) for name, (dim, values) in model.coords.items() if dim in used}
+    scene = scene or model.scene
+    attrs = provenance(scene, wall_time=time.perf_counter() - start, seed=seed) | {"notes": "\n".join(lines)}
     for line in lines:
         _LOG.info("%s", line)
-    stability = {"floquet_multiplier": variables.pop("floquet_multiplier")}
-    data = described(variables, UNSTABLE) | described(stability, "stability is proven without it, at any speed")
+    proven = {name: variables.pop(name) for name in ("floquet_multiplier",) if name in variables}
+    data = described(variables, UNSTABLE) | described(proven, "stability is proven without it, at any speed")
     result = xr.Dataset(data, coords=described(coords), attrs=attrs)
-    if model.scene.coupled:
-        result["speed"].attrs["long_name"] = f"speed of {model.scene.geometry.reference}"
-    return with_grids(result, model.scene)
+    if scene.coupled:
+        result["speed"].attrs["long_name"] = f"speed of {scene.geometry.reference}"
+    return with_grids(result, scene)

@@ -12,18 +12,21 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from gearbench.budget import nonlinear_memory, require_each
-from gearbench.dynamics.analysis import HARMONICS, check_harmonics, check_speeds, modal_variables, spans
+from gearbench.dynamics.analysis import (
+    HARMONICS,
+    check_harmonics,
+    check_speeds,
+    modal_variables,
+    response_dataset,
+    spans,
+)
 from gearbench.dynamics.force_curve import ForceCurve, force_curve
 from gearbench.dynamics.model import Group, Model
 from gearbench.dynamics.size import bearings
 from gearbench.dynamics.stability import free_motion
 from gearbench.dynamics.train_nonlinear import SWEEPS, nonlinear_train_response, note_differing_sweeps
 from gearbench.errors import InputError
-from gearbench.results.origin import with_grids
-from gearbench.results.provenance import provenance
-from gearbench.results.responses import described
 from gearbench.scene import Scene
-from gearbench.system.mechanics import DIRECTIONS
 from gearbench.threads import single_threaded_blas
 
 if TYPE_CHECKING:
@@ -218,8 +221,6 @@ def _dataset(
     sweep: NonlinearModel, speeds: NDArray, harmonics: int, periods: NDArray, record: NDArray, start: float
 ) -> xr.Dataset:
     """Dataset of both sweeps; ``periods`` and ``record`` are as in ``NonlinearModel.over``, sweeps first."""
-    import xarray as xr
-
     model, group, mesh_orders = sweep.model, sweep.group, np.arange(1, harmonics + 1)
     names, mean = model.mechanics.bearing_names, float(model.force[0])
     shape = (len(SWEEPS), len(speeds), harmonics)
@@ -252,13 +253,6 @@ def _dataset(
         "contact_kept": (dims, np.nanmin(flat, axis=-1)[:, :, None] > 0),
         "periods": (dims[:2], periods),
     }
-    coords: dict[str, Any] = {
-        "sweep": ("sweep", list(SWEEPS)),
-        "speed": ("speed", speeds),
-        "mesh": ("mesh", list(model.names[:1])),
-        "harmonic": ("harmonic", mesh_orders),
-        "mesh_frequency": (("speed", "mesh"), speeds[:, None] / 60 * group.rate),
-    }
     if names:
         forces = np.moveaxis(at_bearings, 2, -1)[:, :, None]
         dims = (*dims, "bearing", "direction", "harmonic")
@@ -266,11 +260,10 @@ def _dataset(
             "bearing_force_amplitude": (dims, 2 * np.abs(forces)),
             "bearing_force_phase": (dims, np.angle(forces)),
         }
-        coords |= {"bearing": ("bearing", list(names)), "direction": ("direction", list(DIRECTIONS))}
     variables |= {k: v for k, v in modal_variables(model, speeds, harmonics).items() if k == "natural_frequency"}
     lines = _remarks(sweep, speeds, periods, variables["mesh_force_rms"][1])
-    attrs = provenance(model.scene, wall_time=time.perf_counter() - start) | {"notes": "\n".join(lines)}
-    return with_grids(xr.Dataset(described(variables), coords=described(coords), attrs=attrs), model.scene)
+    labels = {"mesh": model.names[:1], "sweep": list(SWEEPS), "harmonic": mesh_orders}
+    return response_dataset(model, speeds, variables, lines, start, **labels)
 
 
 def _remarks(sweep: NonlinearModel, speeds: NDArray, periods: NDArray, rms: NDArray) -> list[str]:

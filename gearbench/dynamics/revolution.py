@@ -17,7 +17,7 @@ from gearbench.budget import require_each, speed_memory
 from gearbench.contact.assemble import assemble
 from gearbench.contact.batch import chunks, prepare, solve_one_chunk
 from gearbench.dynamics import waves
-from gearbench.dynamics.analysis import HARMONICS, check_harmonics, check_speeds, spans
+from gearbench.dynamics.analysis import HARMONICS, check_harmonics, check_speeds, response_dataset, spans
 from gearbench.dynamics.balance import Excitation, solve
 from gearbench.dynamics.loaded_mesh import FlankState, LoadedMesh
 from gearbench.dynamics.model import Group, Model
@@ -33,11 +33,7 @@ from gearbench.hunting.cycles import (
     with_equal_teeth,
 )
 from gearbench.results.cycle import MICROMETRES
-from gearbench.results.origin import with_grids
-from gearbench.results.provenance import provenance
-from gearbench.results.responses import described
 from gearbench.scene import Scene
-from gearbench.system.mechanics import DIRECTIONS
 from gearbench.threads import single_threaded_blas
 
 if TYPE_CHECKING:
@@ -254,8 +250,6 @@ def revolution_response(
     InputError
         As ``response``, or if no effect differs from tooth to tooth and no ``error`` is given.
     """
-    import xarray as xr
-
     start, speeds = time.perf_counter(), check_speeds(speed)
     check_harmonics(harmonics)
     tooth_effects = tooth_to_tooth_effects(scene)
@@ -272,20 +266,8 @@ def revolution_response(
     first = model.groups[0]
     group = Group(meshes=first.meshes[:1], rate=first.rate, phase=first.phase[:1])
     variables, order = _over_speed(model, group, excited, speeds)
-    coords: dict[str, Any] = {
-        "mesh": ("mesh", list(model.names[:1])),
-        "speed": ("speed", speeds),
-        "order": ("order", order),
-        "mesh_frequency": (("speed", "mesh"), speeds[:, None] / 60 * group.rate),
-    }
-    if "bearing_force_amplitude" in variables:
-        coords |= {
-            "bearing": ("bearing", list(model.mechanics.bearing_names)),
-            "direction": ("direction", list(DIRECTIONS)),
-        }
     lines = _remarks(model, excited, speeds, variables)
-    attrs = provenance(scene, wall_time=time.perf_counter() - start) | {"notes": "\n".join(lines)}
-    return with_grids(xr.Dataset(described(variables), coords=described(coords), attrs=attrs), scene)
+    return response_dataset(model, speeds, variables, lines, start, scene, mesh=model.names[:1], order=order)
 
 
 def _remarks(model: Model, revolution: Revolution, speeds: NDArray, variables: Mapping[str, Any]) -> list[str]:

@@ -13,16 +13,22 @@ from numpy.typing import ArrayLike, NDArray
 
 from gearbench.budget import require_each, sample_memory, speed_memory
 from gearbench.contact.batch import BatchSolution, chunks, on_threads, solve_one_chunk
-from gearbench.dynamics.analysis import GROWTH_TOLERANCE, HARMONICS, check_harmonics, check_speeds, growth, spans
+from gearbench.dynamics.analysis import (
+    GROWTH_TOLERANCE,
+    HARMONICS,
+    check_harmonics,
+    check_speeds,
+    growth,
+    response_dataset,
+    spans,
+)
 from gearbench.dynamics.balance import Excitation, receptances
 from gearbench.dynamics.loaded_mesh import LoadedMesh, order_rows
 from gearbench.dynamics.model import Group, LinearModel, Model
 from gearbench.dynamics.sample_balance import SampleBalance
 from gearbench.dynamics.train_model import TrainModel, train_model
 from gearbench.errors import InputError
-from gearbench.results.origin import with_grids
-from gearbench.results.provenance import provenance
-from gearbench.results.responses import STATISTICS, described
+from gearbench.results.responses import STATISTICS
 from gearbench.robustness.montecarlo import SAMPLES, RobustProblem, prepare_problem, require_errors
 from gearbench.robustness.sampling import Sampler
 from gearbench.scene import Scene
@@ -170,8 +176,6 @@ def robust_response(
     InputError
         If the scene has no system or no random errors, or a second mesh shares the mesh frequency.
     """
-    import xarray as xr
-
     start = time.perf_counter()
     speeds = check_speeds(speed)
     check_harmonics(harmonics)
@@ -193,13 +197,8 @@ def robust_response(
     over_speed, overall = _statistics(model, group, excitations, speeds, workers)
     variables = over_speed | {"mesh_force": (("sample",), overall)}
     variables |= {f"mesh_force_{name}": ((), np.asarray(f(overall))) for name, (f, _) in STATISTICS.items()}
-    coords = {"speed": ("speed", speeds), "percentile": ("percentile", list(PERCENTILES))}
     lines = remarks(model, group, harmonics, speeds, over_speed["mesh_force_rms_max"][1])
-    attrs = provenance(scene, wall_time=time.perf_counter() - start, seed=seed) | {"notes": "\n".join(lines)}
-    result = xr.Dataset(described(variables), coords=described(coords), attrs=attrs)
-    if scene.coupled:
-        result["speed"].attrs["long_name"] = f"speed of {scene.geometry.reference}"
-    return with_grids(result, scene)
+    return response_dataset(model, speeds, variables, lines, start, scene, seed, percentile=list(PERCENTILES))
 
 
 def remarks(model: LinearModel, group: Group, harmonics: int, speeds: NDArray, largest: NDArray) -> list[str]:

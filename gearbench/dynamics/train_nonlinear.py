@@ -231,9 +231,10 @@ def nonlinear_train_response(scene: Scene, speeds: NDArray, harmonics: int) -> x
         name: (("sweep", *dims), np.stack([values, down[name][1]])) if dims[:1] == ("speed",) else (dims, values)
         for name, (dims, values) in up.items()
     }
-    variables |= modal_variables(model, speeds, harmonics) | {"sweep": (("sweep",), list(SWEEPS))}
+    variables |= modal_variables(model, speeds, harmonics)
     lines = [*model.remarks(speeds, harmonics), *_remarks(model, speeds, variables)]
-    return response_dataset(model, speeds, harmonics, variables, lines, start)
+    labels = {"sweep": list(SWEEPS), "harmonic": model.harmonics(harmonics)}
+    return response_dataset(model, speeds, variables, lines, start, **labels)
 
 
 def _remarks(model: TrainModel, speeds: NDArray, variables: Variables) -> list[str]:
