@@ -9,8 +9,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from pathlib import Path
 
 from gearbench.errors import InputError
@@ -24,8 +23,6 @@ SMALL = 256e6
 
 _UNITS = {"B": 1.0, "kB": 1e3, "MB": 1e6, "GB": 1e9, "TB": 1e12}
 _CONTAINER = ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes")
-#: Number of parallel runs in this process that share the budget.
-_runs = 1
 
 
 class MemoryBudgetError(InputError):
@@ -61,7 +58,7 @@ def memory_limit() -> float:
     with suppress(ValueError):
         limits.append(float(os.environ.get(VARIABLE, "")))
     limits += _of_process()
-    return min(limits) / _runs
+    return min(limits)
 
 
 def _of_process() -> list[float]:
@@ -125,17 +122,6 @@ def require_each(bytes_each: float, count: int, key: str, of: str) -> None:
     require(
         bytes_each * count, key, f"{count} {key}s × {of}", f"{fits} {key}s would fit" if fits else f"less than {of} fit"
     )
-
-
-@contextmanager
-def shared(runs: int) -> Iterator[None]:
-    """Context in which ``runs`` parallel runs of this process share the budget."""
-    global _runs
-    before, _runs = _runs, _runs * max(runs, 1)
-    try:
-        yield
-    finally:
-        _runs = before
 
 
 # -- memory of runs: most numbers held at the same time, as measured, with a reserve of a tenth to a third -------------

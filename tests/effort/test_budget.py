@@ -14,7 +14,7 @@ import pytest
 
 from gearbench import budget, robust, simulate, sweep
 from gearbench.accuracy import choose
-from gearbench.budget import MemoryBudgetError, memory_limit, parse_memory, require, shared, shown
+from gearbench.budget import MemoryBudgetError, memory_limit, parse_memory, require, shown
 from gearbench.contact.size import contact_memory, kept_memory
 from gearbench.contact.transitions import mesh_phases
 from gearbench.effects.tooth_bending import ToothBending
@@ -53,8 +53,6 @@ def test_the_budget_is_the_least_of_all_limits(monkeypatch):
     assert 0 < whole <= 0.7 * os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     monkeypatch.setenv(budget.VARIABLE, "1e9")
     assert memory_limit() == min(whole, 1e9)
-    with shared(4), shared(2):
-        assert memory_limit() == min(whole, 1e9) / 8
     monkeypatch.setattr(resource, "getrlimit", lambda _: (5e8, 5e8))
     assert memory_limit() < 5e8
 
