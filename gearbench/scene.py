@@ -83,7 +83,8 @@ class Resolution:
         Number of uniformly spaced mesh phases. By default Gauss points between the transitions, which converge much
         faster.
     gauss_points
-        Gauss points on each panel between two transitions; by default 5, or 8 for error samples.
+        Gauss points on each panel between two transitions; by default 5, 3 for helical trains whose meshes split each
+        other's panels, or 8 for error samples.
     segments
         Segments of constant line load on each contact line.
     accuracy

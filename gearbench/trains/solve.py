@@ -44,6 +44,9 @@ from gearbench.trains.bodies import yielding_bodies
 HEAVIER = 1.2
 #: Largest number of times that contact lines are rebuilt.
 ROUNDS = 4
+#: Number of Gauss points on a panel of helical trains whose meshes split each other's panels into at least ``PIECES``
+#: on average. On such short panels amplitudes of helical meshes are within 1e-3 of the largest.
+POINTS_ON_PIECES, PIECES = 3, 3
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -334,8 +337,8 @@ def _phases(scenes: Mapping[str, Scene], train: Train, coast: bool) -> Phases:
     if resolution.positions is not None:
         phase, weight = uniform_phases(resolution.positions * most)
         return Phases(phase=length * phase, weight=weight, size=None, **length_and_orders)
-    size = resolution.gauss_points or GAUSS_POINTS
-    exact = size > GAUSS_POINTS
+    exact = (resolution.gauss_points or 0) > GAUSS_POINTS
+    close = CLOSER if exact else CLOSE
     changes = []
     plain = {name: changed(unnamed(scene), resolution=Resolution()) for name, scene in scenes.items()}
     different = list(dict.fromkeys(plain.values()))
@@ -349,11 +352,15 @@ def _phases(scenes: Mapping[str, Scene], train: Train, coast: bool) -> Phases:
             for transition, phase in shifted
             for p in range(periods[name])
         ]
-    longest = LONGEST if first.pair.meshing.overlap_ratio else 1.0
-    ends = [end / most for end in panel_starts(changes, longest, CLOSER if exact else CLOSE, most)]
+    helical = first.pair.meshing.overlap_ratio > 0
+    longest = LONGEST if helical else 1.0
+    ends = [end / most for end in panel_starts(changes, longest, close, most)]
     # panels that repeat as the meshes do: harmonics that cancel do so in the quadrature too
     parts = _repeats([(unnamed(scene), shift[name], periods[name]) for name, scene in scenes.items()])
     ends = [end + part / parts for part in range(parts) for end in ends if end < 1 / parts]
+    own = max(len(panel_starts(of_scene[scene], longest, close)) * periods[name] for name, scene in plain.items())
+    points = POINTS_ON_PIECES if helical and len(ends) >= PIECES * own else GAUSS_POINTS
+    size = resolution.gauss_points or points
     phase, weight = gauss_phases(ends, size)
     return Phases(phase=length * phase, weight=weight, size=size, **length_and_orders)
 
