@@ -68,6 +68,7 @@ def convolution(stiffness: NDArray, index: NDArray | None = None, along: int = 0
     """
     multiples = np.arange((stiffness.shape[-1] + 1) // 2)[:, None] if index is None else index
     lower, upper = (_between(stiffness, multiples[:, None] + sign * multiples, along) for sign in (-1, 1))
+    # columns: effect of x_0, and of Re x̂_m and Im x̂_m, which are in the orders m and −m
     K = np.empty((*lower.shape[:-1], 2 * len(multiples) - 1), dtype=complex)
     K[..., 0] = lower[..., 0]
     K[..., 1::2], K[..., 2::2] = (lower + upper)[..., 1:], 1j * (lower - upper)[..., 1:]
@@ -96,7 +97,7 @@ def real(values: NDArray) -> NDArray:
     return _real_rows(values)
 
 
-def orders(values: NDArray) -> NDArray:
+def complex_orders(values: NDArray) -> NDArray:
     """Complex orders 0 … H (…, H+1) from real numbers (…, 2H+1): the inverse of ``real``."""
     return np.concatenate([values[..., :1] + 0j, values[..., 1::2] + 1j * values[..., 2::2]], axis=-1)
 
@@ -152,8 +153,8 @@ def solve(
         # y + ĥ (K − K̄) y = −x_s − ĥ (f_s − K̄ x_s)
         A = np.eye(M * N) + block_rows(h[block]).reshape(-1, M * N, M * N) @ varying
         y[block] = np.linalg.solve(A, b[block, :, None])[..., 0].reshape(-1, M, N)
-    force = excitation.force + orders(np.einsum("ijab,sjb->sia", K, y))
-    return x_s + orders(y), force
+    force = excitation.force + complex_orders(np.einsum("ijab,sjb->sia", K, y))
+    return x_s + complex_orders(y), force
 
 
 def generalised_conjugate_residuals(

@@ -216,7 +216,7 @@ def _waterfall(figure: Any, data: xr.Dataset) -> str:
         ends = np.searchsorted(edges, frequency[[row, min(row + 1, len(force) - 1)], order])
         bins = slice(min(ends) - 1, max(ends) + 1)
         level[row, bins] = np.maximum(level[row, bins], force[row, order])
-    log_level = np.log10(np.maximum(level[:, :-1], max(force.max() * 1e-4, 1e-300)))
+    log_level = np.log10(np.maximum(level[:, :-1], max(force.max() * 1e-4, 1e-300)))  # colours span four decades
     image = axes.pcolormesh((edges[1:] + edges[:-1]) / 2, data["speed"], log_level, cmap="viridis", shading="nearest")
     figure.colorbar(image, ax=axes, label="log₁₀ of the mesh force [N]")
     for f in natural:
@@ -231,7 +231,7 @@ def _bands(figure: Any, data: xr.Dataset) -> str:
     """Mesh orders and their sidebands over speed, on a logarithmic scale."""
     axes = figure.subplots()
     force = data["mesh_force_amplitude"].values
-    level = np.log10(np.maximum(force, max(force.max() * 1e-5, 1e-300)))
+    level = np.log10(np.maximum(force, max(force.max() * 1e-5, 1e-300)))  # colours span five decades
     image = axes.pcolormesh(data["order"], data["speed"], level, cmap="viridis", shading="nearest")
     figure.colorbar(image, ax=axes, label="log₁₀ of the mesh force [N]")
     axes.set(xlabel="order of the mesh frequency", ylabel=speed_label(data))

@@ -69,8 +69,8 @@ class FlankState:
         K = np.linalg.solve(np.eye(len(compliance)) - stiffness @ compliance, stiffness)
         return cls(force=force, motion=motion, stiffness=(K + np.swapaxes(K, -1, -2)) / 2)
 
-    def orders(self, waves: NDArray) -> Excitation:
-        """Orders 0 … H of the excitation, from the matrix ``waves`` (2H + 1, position) of ``LoadedMesh.waves``."""
+    def excitation(self, waves: NDArray) -> Excitation:
+        """Excitation of orders 0 … H, from the matrix ``waves`` (2H + 1, position) of ``LoadedMesh.waves``."""
         lower = waves[: len(waves) // 2 + 1]
         motion, force = (np.swapaxes(lower @ values, -1, -2) for values in (self.motion, self.force))
         flat = self.stiffness.reshape(*self.motion.shape[:-1], -1)

@@ -334,8 +334,8 @@ class Model(LinearModel):
         motion, force = (np.zeros((count, harmonics + 1), dtype=complex) for _ in range(2))
         for k, (index, phase) in enumerate(zip(group.meshes, group.phase, strict=True)):
             mesh, block = self.loaded_meshes[index], slice(row_count * k, row_count * (k + 1))
-            orders = mesh.flanks.orders(mesh.waves(2 * harmonics) * np.exp(2j * np.pi * n * phase)[:, None])
-            stiffness[block, block], motion[block], force[block] = orders.stiffness, orders.motion, orders.force
+            by_mesh = mesh.flanks.excitation(mesh.waves(2 * harmonics) * np.exp(2j * np.pi * n * phase)[:, None])
+            stiffness[block, block], motion[block], force[block] = by_mesh.stiffness, by_mesh.motion, by_mesh.force
         return Excitation(stiffness=stiffness, motion=motion, force=force)
 
     def quasi_static_approach(self, orders: int) -> NDArray:

@@ -79,5 +79,5 @@ class ForceOverSpeed:
     def without_errors(self) -> float:
         """RMS [N] of the scene without errors."""
         mesh = self.model.loaded_meshes[0]
-        orders = mesh.flanks.orders(mesh.waves(2 * self.harmonics))
-        return float(self._rms(orders.part(None))[0])  # as a single sample
+        without_errors = mesh.flanks.excitation(mesh.waves(2 * self.harmonics))
+        return float(self._rms(without_errors.part(None))[0])  # as a single sample

@@ -95,11 +95,11 @@ def revolution(mesh: LoadedMesh, effects: Sequence[GapEffect], harmonics: int) -
         np.concatenate([getattr(part, name) for part in samples])[:cycles] for name in ("motion", "force", "stiffness")
     )
     mean = FlankState(force=force.mean(axis=0), motion=motion.mean(axis=0), stiffness=stiffness.mean(axis=0))
-    mean_orders = mean.orders(mesh.waves(2 * harmonics))
+    by_mean = mean.excitation(mesh.waves(2 * harmonics))
     motion, force = (
         np.stack([_orders(mesh, row, harmonics) for row in np.moveaxis(values, -1, 0)]) for values in (motion, force)
     )
-    return Revolution(cycles=cycles, excitation=replace(mean_orders, motion=motion, force=force))
+    return Revolution(cycles=cycles, excitation=replace(by_mean, motion=motion, force=force))
 
 
 def _repeats(amounts: NDArray, cycles: int) -> bool:
@@ -129,13 +129,13 @@ def revolution_of_error(mesh: LoadedMesh, error: ArrayLike, harmonics: int) -> R
         allowed = f"must be finite numbers in a list, more than {2 * harmonics * P} for {harmonics} orders of the mesh"
         raise InputError("error", f"shape {values.shape}", allowed)
     orders = np.fft.rfft(values / MICROMETRES)[: harmonics * P + 1] / len(values)
-    mean_orders = mesh.flanks.orders(mesh.waves(2 * harmonics))
+    by_mesh = mesh.flanks.excitation(mesh.waves(2 * harmonics))
     motion, force = np.zeros((2, mesh.rows, len(orders)), dtype=complex)
     # approach = transmission error minus deflection of the shafts under the forces of the mesh cycle
-    motion[:, ::P], force[:, ::P] = mean_orders.motion, mean_orders.force
+    motion[:, ::P], force[:, ::P] = by_mesh.motion, by_mesh.force
     motion[0] = orders
     motion[0] -= mesh.compliance[0] @ force
-    return Revolution(cycles=P, excitation=replace(mean_orders, motion=motion, force=force))
+    return Revolution(cycles=P, excitation=replace(by_mesh, motion=motion, force=force))
 
 
 def side_bands(revolution: Revolution, h: NDArray, mean: NDArray) -> tuple[NDArray, NDArray]:

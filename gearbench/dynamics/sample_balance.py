@@ -1,4 +1,4 @@
-"""Harmonic balance of many error samples of one mesh, based on the balance of their mean.
+"""Harmonic balance of many error samples of meshes of one frequency, based on the balance of their mean.
 
 The constant K̄ is the mean stiffness of the scene. The stiffness of sample s is K̄ + V_s, and its mean over the samples
 K̄ + V_0. Let x and f be the quasi-static motion and force of the sample, without order 0, and p = f − K̄ x. If the gears
@@ -52,7 +52,7 @@ class SampleBalance:
         samples
             Excitation by the samples.
         h
-            ĥ (speed, H + 1, row, row) [mm/N].
+            ĥ (speed, H + 1, row, row) [mm/N] of the system on springs K̄.
         stiffness
             K̄ (row, row) [N/mm].
         approach

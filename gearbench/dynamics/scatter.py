@@ -62,7 +62,7 @@ def sample_problem(model: Model) -> RobustProblem:
     return prepare_problem(scene, mesh.lines, phases.weight, mesh.solved.problem)
 
 
-def sample_cycles(
+def pair_excitations(
     model: Model, harmonics: int, *, samples: int, seed: int, sampler: Sampler, threads: int
 ) -> list[Excitation]:
     """Excitation by random samples of ``sample_problem``, in chunks (sample, row, …).
@@ -75,17 +75,17 @@ def sample_cycles(
     problem, mesh = sample_problem(model), model.loaded_meshes[0]
     amounts = problem.expansion.amounts(problem.draw(samples, seed, sampler))
 
-    def orders(chunk: NDArray) -> Excitation:
+    def of_chunk(chunk: NDArray) -> Excitation:
         solution = solve_one_chunk(problem.batch, chunk, segments=mesh.rows > 1)
         return excitation(mesh, problem, solution, harmonics)
 
-    return _without_padding(on_threads(orders, chunks(amounts), threads), samples)
+    return _without_padding(on_threads(of_chunk, chunks(amounts), threads), samples)
 
 
 def excitation(mesh: LoadedMesh, problem: RobustProblem, solution: BatchSolution, harmonics: int) -> Excitation:
     """Excitation (sample, row, …) by a chunk of samples; with several rows, ``solution`` must hold segment forces."""
     flanks = mesh.samples(problem.batch, problem.lines, solution)
-    return flanks.orders(order_rows(problem.phases, 2 * harmonics))
+    return flanks.excitation(order_rows(problem.phases, 2 * harmonics))
 
 
 def train_excitations(
@@ -101,11 +101,11 @@ def train_excitations(
     train, (group,) = sampled_train(model.scene, model.solved), model.groups
     errors = train.draw(samples, seed, sampler)
 
-    def orders(chunk: NDArray) -> Excitation:
+    def of_chunk(chunk: NDArray) -> Excitation:
         motion, force, stiffness = train.balance(chunk)
         return model.excitation_by(group, harmonics, model.approach(motion), force, stiffness)
 
-    return _without_padding(on_threads(orders, train.chunks(errors), threads), samples)
+    return _without_padding(on_threads(of_chunk, train.chunks(errors), threads), samples)
 
 
 def _without_padding(chunks: Iterable[Excitation], samples: int) -> list[Excitation]:
@@ -191,7 +191,7 @@ def robust_response(
     require_each(speed_memory(orders, rows, 0), len(speeds), "speed", f"{orders} orders")
     drawn: Any = {"samples": samples, "seed": seed, "sampler": sampler, "threads": workers}
     if isinstance(model, Model):
-        excitations = sample_cycles(model, harmonics, **drawn)
+        excitations = pair_excitations(model, harmonics, **drawn)
     else:
         excitations = train_excitations(model, harmonics, **drawn)
     over_speed, overall = _statistics(model, group, excitations, speeds, workers)

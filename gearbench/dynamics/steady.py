@@ -10,7 +10,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.dynamics.balance import convolution, generalised_conjugate_residuals, orders, real, solve
+from gearbench.dynamics.balance import complex_orders, convolution, generalised_conjugate_residuals, real, solve
 from gearbench.dynamics.model import LinearModel
 
 #: A combination is kept if its force reaches this share of the largest order of a mesh force at a sampled speed.
@@ -121,7 +121,8 @@ def _varying_stiffness(model: LinearModel, index: NDArray, harmonics: int) -> Ca
     def apply(y: NDArray) -> NDArray:
         out = np.empty_like(y)
         for rows, V in parts:
-            out[:, rows] = orders((real(y[:, rows]).reshape(len(y), -1) @ V).reshape(len(y), len(rows), N))
+            varied = (real(y[:, rows]).reshape(len(y), -1) @ V).reshape(len(y), len(rows), N)
+            out[:, rows] = complex_orders(varied)
         return out
 
     return apply

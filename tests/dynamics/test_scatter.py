@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 from gearbench.dynamics.analysis import response
 from gearbench.dynamics.balance import Excitation, solve
 from gearbench.dynamics.model import Model
-from gearbench.dynamics.scatter import force_rms, robust_response, sample_cycles, sample_problem
+from gearbench.dynamics.scatter import force_rms, pair_excitations, robust_response, sample_problem
 from gearbench.dynamics.waves import rms
 from gearbench.effects.base import GapEffect
 from gearbench.effects.manufacturing_errors import ManufacturingErrors
@@ -43,7 +43,7 @@ def on_shafts(effects, seat=70.0, **resolution):
 def test_each_sample_is_solved_as_by_itself(one):
     """Samples are solved to a residual of 1e-4."""
     model = Model(scene=one)
-    cycles = sample_cycles(model, 8, samples=130, seed=3, sampler="sobol", threads=1)
+    cycles = pair_excitations(model, 8, samples=130, seed=3, sampler="sobol", threads=1)
     assert [len(chunk.motion) for chunk in cycles] == [128, 2]
     found = force_rms(model, model.groups[0], cycles, SPEEDS)
     h = model.receptances(model.groups[0], SPEEDS, 8)
@@ -91,7 +91,7 @@ def test_samples_at_default_settings_are_their_own_scenes(relief, seat):
         drawn = Drawn(errors=problem.errors, amounts=tuple(amounts))
         data = response(replace(base, effects=(*base.effects, drawn)), speed=speeds)
         found.append(np.sqrt((data["mesh_force_rms"].values ** 2).mean()))
-    cycles = sample_cycles(model, 10, samples=16, seed=0, sampler="sobol", threads=1)
+    cycles = pair_excitations(model, 10, samples=16, seed=0, sampler="sobol", threads=1)
     batch = np.sqrt((force_rms(model, model.groups[0], cycles, speeds) ** 2).mean(axis=0))
     assert_allclose(batch.mean(), np.mean(found), rtol=0.01 if relief and seat is None else 0.02)
     # mesh phases are those without errors: on shafts the forces of single samples are known less well
@@ -100,7 +100,7 @@ def test_samples_at_default_settings_are_their_own_scenes(relief, seat):
 
 def test_statistics_are_those_of_the_samples():
     model = Model(scene=scene())
-    cycles = sample_cycles(model, 10, samples=64, seed=0, sampler="sobol", threads=2)
+    cycles = pair_excitations(model, 10, samples=64, seed=0, sampler="sobol", threads=2)
     values = np.array(force_rms(model, model.groups[0], cycles, SPEEDS))
     data = robust_response(scene(), speed=SPEEDS, samples=64)
     assert_allclose(data["mesh_force_percentile"].sel(percentile=50.0), np.median(values, axis=1), rtol=1e-9)
