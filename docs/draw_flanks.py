@@ -13,7 +13,7 @@ from gearbench.effects.base import GapEffect
 from gearbench.effects.registry import effect_class
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.pair import Member, Pair
-from gearbench.named_files import files_in
+from gearbench.named_files import files_of
 from gearbench.schema import read
 
 if TYPE_CHECKING:
@@ -61,7 +61,7 @@ def draw(path: Path) -> None:
     import matplotlib.pyplot as plt
 
     figure, axes = plt.subplots(4, 4, figsize=(12.0, 10.8), layout="constrained", subplot_kw={"projection": "3d"})
-    with TemporaryDirectory() as folder, files_in(Path(folder)):
+    with TemporaryDirectory() as folder, files_of(Path(folder) / "scene.toml"):
         (Path(folder) / "flank.csv").write_text(MEASURED, encoding="utf-8")
         for axis, (title, (name, table)) in zip(axes.flat, SHAPES.items(), strict=True):
             shape(axis, read(effect_class(name), table))

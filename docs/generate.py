@@ -132,6 +132,9 @@ with one mesh frequency are solved together and give `load_sharing` of each mesh
 `train_transmission_error` over the phase of the first mesh; `hunting` computes all mesh cycles. Tooth 0 of a
 gear enters contact as the cycle of its first mesh begins; the phases of its waves count from there.
 
+Gears that are not in mesh must not overlap. Meshes align the faces of their gears; `axial_offset` puts gears side by
+side.
+
 ```toml
 [gears.motor]
 normal_module = 2.0

@@ -13,22 +13,29 @@ from gearbench.errors import InputError
 #: Largest file read [bytes].
 LARGEST = 50_000_000
 
-_folder: ContextVar[Path] = ContextVar("folder", default=Path())
+#: Files that are being read, each named by the one before it.
+_files: ContextVar[tuple[Path, ...]] = ContextVar("files", default=())
 
 
 @contextmanager
-def files_in(folder: Path) -> Iterator[None]:
-    """Context in which relative file names refer to ``folder`` instead of the current folder."""
-    token = _folder.set(folder)
+def files_of(file: Path) -> Iterator[None]:
+    """Context in which relative file names refer to the folder of ``file`` instead of the current folder."""
+    token = _files.set((*_files.get(), file))
     try:
         yield
     finally:
-        _folder.reset(token)
+        _files.reset(token)
 
 
 def in_folder(name: str) -> Path:
     """Path of a file that a scene names."""
-    return _folder.get() / name
+    return _files.get()[-1].parent / name if _files.get() else Path(name)
+
+
+def circle(name: str) -> tuple[Path, ...]:
+    """Files that lead from the file ``name``, if it is being read, to itself; empty if it is not."""
+    files = [file.resolve() for file in (*_files.get(), in_folder(name))]
+    return tuple(files[files.index(files[-1]) :]) if files[-1] in files[:-1] else ()
 
 
 def content(key: str, name: str) -> tuple[bytes, str]:

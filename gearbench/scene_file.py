@@ -17,7 +17,7 @@ from gearbench.geometry.planetary import MEMBERS, SHARED, Planetary
 from gearbench.geometry.train_tables import PARTS, TrainGear, TrainMesh, TrainTables
 from gearbench.keys import key_at, with_values
 from gearbench.loads import DrivingScene, Load, WeightedLoad, greatest_load
-from gearbench.named_files import content, files_in, in_folder
+from gearbench.named_files import circle, content, files_of, in_folder
 from gearbench.scene import Operation, Resolution, Scene
 from gearbench.schema import Key, as_table, changed, make, read, read_toml
 
@@ -50,7 +50,7 @@ def read_scene(path: str | Path) -> Scene:
     ['tooth_bending', 'hertz']
     """
     path = Path(path)
-    with naming(path), files_in(path.parent):
+    with naming(path), files_of(path):
         scene = parse_scene(read_toml(path))
     _LOG.info("read %s: %s", path, ", ".join(effect.name for effect in scene.effects))
     return scene
@@ -86,17 +86,21 @@ def parse_scene(tables: Mapping[str, Any]) -> Scene:
     return make(Scene, **parts, effects=_effects("effects", effects), coast=_effects("coast", coast))
 
 
+def _scene_in(key: str, name: str) -> Scene:
+    """Read the scene in the file that a scene names at ``key``; refuse a file that names itself by way of others."""
+    content(key, name)
+    if files := circle(name):
+        raise InputError(key, name, f"must not lead back to its own file: {' → '.join(file.name for file in files)}")
+    return read_scene(in_folder(name))
+
+
 def _loaded(tables: Mapping[str, Any]) -> Mapping[str, Any]:
     """Return the tables with torques in place of a driving scene."""
     given = tables.get("load")
     if not isinstance(given, Mapping) or "scene" not in given:
         return tables
     load = read(DrivingScene, given, "load")
-    content("load.scene", load.scene)
-    try:
-        driving = read_scene(in_folder(load.scene))
-    except RecursionError:
-        raise InputError("load.scene", load.scene, "must not be driven by this scene") from None
+    driving = _scene_in("load.scene", load.scene)
     if driving.train is None:
         z_1, z_2 = (gear.teeth for gear in driving.pair.gears)
         ratios = {driving.gear_names[1]: abs(z_2 / z_1)}
@@ -121,6 +125,8 @@ def _train(tables: Mapping[str, Any]) -> Scene:
     if train.planetary is not None:
         train.planetary.check(pairs.values())
     geometry, scenes = train.train(pairs), []
+    if train.planetary is None:
+        geometry.check_room()
     coast, torques = train.coast(geometry), train.shares(geometry)
     for number, (name, pair) in enumerate(pairs.items()):
         try:
@@ -195,8 +201,7 @@ def _effects(head: str, tables: Mapping[str, Any]) -> tuple[Effect, ...]:
 def _further(name: str, number: int) -> Scene:
     """Read the scene of a further mesh from its file."""
     key = f"system.meshes.{number}.scene"
-    content(key, name)
-    scene = read_scene(in_folder(name))
+    scene = _scene_in(key, name)
     if scene.system is not None or scene.loads:
         raise InputError(key, name, "must be a scene without [system] and with one load")
     return scene

@@ -85,7 +85,7 @@ def test_the_example_is_two_sets_in_a_row():
         ({"scene": "first.toml", "member": "carrier", "torque": 3.0}, "load.torque", "unknown key|allowed"),
         ({"scene": "first.toml", "member": "ring"}, "load.member", "allowed: carrier"),
         ({"scene": "first.toml", "member": "planet 1"}, "load.member", "allowed: carrier"),
-        ({"scene": "second.toml", "member": "wheel"}, "load.scene", "must not be driven by this scene"),
+        ({"scene": "second.toml", "member": "wheel"}, "load.scene", "own file: second.toml → second.toml"),
     ],
 )
 def test_faults_are_one_line(second, load, key, words):
@@ -93,6 +93,14 @@ def test_faults_are_one_line(second, load, key, words):
         second(tables(), load)
     assert caught.value.key == key
     assert "\n" not in str(caught.value)
+
+
+def test_a_circle_of_files_is_shown(second, tmp_path):
+    driven = tables() | {"load": {"scene": "second.toml", "member": "carrier"}}
+    (tmp_path / "middle.toml").write_text(tomli_w.dumps(driven))
+    with pytest.raises(InputError, match=r"second\.toml → middle\.toml → second\.toml") as caught:
+        second(tables(), {"scene": "middle.toml", "member": "carrier"})
+    assert caught.value.key == "load.scene"
 
 
 def test_one_kind_of_load():

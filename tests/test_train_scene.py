@@ -164,6 +164,34 @@ def test_faults_of_the_meshes_are_one_line(change, key, words):
     assert caught.value.key == key
 
 
+def test_gears_out_of_mesh_are_apart():
+    # motor and load both beside the idler, at 17° from each other
+    meshes = [IDLER["meshes"][0], IDLER["meshes"][1] | {"direction": 163.0}]
+    parts = parse_scene(idler()).meshes.values()
+    r_1, r_2 = (pair.gears[index].tip_radius for index, pair in enumerate(scene.pair for scene in parts))
+    distance = abs(52.7 + 60.0 * np.exp(1j * math.radians(163.0)))
+    with pytest.raises(InputError, match=rf"overlap those of motor by {r_1 + r_2 - distance:.4g} mm") as caught:
+        parse_scene(idler() | {"meshes": meshes})
+    assert caught.value.key == "gears.load"
+    side = {"idler": {"face_width": 64.0}, "load": {"face_width": 20.0, "axial_offset": 22.0}}
+    assert parse_scene(idler(**side) | {"meshes": meshes}).geometry.gears == ("motor", "idler", "load")
+
+
+def test_a_ring_surrounds_gears_out_of_mesh():
+    own = {"normal_module": 2.0, "face_width": 20.0}
+    teeth = {"wheel": {"teeth": 20}, "pinion": {"teeth": 24}, "ring": {"teeth": -84, "addendum": 0.8}}
+    meshes = [
+        {"driver": "wheel", "driven": "pinion", "centre_distance": 44.0},
+        {"driver": "pinion", "driven": "ring", "centre_distance": 60.0},
+    ]
+    tables = {"gears": {name: own | keys for name, keys in teeth.items()}, "meshes": meshes}
+    tables |= {key: IDLER[key] for key in ("load", "effects")}
+    assert_allclose(parse_scene(tables).geometry.places["ring"], [44.0 - 60.0, 0.0])
+    meshes[0]["direction"] = 180.0  # to a pinion on the other side, so that the wheel is outside of the ring
+    with pytest.raises(InputError, match=r"ring = tips overlap those of wheel by 43\.6 mm"):
+        parse_scene(tables)
+
+
 def test_faults_of_effects_name_the_gear():
     with pytest.raises(InputError, match=r"needs gears\.motor\.bore_diameter"):
         parse_scene(idler() | {"effects": {**IDLER["effects"], "gear_body": {}}})

@@ -27,10 +27,10 @@ def tables(angles, torque=60.0, teeth=(21, 43), helix=0.0, **more):
     sun, idler, *other = teeth
     distance = (sun + idler) / math.cos(math.radians(helix)) + 0.4
     own = {**GEAR, "helix_angle": helix}
-    gears = {name: {**own, "teeth": sun, "profile_shift": 0.2} for name in ("sun", "out")}
-    if other:
-        gears["out"] = {**own, "teeth": other[0]}
-    gears |= {f"idler {n}": {**own, "teeth": idler} for n in range(len(angles))}
+    first, last = {"axial_offset": -11.0}, {"axial_offset": 11.0}  # side by side on wide idlers
+    gears = {"sun": {**own, **first, "teeth": sun, "profile_shift": 0.2}}
+    gears["out"] = {**own, **last, "teeth": other[0]} if other else {**gears["sun"], **last}
+    gears |= {f"idler {n}": {**own, "teeth": idler, "face_width": 42.0} for n in range(len(angles))}
     way = [
         {"driver": "sun", "driven": f"idler {n}", "centre_distance": distance, "direction": angle}
         for n, angle in enumerate(angles)

@@ -11,6 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -240,6 +241,31 @@ class Train:
         mesh = self[name]
         radius = mesh.pair.gears[0].base_radius / math.cos(mesh.pair.meshing.alpha_wt)
         return self.places[self.shaft(mesh.driver)] + radius * self.across(name)
+
+    def check_room(self) -> None:
+        """Refuse gears that overlap and are not in mesh, among gears whose places along the axes meshes connect.
+
+        Raises
+        ------
+        InputError
+            With both gears and the overlap of their tips.
+        """
+        bodies, planes = {}, []
+        for mesh in self.meshes:
+            bodies |= zip(mesh.gears, zip(mesh.pair.gears, mesh.pair.faces.ends, strict=True), strict=True)
+            joined = [plane for plane in planes if not plane.isdisjoint(mesh.gears)]
+            planes = [plane for plane in planes if plane not in joined] + [set(mesh.gears).union(*joined)]
+        in_mesh = {frozenset(mesh.gears) for mesh in self.meshes}
+        for one, other in combinations(self.gears, 2):
+            if {one, other} in in_mesh or not any({one, other} <= plane for plane in planes):
+                continue
+            (gear_1, face_1), (gear_2, face_2) = bodies[one], bodies[other]
+            distance = float(np.linalg.norm(self.places[self.shaft(one)] - self.places[self.shaft(other)]))
+            # a ring, of negative tip radius, surrounds the other gear
+            overlap = gear_1.tip_radius + gear_2.tip_radius - min(gear_1.sign, gear_2.sign) * distance
+            if overlap > 0 and max(face_1[0], face_2[0]) < min(face_1[1], face_2[1]):
+                allowed = "must be apart, as they are not in mesh: change a direction of the meshes or an axial_offset"
+                raise InputError(f"gears.{other}", f"tips overlap those of {one} by {overlap:.4g} mm", allowed)
 
     # -- phases and flanks --------------------------------------------------------------------------------------------
     @cached_property

@@ -340,7 +340,8 @@ def test_supports_carry_what_meshes_and_inertia_leave():
 
 def test_parallel_paths_without_a_carrier_answer_too():
     gear, shift = {"normal_module": 2.0, "face_width": 20.0}, {"teeth": 21, "profile_shift": 0.2}
-    gears = dict.fromkeys(("sun", "out"), gear | shift) | dict.fromkeys(("left", "right"), gear | {"teeth": 43})
+    gears = {name: gear | shift | {"axial_offset": at} for name, at in (("sun", -11.0), ("out", 11.0))}
+    gears |= dict.fromkeys(("left", "right"), gear | {"teeth": 43, "face_width": 42.0})
     way = [("sun", "left", 0.0), ("sun", "right", 180.0), ("left", "out", 180.0), ("right", "out", 0.0)]
     meshes = [{"driver": a, "driven": b, "direction": at, "centre_distance": 64.4} for a, b, at in way]
     more = {"load": {"torque": 60.0}, "effects": TEETH, "resolution": {"positions": 16}}

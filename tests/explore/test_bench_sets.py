@@ -37,13 +37,14 @@ SET = {
     "effects": {"hertz": {"law": "yang_sun"}},
     "resolution": {"positions": 8},
 }
+GEAR = {"normal_module": 2.0, "face_width": 42.0}
 #: A motor drives a coaxial output through two idlers beside each other.
 SPLIT = {
     "gears": {
-        "motor": {"normal_module": 2.0, "face_width": 20.0, "teeth": 21, "profile_shift": 0.2},
-        "left": {"normal_module": 2.0, "face_width": 20.0, "teeth": 43},
-        "right": {"normal_module": 2.0, "face_width": 20.0, "teeth": 43},
-        "output": {"normal_module": 2.0, "face_width": 20.0, "teeth": 21, "profile_shift": 0.2},
+        "motor": {**GEAR, "face_width": 20.0, "teeth": 21, "profile_shift": 0.2, "axial_offset": -11.0},
+        "left": {**GEAR, "teeth": 43},
+        "right": {**GEAR, "teeth": 43},
+        "output": {**GEAR, "face_width": 20.0, "teeth": 21, "profile_shift": 0.2, "axial_offset": 11.0},
     },
     "meshes": [
         {"driver": "motor", "driven": "left", "centre_distance": 64.4},

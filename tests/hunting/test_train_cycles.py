@@ -121,10 +121,9 @@ def test_a_set_with_too_many_cycles_is_refused_by_its_teeth():
 
 
 def test_teeth_that_are_alike_have_no_side_bands():
-    gears = {
-        name: {"normal_module": 2.0, "face_width": 20.0, "teeth": z} for name, z in {"a": 20, "b": 30, "c": 30}.items()
-    }
-    gears["d"] = gears["a"]
+    own, coaxial = {"normal_module": 2.0, "face_width": 42.0}, {"face_width": 20.0, "teeth": 20}
+    gears = {name: own | {"teeth": 30} for name in "bc"}
+    gears |= {name: own | coaxial | {"axial_offset": at} for name, at in (("a", -11.0), ("d", 11.0))}
     meshes = [
         {"driver": "a", "driven": n, "centre_distance": 50.0, "direction": d} for n, d in (("b", 0.0), ("c", 180.0))
     ]
