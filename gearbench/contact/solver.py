@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 #: Residual above which ``ConvergenceError`` is raised.
 RESIDUAL_LIMIT = 1e-9
+#: Rounding of the approach relative to it. Under tiny loads, deflections are tiny against the gaps of other segments.
+ROUNDING = 1e-14
 #: Residual above which a position is solved again with its forces as unknowns (``correct_rounding``).
 ROUNDING_LIMIT = 1e-10
 #: Maximum number of Newton steps at a position.
@@ -68,7 +70,7 @@ def solve(problem: ContactProblem, guess: Guess | None = None) -> ContactSolutio
     Raises
     ------
     ConvergenceError
-        If a residual stays above ``RESIDUAL_LIMIT``, or no teeth are in mesh at some position.
+        If a residual stays above ``RESIDUAL_LIMIT`` and rounding, or no teeth are in mesh at some position.
     """
     if not problem.active.any(axis=1).all():
         raise ConvergenceError("contact not solved: no teeth are in mesh at some mesh phase")
@@ -85,7 +87,7 @@ def solve(problem: ContactProblem, guess: Guess | None = None) -> ContactSolutio
     if inaccurate.size:
         _correct_rounding(p, inaccurate, force, delta, stiffness, steps)
         residual = _residual(p, force, delta)
-    if not residual.max() <= RESIDUAL_LIMIT:
+    if not (residual.max(axis=0) <= np.maximum(RESIDUAL_LIMIT, ROUNDING * np.abs(delta))).all():
         raise ConvergenceError(f"contact not solved: residual {residual.max():.1e} after {int(steps.max())} steps")
     approach, stiffness = p.length_scale * (delta + least), p.force / p.length_scale * stiffness
     return ContactSolution(

@@ -63,6 +63,16 @@ def test_one_segment():
     assert_allclose(s.stiffness[0], 1 / (2.0 - 0.5 + 0.4**2 + 0.6**2), rtol=1e-14)  # dg/dP = a − h at P = 1
 
 
+def test_two_segments_whose_gaps_exceed_the_deflection_a_million_times():
+    # flanks that nearly part: the distance of the second segment has no more digits than its gap
+    gap, a, x, y = 4e8, (7e9, 125.0), 1.1, 1.2
+    s = solve(problem([0.0, gap], list(a), [0.0, 0.0], [[x], [y]]))
+    # δ = a₁ P₁ + x (x P₁ + y P₂) = e + a₂ P₂ + y (x P₁ + y P₂), P₁ + P₂ = 1
+    first = (gap + a[1] + y * (y - x)) / (a[0] + a[1] + (y - x) ** 2)
+    assert_allclose(s.force.ravel(), [first, 1 - first], rtol=1e-9)
+    assert_allclose(s.approach[0], a[0] * first + x * (x * first + y * (1 - first)), rtol=1e-12)
+
+
 @pytest.mark.parametrize(("phase", "teeth"), [(SINGLE, 1), (DOUBLE, 2)])
 @pytest.mark.parametrize("loaded", [1, 13, 40])
 def test_linear_gap_on_an_elastic_foundation(phase, teeth, loaded):
