@@ -242,6 +242,19 @@ def test_samples_with_errors_of_flanks_are_solved_as_single_sets_are(effects, mo
         monkeypatch.undo()
 
 
+def test_the_sign_of_a_helix_slope_does_not_matter_to_spur_planets():
+    """Errors of the other sign are the mirror image: helix deviations are no pitch errors of the planets."""
+    own = {"planets": 4, "pin_stiffness": 300.0, "phases": 4}
+    errors = {"iso_class": 7, "helix_slope": {"distribution": "normal_two_sided"}}
+    effects = {"hertz": {}, "tooth_bending": {}, "manufacturing_errors": errors}
+    train = sampled_train(parse_scene(tables(effects=effects, **own)))
+    drawn = train.draw(np.random.default_rng(2).random((3, len(train.error_names))))
+    one, other = (train.respond(sign * drawn, ["mesh_load_factor"]) for sign in (1, -1))
+    for name in ("mesh_load_factor", "load_sharing_greatest"):
+        assert_allclose(one[name], other[name], rtol=1e-6)
+    assert (one["mesh_load_factor"] > 1.001).all()
+
+
 def test_errors_that_are_not_of_flanks_are_refused():
     errors = {"iso_class": 6, "profile_slope": {}, "inclination": {}}
     scene = parse_scene(tables(effects={**LINEAR, "manufacturing_errors": errors}))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass as plain_dataclass
+from dataclasses import replace
 from functools import lru_cache, partial
 from types import MappingProxyType
 from typing import Annotated, Any, ClassVar, Literal
@@ -344,14 +345,15 @@ class ManufacturingErrors(GapEffect):
     def _shape(self, name: str, pair: Pair, index: int) -> Callable[[ContactLines], NDArray]:
         """Function for the gap of 1 µm of an error: opening of the axes, or a slope or barrel on a flank.
 
-        A gap that is the same everywhere changes only the mean transmission error. So it does not matter where on the
-        flank an error is 0.
+        Slopes and barrels are 0 in the middle of the flank, near the place where the pitch is measured. A mean gap
+        would be a pitch error, which changes how the planets of a set share the load.
         """
         if name in _OF_AXES:
             return partial(opening, **({"inclination": 0.0, "deviation": 0.0} | {name: 1.0}))
         profile = name.startswith("profile")
         ramp = slope(pair, index, self.along, self.profile_range) if profile else face_slope(pair, index)
-        return Shape(gear=index, factors=(barrel(ramp) if name.endswith("form") else ramp,)).gap
+        centred = replace(ramp, start=ramp.start + ramp.length / 2)
+        return Shape(gear=index, factors=(barrel(ramp) if name.endswith("form") else centred,)).gap
 
 
 def _index_deviation(lines: ContactLines) -> NDArray:
