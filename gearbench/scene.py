@@ -287,7 +287,10 @@ class Scene:
             If it has several meshes without a system.
         """
         if self.train is not None and self.system is None:
-            allowed = "are for simulate without --report, sweep, robust, hunting, optimise, response: here give one"
+            if self.coupled:
+                allowed = "are for simulate without --report, sweep, robust, hunting, optimise, response: here give one"
+            else:
+                allowed = "one after the other are for simulate without --report and sweep, and with [system] for response"
             raise InputError("meshes", f"{len(self.meshes)} meshes", allowed)
         return self
 
