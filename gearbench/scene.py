@@ -290,7 +290,7 @@ class Scene:
             if self.coupled:
                 allowed = "are for simulate without --report, sweep, robust, hunting, optimise, response: here give one"
             else:
-                allowed = "one after the other are for simulate without --report and sweep, and with [system] for response"
+                allowed = "in a row are for simulate without --report, sweep and, with [system], response"
             raise InputError("meshes", f"{len(self.meshes)} meshes", allowed)
         return self
 

@@ -207,7 +207,7 @@ def test_parallel_paths_are_refused():
 
 def test_what_is_of_one_mesh_says_so():
     scattered = {**IDLER["effects"], "manufacturing_errors": {"preset": "garambois2017"}}
-    with pytest.raises(InputError, match="2 meshes: one after the other are for simulate without --report and sweep"):
+    with pytest.raises(InputError, match="2 meshes: in a row are for simulate without --report, sweep and, with"):
         robust(parse_scene(idler() | {"effects": scattered}))
 
 
