@@ -313,7 +313,7 @@ def response_dataset(
     """Dataset of a response with ``variables``, their coordinates, and ``lines`` as its notes.
 
     ``start`` is the time at which the run began, ``scene`` by default that of the model, ``seed`` that of samples.
-    ``labels`` are the labels of further dimensions by name; of ``mesh`` only if the response does not have all meshes.
+    ``labels`` holds the labels of further dimensions by name, and those of ``mesh`` if the response omits meshes.
     """
     import xarray as xr
 

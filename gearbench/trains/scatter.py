@@ -54,7 +54,7 @@ FORCE_CHANGE = 5e-4
 FORCE_TOLERANCE = 1e-9
 #: Responses for which statistics and sensitivities are computed.
 STUDIED = ("mesh_load_factor", "train_transmission_error_rms")
-#: Further values of each sample in the Dataset: function of the mesh cycles.
+#: Further variables of the Dataset: name → function of the mesh cycle of the samples.
 OF_MESHES: Mapping[str, Callable[[TrainCycle], NDArray]] = MappingProxyType(
     {
         "load_sharing_greatest": lambda c: c.sharing.max(axis=1),

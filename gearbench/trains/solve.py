@@ -45,7 +45,7 @@ HEAVIER = 1.2
 #: Largest number of times that contact lines are rebuilt.
 ROUNDS = 4
 #: Number of Gauss points on a panel of helical trains whose meshes split each other's panels into at least ``PIECES``
-#: on average. On such short panels amplitudes of helical meshes are within 1e-3 of the largest.
+#: pieces on average. On such short panels amplitudes of helical meshes are accurate to 1e-3 of the largest.
 POINTS_ON_PIECES, PIECES = 3, 3
 
 
