@@ -9,9 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fem_reference.contact.placement import Placement, Touch
+from fem_reference.contact.placement import AT_EDGE, Placement, Touch
 from fem_reference.plane import Patch, section_mesh
 from fem_reference.section import Body, Side, on_tooth
+from gearbench.compliance.edge import edge_distance
 from gearbench.effects.teeth import require_bores, support_of
 
 #: Largest number of teeth on the sector.
@@ -147,7 +148,9 @@ def gear_mesh(seats: Sequence[Seat], line_loads: tuple[float, float], fineness: 
         half_angle = float(gear.half_angle(np.clip(R, gear.root_radius, gear.tip_radius)))
         angle = seat.side * half_angle + seat.tooth(touch.pair) * body.pitch_angle
         x, y = R * math.sin(angle), R * math.cos(angle)
-        patches.append(Patch(x=x, y=y, radius=2 * widest, size=fineness.contact * a))
+        usual = fineness.contact * a
+        patches.append(Patch(x=x, y=y, radius=2 * widest, size=usual))
+        patches.append(Patch(x=x, y=y, radius=0.0, size=usual * _at_edge(seat, touch, widest)))
     mesh = section_mesh(body, patches, fineness.size, fineness.growth)
     points, boundaries = mesh.doflocs.copy(), mesh.boundaries
     triangles, edges_of = _triangles(mesh)
@@ -172,6 +175,13 @@ def gear_mesh(seats: Sequence[Seat], line_loads: tuple[float, float], fineness: 
         surfaces=surfaces,
         free=weight[bore_nodes] if support == (0.0, 0.0) else None,
     )
+
+
+def _at_edge(seat: Seat, touch: Touch, a: float) -> float:
+    """Size where flanks touch, as a share of that in strips of half-width ``a``: small near a tip, which cuts them."""
+    both = zip(seat.placement.pair.gears, touch.radii, strict=True)
+    nearest = min(float(edge_distance(gear, gear.roll_length(R))) for gear, R in both)
+    return float(np.clip(nearest / (2 * a), AT_EDGE, 1.0))
 
 
 def _triangles(mesh: object) -> tuple[NDArray, dict[int, int]]:

@@ -20,6 +20,8 @@ from gearbench.geometry.pair import Pair
 
 #: Points on each profile for the search of the least separation.
 _POINTS = 4000
+#: Size of elements at an edge that touches, as a share of the usual size.
+AT_EDGE = 1 / 16
 
 
 @dataclass(frozen=True, kw_only=True)

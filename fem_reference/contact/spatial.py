@@ -210,9 +210,9 @@ def _condensed(
     gear, b = pair.gears[index], pair.meshing.face_width
     y = points.y if index == 0 else b - points.y
     layers = strip.layers if index == 0 else b - strip.layers[::-1]
-    bounds = _bounds(gear, index, strip)
+    bounds, sizes = _bounds(gear, index, strip)
     near = strip.half / fineness.strip * fineness.contact
-    grading = Grading(near=near, far=fineness.size * pair.normal_module, growth=fineness.growth)
+    grading = Grading(near=near, far=fineness.size * pair.normal_module, growth=fineness.growth, ends=sizes)
     tooth = FineTooth(gear=gear, layers=layers, strip=bounds, grading=grading)
     force = sp.csr_matrix(points.hats.multiply(points.weight[:, None]))
     load = tooth.load(points.radii[index], y, tooth.normals(points.normals[index], y), force)
@@ -223,19 +223,22 @@ def _condensed(
     return compliance[:m, :m], compliance[m:, m:], np.asarray(moments)
 
 
-def _bounds(gear: Gear, index: int, strip: Strip) -> NDArray:
-    """Radii between which the strip lies on a gear at the ends of its layers, along its own face, (2, layer + 1)."""
+def _bounds(gear: Gear, index: int, strip: Strip) -> tuple[NDArray, NDArray]:
+    """Radii between which the strip lies on a gear at the ends of its layers, and sizes there, (2, layer + 1).
+
+    Layers along the gear's own face.
+    """
     near = np.flatnonzero(strip.near)
-    ends_of_layers = []
-    for i in near:
-        section = strip.stations[i]
-        ends = [float(section.radius(index, np.array(x))) for x in section.window(strip.half)]
-        ends_of_layers.append([min(ends), max(ends)])
+    sections = [strip.stations[i] for i in near]
+    # on the wheel x counts towards the root, and layers from the other face
+    own = slice(None) if index == 0 else slice(None, None, -1)
+    radii = [section.radius(index, np.array(section.window(strip.half)))[own] for section in sections]
+    sizes = [section.sizes(strip.half)[own] for section in sections]
     # where the flanks stay apart: as in the nearest section where they do not
     layers = np.arange(len(strip.layers))
-    bounds = np.stack([np.interp(layers, near, each) for each in np.array(ends_of_layers).T])
+    bounds, shares = (np.stack([np.interp(layers, near, each) for each in np.array(both).T]) for both in (radii, sizes))
     bounds = np.clip(bounds, gear.root_radius, gear.tip_radius)
-    return bounds if index == 0 else bounds[:, ::-1]
+    return bounds[:, own], shares[:, own]
 
 
 def _polynomial_load(tooth: FineTooth, order: tuple[int, int]) -> sp.csr_matrix:

@@ -15,13 +15,15 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from fem_reference.contact.placement import Placement
+from fem_reference.contact.placement import AT_EDGE, Placement
 from fem_reference.contact.profile import Profile
 from gearbench.effects.base import GapEffect
 from gearbench.geometry.pair import Pair
 
 #: Gauss points of a cell in x and in y.
 _POINTS = 3
+#: How fast cells of the pressure grow away from an edge.
+_GROWTH = 0.45
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,6 +62,22 @@ class Slice:
         """Range of x no farther than ``half`` from the touching point in which both flanks are."""
         low, high = self.ends
         return min(max(low, -half), 0.0), max(min(high, half), 0.0)
+
+    def sizes(self, half: float) -> NDArray:
+        """Sizes of cells and elements at both ends of the window, as shares of the usual size.
+
+        An edge near the touching point takes the load on a small part of the strip.
+        """
+        return np.clip(np.abs(self.window(half)) / half, AT_EDGE, 1.0)
+
+    def cells(self, half: float, count: int) -> NDArray:
+        """Ends of the cells of the pressure in the window, (count + 1,)."""
+        low, high = self.window(half)
+        x, usual = np.linspace(low, high, 1000), 2 * half / count
+        away = np.stack([x - low, high - x], axis=1) / usual
+        size = np.minimum((self.sizes(half) + _GROWTH * away).min(axis=1), 1.0)
+        number = np.concatenate([[0.0], np.cumsum((1 / size[1:] + 1 / size[:-1]) / 2)])
+        return np.interp(np.linspace(0.0, number[-1], count + 1), number, x)
 
     def separation(self, x: NDArray) -> NDArray:
         """Gap at x along the common normal, transverse [mm]."""
@@ -191,6 +209,7 @@ class Strip:
         t, w = np.polynomial.legendre.leggauss(_POINTS)
         t, w = (t + 1) / 2, w / 2
         n, near = self.cells, self.near
+        along = (np.arange(n)[:, None] + t).ravel()
         blocks = []
         for i in np.flatnonzero(near[1:] | near[:-1]):
             width = self.layers[i + 1] - self.layers[i]
@@ -199,10 +218,9 @@ class Strip:
                 section = self.at(y)
                 if not math.isfinite(section.gap):
                     continue
-                low, high = section.window(self.half)
-                along = (np.arange(n)[:, None] + t).ravel()
-                x = low + (high - low) * along / n
-                weight = np.tile(w, n) * (high - low) / n * of_y * width
+                ends = section.cells(self.half, n)
+                x = (ends[:-1, None] + np.diff(ends)[:, None] * t).ravel()
+                weight = (np.diff(ends)[:, None] * w).ravel() * of_y * width
                 blocks.append((section, x, y, weight, along, i + share))
         return self._collected(blocks)
 

@@ -38,11 +38,14 @@ class Grading:
         Away from it [mm].
     growth
         Growth between the two, per distance.
+    ends
+        Sizes at the lower and upper end of the strip, as shares of ``near``, (2, layer + 1) or one for all.
     """
 
     near: float
     far: float
     growth: float
+    ends: NDArray | float = 1.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -83,9 +86,12 @@ class FineTooth:
         Middles are means, so that Jacobians are positive for any strip.
         """
         R, length = self._outline
+        near, growth = self.grading.near, self.grading.growth
         ends = np.interp(self.strip, R, length)
         away = np.maximum(np.maximum(ends[0] - length[:, None], length[:, None] - ends[1]), 0.0)
-        size = np.minimum(self.grading.near + self.grading.growth * away, self.grading.far)
+        fine = near * np.broadcast_to(self.grading.ends, ends.shape)[:, None]
+        from_ends = (fine + growth * np.abs(length[:, None] - ends[:, None])).min(axis=0)
+        size = np.minimum(np.minimum(near + growth * away, from_ends), self.grading.far)
         middle = (1 / size[1:] + 1 / size[:-1]) / 2 * np.diff(length)[:, None]
         number = np.concatenate([np.zeros((1, size.shape[1])), np.cumsum(middle, axis=0)])
         count = math.ceil(number[-1].max())
@@ -101,7 +107,7 @@ class FineTooth:
         gear = self.gear
         R = self.strip.mean()
         thickness = 2 * R * float(gear.half_angle(R)) * math.cos(gear.beta_b)
-        size, depth = self.grading.near, [0.0]
+        size, depth = self.grading.near * np.min(self.grading.ends), [0.0]
         while depth[-1] < thickness:
             depth.append(depth[-1] + min(size + self.grading.growth * depth[-1], 1.5 * self.grading.far))
         t = 1 - 2 * np.array(depth[::-1]) / depth[-1]

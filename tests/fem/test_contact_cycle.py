@@ -157,6 +157,20 @@ def test_mesh_lies_on_the_flank_that_was_made(phase, contact):
         assert profile.missing(R[on_flank], k).max() > 0.01
 
 
+def test_triangles_are_small_where_a_tip_touches():
+    """A sixteenth of those in the strip of the pair that touches amid its flanks."""
+    fineness, load = Fineness(contact=0.5, size=0.5, growth=0.6), 100.0
+    placement = placed(PAIR, PAIR.meshing.transverse_contact_ratio % 1 + 0.03)
+    touches = [touch for touch in placement.touches() if touch.gap < 0.01]
+    (at_tip,) = (touch for touch in touches if touch.radii[0] > PAIR.gears[0].tip_radius - 1e-9)
+    for index in (0, 1):
+        mesh = meshed(placement, index, touches, fineness)
+        corners = mesh.points[:, mesh.triangles[:3]]
+        sides = np.hypot(*(corners - np.roll(corners, 1, axis=1)))
+        usual = fineness.contact * half_width(placement, at_tip, load)
+        assert sides.min() == pytest.approx(usual / 16, rel=0.4)
+
+
 def test_bore_of_the_pinion_turns_as_one_body():
     placement = placed(PAIR, 0.3)
     touches = [touch for touch in placement.touches() if touch.gap < 0.05]

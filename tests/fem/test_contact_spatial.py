@@ -83,6 +83,21 @@ def test_strips_lie_where_the_fast_model_has_flanks_touch(share):
     assert (abs(low) < 1e-6) == (touch.edge == 1)
 
 
+@pytest.mark.parametrize(("share", "small"), [(0.5, 1.0), (-0.1, 1 / 16), (1.1, 1 / 16)])
+def test_cells_are_small_at_an_edge_that_touches(share, small):
+    meshing = HELICAL.meshing
+    phase = share * (meshing.path_end - meshing.path_start) / meshing.base_pitch
+    section = slice_at(HELICAL, (), phase - math.floor(phase), math.floor(phase), 0.0)
+    ends = section.cells(0.5, 24)
+    assert (ends[0], ends[-1]) == pytest.approx(section.window(0.5))
+    # the window is half as long as amid the flank and has as many cells
+    usual, size = 1.0 / 24, np.diff(ends)
+    assert size.min() / usual == pytest.approx(small, rel=0.3)
+    assert size.max() < 1.01 * usual
+    assert (size[1:] / size[:-1]).max() < 1.6
+    assert (size[:-1] / size[1:]).max() < 1.6
+
+
 def a_tooth(strip: np.ndarray, layers: np.ndarray) -> FineTooth:
     return FineTooth(gear=HELICAL.gears[0], layers=layers, strip=strip, grading=Grading(near=0.04, far=0.6, growth=0.5))
 
@@ -271,11 +286,20 @@ RELIEVED = {"effects__tip_relief": {"amount": 12.0, "length": 0.7}}
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("more", "torque", "phase"),
-    [({}, 150.0, 0.34), (INCLINED, 150.0, 0.45), (FREE, 100.0, 0.1), (RELIEVED, 168.0, 0.3)],
+    ("more", "torque", "phase", "tolerance"),
+    [
+        ({}, 150.0, 0.34, 0.003),
+        ({}, 168.0, 0.8125, 0.005),
+        (INCLINED, 150.0, 0.45, 0.003),
+        (FREE, 100.0, 0.1, 0.01),
+        (RELIEVED, 168.0, 0.3, 0.008),
+    ],
 )
-def test_internal_pairs_deflect_as_much_as_fast_teeth_off_the_line(more, torque, phase):
-    """Spur, helical, spur with a free rim of 1.5 modules, and relieved; half-way between the phases of both gears."""
+def test_internal_pairs_deflect_as_much_as_fast_teeth_off_the_line(more, torque, phase, tolerance):
+    """Spur, also where tips of both gears touch, helical, spur with a free rim of 1.5 modules, and relieved.
+
+    Half-way between the phases of both gears.
+    """
     one = ring_pair(14.0, torque, **more)
     gaps = tuple(effect for effect in one.flank_effects if isinstance(effect, GapEffect))
     found = solve_spatial(
@@ -284,4 +308,4 @@ def test_internal_pairs_deflect_as_much_as_fast_teeth_off_the_line(more, torque,
     ahead = found.approach[0] / one.pair.meshing.base_pitch
     # as many segments as by default: five are too few for even loads on wide faces
     fast = model_cycle(replace(one, resolution=Resolution(positions=6)), np.array([phase + ahead / 2]))
-    assert 1e3 * found.approach[0] == pytest.approx(fast.transmission_error[0], rel=0.01)
+    assert 1e3 * found.approach[0] == pytest.approx(fast.transmission_error[0], rel=tolerance)
