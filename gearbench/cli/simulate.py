@@ -14,7 +14,6 @@ from gearbench.cli.rexs import AnyFile, LoadCase, StageName, Torque, load_any
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gearbench.geometry.pair import Pair
     from gearbench.scene import Scene
 
 Also = Annotated[
@@ -55,7 +54,6 @@ def simulate(
     from gearbench.geometry.blank import RACK
     from gearbench.results.origin import single_mesh
     from gearbench.results.outputs import DEFAULT_OUTPUTS
-    from gearbench.results.warnings import warnings
     from gearbench.simulation import simulate as run
 
     loaded, notes = load_any(scene, stage, torque, load_case)
@@ -68,11 +66,7 @@ def simulate(
     asked = tuple(dict.fromkeys((*DEFAULT_OUTPUTS, *(also or ()), *shown)))
     dataset = run(with_accuracy(loaded, accuracy), outputs=asked)
     each = {name: single_mesh(dataset, name) for name in loaded.meshes}
-    kinds = _kinds(loaded)
-    mesh_warnings = (
-        line for name, of_mesh in each.items() for line in warnings(kinds[loaded.meshes[name].pair], of_mesh)
-    )
-    cautions = [*dict.fromkeys(mesh_warnings)]
+    cautions = summary.cautions(loaded, dataset)
     written = saved(dataset, output)
     if folder is not None:
         written += _draw(loaded, dataset, folder, scale)
@@ -111,14 +105,6 @@ def _draw(scene: Scene, dataset: xr.Dataset, folder: Path, scale: float | None) 
     return written
 
 
-def _kinds(scene: Scene) -> dict[Pair, Scene]:
-    """Pair → scene of its first mesh: meshes of several planets have the same pair."""
-    kinds: dict[Pair, Scene] = {}
-    for mesh in scene.meshes.values():
-        kinds.setdefault(mesh.pair, mesh)
-    return kinds
-
-
 def _notes(scene: Scene) -> list[str]:
     """Notes on the conventions and models behind the numbers."""
     lines = []
@@ -137,7 +123,7 @@ def _print(scene: Scene, dataset: xr.Dataset) -> None:
     """Print geometry and results."""
     from gearbench.cli import summary
 
-    for one in _kinds(scene).values():
+    for one in summary.kinds(scene).values():
         summary.print_geometry(one)
     if scene.loads or scene.train is not None:
         summary.print_points(scene, dataset)

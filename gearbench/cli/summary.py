@@ -134,6 +134,24 @@ def warnings(dataset: xr.Dataset) -> tuple[str, ...]:
     return tuple(f"warning: {line}" for line in dataset.attrs.get("warning", "").split("\n") if line)
 
 
+def kinds(scene: Scene) -> dict[Pair, Scene]:
+    """Pair → scene of its first mesh: meshes of several planets have the same pair."""
+    first: dict[Pair, Scene] = {}
+    for mesh in scene.meshes.values():
+        first.setdefault(mesh.pair, mesh)
+    return first
+
+
+def cautions(scene: Scene, dataset: xr.Dataset) -> list[str]:
+    """Warnings about all meshes of a result, each once."""
+    from gearbench.results.origin import single_mesh
+    from gearbench.results.warnings import warnings as of_mesh
+
+    own = kinds(scene)
+    each = (of_mesh(own[mesh.pair], single_mesh(dataset, name)) for name, mesh in scene.meshes.items())
+    return [*dict.fromkeys(line for lines in each for line in lines)]
+
+
 def accuracy_line(dataset: xr.Dataset) -> list[str]:
     """Line on the settings chosen for an accuracy, and their estimated error; none without."""
     attrs = dataset.attrs

@@ -13,6 +13,8 @@ from gearbench.cli.output import answer, progress
 if TYPE_CHECKING:
     import xarray as xr
 
+    from gearbench.scene import Scene
+
 SceneFiles = Annotated[list[Path], typer.Argument(metavar="SCENE...", help="Scene files (TOML).", show_default=False)]
 Folder = Annotated[
     Path, typer.Option("--output", "-o", metavar="DIR", help="Write report.html and validation.nc into this folder.")
@@ -66,11 +68,9 @@ def validate(
         check(scene, str(path))
     folder = make_folder("output", output)
     dataset = run(loaded, requested_accuracy, lambda line: progress(f"{line} …"))
-    names = enumerate(dataset["scene"].values)
-    answer(
-        _json(dataset) | {"files": write(dataset, folder)},
-        [f"{name}. {finding(of_scene(dataset, i))}" for i, name in names],
-    )
+    names = [str(name) for name in dataset["scene"].values]
+    lines = [f"{name}. {finding(of_scene(dataset, i))}" for i, name in enumerate(names)]
+    answer(_json(dataset) | {"files": write(dataset, folder)}, [*lines, *_cautions(loaded, names)])
 
 
 def _contact(paths: list[Path], output: Path, phases: int) -> None:
@@ -90,7 +90,17 @@ def _contact(paths: list[Path], output: Path, phases: int) -> None:
     said = [findings(each) for each in found]
     names = [dataset.attrs["name"] or path.stem for dataset, path in zip(found, paths, strict=True)]
     lines = [f"{name}: {line}" for name, own in zip(names, said, strict=True) for line in own]
-    answer({"findings": said, "files": write(found, folder)}, lines)
+    answer({"findings": said, "files": write(found, folder)}, [*lines, *_cautions(loaded, names)])
+
+
+def _cautions(scenes: list[Scene], names: list[str]) -> list[str]:
+    """Warnings about the results of the fast models."""
+    from gearbench.cli.summary import cautions
+    from gearbench.simulation import simulate
+
+    each = [(name, scene.one_load) for name, scene in zip(names, scenes, strict=True)]
+    results = ((name, one, simulate(one, outputs=("flank_pressure_max",))) for name, one in each)
+    return [f"warning: {name}: {line}" for name, one, result in results for line in cautions(one, result)]
 
 
 def _json(dataset: xr.Dataset) -> dict[str, Any]:

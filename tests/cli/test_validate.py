@@ -50,6 +50,7 @@ def test_a_report_and_a_dataset_are_written(run, scene, tmp_path):
     code, out, err = run("validate", scene, "-o", tmp_path / "out", "--accuracy", 0.05)
     assert (code, err) == (0, "")
     assert "narrow. Against finite elements: mean STE" in out
+    assert "warning: narrow: teeth are clamped at their roots" in out
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["report.html", "validation.nc"]
     first = open_result(tmp_path / "out" / "validation.nc")
     # the solid is the better of our teeth: near finite elements, of which the accuracy asked for is a part
