@@ -2,7 +2,8 @@
 
 The contact of mesh m under a force F_m gives its approach δ_m and stiffness k_m, as for a single pair. Unknown forces
 and rigid motions q follow from the balance K q + Bᵀ F = f, and from δ_m(F_m) = B_m q + g_m in every loaded mesh. K is
-the stiffness of the supports, f the external load; B_m q is the approach due to the motions, g_m due to the geometry.
+the stiffness of the supports, f the external load. B has a row B_m for each mesh: B_m q is the approach due to the
+motions, g_m that due to the geometry.
 Newton's method replaces each mesh by its tangent at the current force, F_m ← max(0, F_m + k_m (B_m q + g_m − δ_m)); the
 q in balance with these tangents gives the next forces. How parallel paths share the torque follows from the solution.
 
@@ -48,7 +49,7 @@ SEPARATED_STIFFNESS = 1e-6
 #: In ``Statics.balanced``: smallest residual that is asked for, divided by the load (rounding); maximum numbers of
 #: steps and of halvings of a step.
 MIN_RESIDUAL, MAX_INNER_STEPS, MAX_HALVINGS = 1e-13, 30, 30
-#: Maximum residual that is accepted after the last step, since rounding at flanks that just touch may limit it.
+#: Maximum residual that is accepted after the last step, since flanks that just touch may leave this much by rounding.
 ACCEPTED_RESIDUAL = 1e-9
 #: ``FORCE_TOLERANCE`` for elastic bodies, whose gaps lag one iteration behind the load distribution.
 BODY_TOLERANCE = 1e-9

@@ -174,7 +174,7 @@ def _group(kind: type, path: str, table: Mapping[str, Any]) -> Group:
     left_out = ("shaft",) if kind is TrainGear and path.startswith("planetary.") else ()
     # module, pressure angle and helix angle are keys of the set; only the planet's gear at the ring may have its own
     left_out += SHARED if left_out and not path.endswith(AT_RING) else ()
-    if kind in (Member, TrainGear):
+    if kind in (Member, TrainGear):  # keys that only internal or only external gears have
         left_out += foreign_keys(table.get("teeth", -1 if path == "planetary.ring" else 1))
     with_control = {name: key for name, key in keys(kind).items() if name not in left_out and not takes_files(kind)}
     shown = [_control(key, f"{path}.{name}", table.get(name)) for name, key in with_control.items()]
@@ -187,6 +187,7 @@ def _group(kind: type, path: str, table: Mapping[str, Any]) -> Group:
         of_coast_flanks = _flanks(f"{path}.coast", table.get("coast", {}))
         shown += controls
         below = [*below, *groups, _group_of(f"{path}.coast", _COAST, *of_coast_flanks)]
+    # first paragraph of the docstring
     text = " ".join(parts(kind)[0].split("\n\n")[0].replace("``", "").split())
     return _group_of(path, text, shown, [group for group in below if group.path not in _ADDED])
 
