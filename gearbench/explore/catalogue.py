@@ -54,11 +54,11 @@ class Catalogue:
         return tuple(c for c in self.columns if c.kind in kinds and c.range[0] < c.range[1])
 
     def scene(self, design: int) -> Scene:
-        """Scene of a design by its number in the catalogue."""
+        """Scene of a design by its index in the catalogue."""
         return self.results[self.result[design]].scene(int(self.number[design]))
 
     def name(self, design: int) -> str:
-        """Display name of a design."""
+        """Display name of a design by its index in the catalogue."""
         return f"{self.results[self.result[design]].label}, design {self.number[design]}"
 
 

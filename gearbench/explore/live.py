@@ -18,7 +18,7 @@ from gearbench.explore.page import Page, answer_data, knee
 
 
 class Session:
-    """One open page. A question is the number of a design; its answers are the curves, then the scatter."""
+    """One open page. A question is the index of a design; its answers are the curves, then the scatter."""
 
     def __init__(self, catalogue: Catalogue, document: Document) -> None:
         self._catalogue = catalogue

@@ -34,7 +34,7 @@ class Page:
     catalogue
         The designs.
     first
-        The design picked at the beginning.
+        Index of the design picked at the beginning.
     tables
         Tables of that design.
     """
@@ -165,7 +165,7 @@ def choices(catalogue: Catalogue) -> list[dict[str, Any]]:
         if not column.categories and column.range[0] < column.range[1]:
             deviation = f"{column.name.removesuffix('_mean')}_std" if column.name.endswith("_mean") else ""
             scatter = key(catalogue, deviation) if any(c.name == deviation for c in catalogue.columns) else None
-            less_is_better = column.kind == "statistic"  # variables have no better direction
+            less_is_better = column.kind == "statistic"  # as for the objectives; variables have no direction
             quantities.append({"key": f"c{i}", "title": column.title, "scatter": scatter, "less": less_is_better})
     return quantities
 
