@@ -97,11 +97,11 @@ class NonlinearTrain:
     def contact(self, x: NDArray) -> tuple[NDArray, NDArray]:
         """Force F [N] and slope ∂F/∂δ [N/mm] of each mesh (position, mesh), at their approaches x [mm].
 
-        x is (position, mesh). If no body connects the meshes, the ``curves`` give F at x. If bodies connect them (M4),
-        a part of the approach is the deflection (C + D) F of the bodies; the curves give F at the rest
-        d = x − (C + D) F, which Newton's method finds. C is the compliance between the meshes. D is compliance taken
-        out of the curve of each mesh and added here (``Statics.shifted``), so that C + D has no negative eigenvalue.
-        The slope of a mesh contains D, but not C.
+        x is (position, mesh). If no elastic gear body couples the meshes, the ``curves`` give F at x. If gear bodies do
+        (M4), their deflection (C + D) F is a part of the approach. The curves give F at the rest d = x − (C + D) F,
+        which Newton's method finds. C is the compliance between the meshes. D is compliance taken out of the curve of
+        each mesh and added here (``Statics.shifted``), so that C + D has no negative eigenvalue. The slope of a mesh
+        contains D, but not C.
         """
         statics = self._statics
         x = x + statics.offset

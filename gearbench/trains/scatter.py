@@ -176,6 +176,7 @@ def offsets(solved: SolvedTrain, names: dict[str, float], errors: NDArray) -> ND
         if kind == "run_out":
             angle = 2 * np.pi * columns[f"angle {body}"]
             x, y = modes[f"{body} x"], modes[f"{body} y"]
+            # the eccentricity is half of the run-out
             approach += amount[:, None] / 2 * (np.cos(angle)[:, None] * x + np.sin(angle)[:, None] * y)
         elif kind != "angle":
             approach += amount[:, None] * modes[name]
@@ -187,8 +188,8 @@ def draw(scatter: PlanetaryScatter, names: dict[str, float], unit: NDArray) -> N
     law = DISTRIBUTIONS[scatter.distribution]
     errors = np.empty(unit.shape)
     for column, (name, f) in enumerate(names.items()):
-        one_sided = name.startswith(("run_out", "angle"))
-        errors[:, column] = f * (unit[:, column] if one_sided else law.quantile(unit[:, column]))
+        from_0 = name.startswith(("run_out", "angle"))  # uniform on [0, f]
+        errors[:, column] = f * (unit[:, column] if from_0 else law.quantile(unit[:, column]))
     return errors
 
 
