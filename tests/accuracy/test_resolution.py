@@ -102,6 +102,16 @@ def test_the_noise_floor_sees_how_few_points_resolve_the_deflections(share):
         assert np.all(output(solved, f"{curve}_amplitude_noise_floor")[1] >= solved.unresolved[curve]), curve
 
 
+@pytest.mark.slow
+def test_the_noise_floor_on_shafts_sees_how_few_points_resolve_the_patches():
+    solved = solve_scene(scene := read_scene(ROOT / "examples" / "shafts.toml"))
+    lines = scene_lines(replace(scene, resolution=Resolution(segments=60)), solved.lines.mesh_phase)
+    fine = solve_lines(scene, lines, solved.weight, solved.size).cycle
+    for curve in ("transmission_error", "mesh_stiffness"):
+        error = np.sqrt((getattr(solved.cycle, curve) - getattr(fine, curve)) ** 2 @ solved.weight)
+        assert 0.4 < error / solved.unresolved[curve] < 2.5, curve
+
+
 def test_a_load_transfer_next_to_an_end_of_the_path_ends_a_panel():
     """A thousandth of the cycle apart, both were one, and k jumped within a panel."""
     scene = example("nasa_28")

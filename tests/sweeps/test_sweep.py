@@ -117,9 +117,9 @@ def test_torques_with_phases_of_their_own_are_assembled_together(monkeypatch, la
     calls, finer = [], []
 
     def counting(phases):
-        def counted(scene, lines):
+        def counted(scene, lines, *effects):
             phases.append(lines.mesh_phase)
-            return gearbench.contact.assemble.assemble(scene, lines)
+            return gearbench.contact.assemble.assemble(scene, lines, *effects)
 
         return counted
 
