@@ -6,7 +6,7 @@ loads, ``bearings`` for pairs on shafts, ``equilibrium`` and ``bodies`` for whol
 
 Quadrature over the mesh cycle: ``coarse_solution`` solves the contact coarsely, ``load_transfer`` and ``transitions``
 find the phases at which it changes, ``panels`` and ``phases`` place Gauss points between them. On contact lines,
-``patches`` places Gauss points where the flanks touch, and ``interpolation`` carries values between the points.
+``patches`` places points where the flanks touch, and ``interpolation`` carries values between the points.
 
 Solvers: ``solver`` for one problem, ``batch`` for many samples, ``dense`` by active set, ``reference`` for the problem
 linearised at the mean errors.

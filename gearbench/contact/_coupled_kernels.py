@@ -5,12 +5,11 @@ interact.
 
 The linear problem (``gearbench.contact.reference``, B2 of docs/algorithms.md) replaces the contact laws by springs W₀,
 their slopes at the mean errors. Unknown are u = W₀ z − P, the forces of these springs minus those of the laws. The
-segments move by z = z₁ load + G u, where G is the response of the linear problem to u under a given total force.
-The matrices I + ΔG of Newton's method, with Δ = W − W₀, differ from the identity only where the slope W of a law
-differs from W₀. Conjugate gradients solve them in single precision,
-since a Newton step needs few digits; residuals and stiffness are in double precision. ``rise`` is z₁, the z under a
-unit total force; ``flexibility`` is c = ∂δ/∂F (``Reference``). The tests compare the solver with a readable NumPy
-version.
+segments move by z = z₁ load + G u, where G is the response of the linear problem to u under a given total force. The
+matrices I + ΔG of Newton's method, with Δ = W − W₀, differ from the identity only where the slope W of a law differs
+from W₀. Conjugate gradients solve the equations in single precision, since a Newton step needs few digits; residuals
+and stiffness are in double precision. ``rise`` is z₁, the z under a unit total force; ``flexibility`` is c = ∂δ/∂F
+(``Reference``). The tests compare the solver with a readable NumPy version.
 """
 
 from __future__ import annotations
@@ -31,7 +30,7 @@ from gearbench.contact._lane_kernels import (
     steepen,
 )
 
-#: Relative residual of the conjugate gradients of a Newton step: coarsest and finest.
+#: Relative residual at which the conjugate gradients of a Newton step end: coarsest, and finest close to the solution.
 LEAST_PRECISION, MOST_PRECISION = 1e-1, 1e-4
 #: Maximum number of conjugate gradient steps of a Newton step; the Newton step then uses the solution reached so far.
 MOST_CONJUGATE = 60

@@ -29,8 +29,8 @@ from gearbench.contact._law_kernels import CONSTANTS, SCRATCH, apply_laws, law_c
 #: Residuals divided by the greatest deflection. Up to the first they are rounding; up to the second they are rounding
 #: if the last step did not halve them.
 ROUNDING, NEAR_ROUNDING = 1e-15, 1e-13
-#: The factor is reused if the residual is at most the first number, and the last step reduced it to at most the second
-#: number times what it was.
+#: The factor is reused if the residual is at most the first number, and at most the second number times that before the
+#: last step.
 REUSED, FALLING = 1e-3, 0.003
 #: Greatest relative error of the stiffness in a solution to rounding, and after a last step.
 STIFFNESS_ROUNDING, ROUGH_STIFFNESS = 1e-14, 1e-6
@@ -308,7 +308,7 @@ def compliance_matrix(psi, block, H):
 
 
 @entry()
-def solve_coupled(problem, q, delta, tolerance, limit, force, stiffness, steps):
+def solve_for_forces(problem, q, delta, tolerance, limit, force, stiffness, steps):
     """Solve every position of a problem for its amplitudes q (position, block, rank) and approach δ, by forces.
 
     q and δ hold the guess (δ = −∞ for none), and the solution afterwards. Fills forces, ∂F/∂δ and the numbers of steps.

@@ -17,9 +17,11 @@ from gearbench.compiled import SUMS, entry, part
 from gearbench.contact._law_kernels import CONSTANTS, SCRATCH, apply_laws, law, law_constants
 from gearbench.contact.law import LARGEST_EXPONENT, TANGENT_FROM
 
-#: Steps in turn that do not lower J, after which rounding is reached; near convergence two or three may occur.
+#: Newton's method ends after this number of steps in turn that do not lower J: only rounding is left. Two or three may
+#: occur near convergence.
 IDLE_STEPS = 8
-#: It also ends after two steps in turn that leave more than the first fraction of a residual below the second number.
+#: It also ends after two steps in turn that leave more than the first fraction of the residual, if this is below the
+#: second number times the greatest amplitude (or times 1, if that is more).
 STALLED, STALL_LEVEL = 0.5, 1e-11
 #: Line search: part of the linear decrease of J that suffices; rounding of J relative to J; shortest step.
 SUFFICIENT, ROUNDING_OF_J, SHORTEST_STEP = 1e-4, 1e-14, 1e-12

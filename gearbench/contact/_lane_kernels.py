@@ -52,9 +52,9 @@ class Lanes(NamedTuple):
 
     ``s``, ``p`` and ``w`` are compression, force and slope dp/ds. ``sigma`` holds σ, half the variation of s along a
     cell, and 1/2σ, (2, segment, lane). Gaps and δ are counted from the smallest gap, ``least``. ``load`` is the
-    prescribed ΣP, (position, lane). ``total`` is ΣP − load in ``_batch_kernels`` and Σ|F_i| (B2) in
-    ``_coupled_kernels``. ``slope`` holds ΣdP/ds, which a Newton step replaces by ∂F/∂δ; ``step`` is the step of δ;
-    ``done`` is 1 where the lane converged. ``level`` is scratch of the law, (3, lane).
+    prescribed ΣP, (position, lane). ``total`` is ΣP − load in ``_batch_kernels``, and in ``_coupled_kernels`` Σ|R_i|
+    with the residual R of (B2) of docs/algorithms.md. ``slope`` holds ΣdP/ds, which a Newton step replaces by ∂F/∂δ;
+    ``step`` is the step of δ; ``done`` is 1 where the lane converged. ``level`` is scratch of the law, (3, lane).
     """
 
     gap: NDArray

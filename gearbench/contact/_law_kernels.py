@@ -3,8 +3,8 @@
 The law is that of ``gearbench.contact.law``, with which the tests compare it. The level L = a/h − ln P solves
 L − ln L = κ − ln s with κ = a/h + ln h. ``level_start`` guesses L by a rational approximation; ``log_law`` improves the
 guess by one step of Halley's method and, if ``exact``, by a Newton step. Logarithms split a number into mantissa and
-exponent. There are no branches, so loops become vector instructions; two short loops, one for each function, are faster
-than one.
+exponent. There are no branches, so loops become vector instructions. Callers have a short loop for each of the two
+functions, which is faster than one long loop.
 """
 
 from __future__ import annotations

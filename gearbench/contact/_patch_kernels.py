@@ -26,8 +26,9 @@ HALVINGS = 48
 def compressions(interpolation, factor, q, block, delta, gaps, scale, active, s):
     """Fill s = δ − e − Ψ q at the beginning, middle and end of each cell; −1 if there is no line.
 
-    Shapes: interpolation (position, pair, segment, 3, node), factor (position, pair, node, rank), gaps and s (position,
-    pair, segment, 3), block (pair,), and scale (position,), the unit of δ.
+    Shapes: interpolation (position, pair, segment, 3, node), factor (position, pair, node, rank), q (position, block,
+    rank), gaps and s (position, pair, segment, 3), block (pair,), delta (position,), and scale (position,), the unit of
+    δ.
     """
     positions, pairs, segments = gaps.shape[:3]
     nodes = factor.shape[2]
@@ -159,10 +160,12 @@ def share_nodes(width, nodes, count):
 def patch_nodes(s, y, half, panel, active, known_y, known_s, least, rule_nodes, rule_weights, at, width):
     """Fill positions and widths of the points on the patches of each line, followed by probes of zero width.
 
-    Probes are ends of patches and maxima of s below zero. ``at`` and ``width`` (position, pair, node and probe) are
-    zero where there is neither. ``known_y`` and ``known_s`` (position, pair, point) are the points of earlier patches,
-    ascending, and s there. ``rule_nodes`` and ``rule_weights`` hold the ``patches.patch_rules``; the last row has as
-    many points as there are nodes on a line. Patches not longer than ``least`` are ignored.
+    ``s`` (position, pair, segment, 3) belongs to beginning, middle and end of the cells; ``y`` and ``half`` are middles
+    and half widths of the cells, ``panel`` their panels. Probes are ends of patches and maxima of s below zero. ``at``
+    and ``width`` (position, pair, node and probe) are zero where there is neither. ``known_y`` and ``known_s``
+    (position, pair, point) are the points of earlier patches, ascending, and s there. ``rule_nodes`` and
+    ``rule_weights`` hold the ``patches.patch_rules``; the last row has as many points as there are nodes on a line.
+    Patches not longer than ``least`` are ignored.
     """
     positions, pairs, segments = y.shape
     nodes, most = rule_nodes.shape[2], 3 * segments + known_y.shape[2]
@@ -189,6 +192,7 @@ def patch_nodes(s, y, half, panel, active, known_y, known_s, least, rule_nodes, 
                             probe += 1
                     if end[patch] - begin[patch] > least:
                         begin[n], end[n] = begin[patch], end[patch]
+                        # number of the rule: which ends are free, not ends of the panel
                         kind[n] = 2 * (begin[n] > point[first]) + (end[n] < point[j - 1])
                         n += 1
                 first = j

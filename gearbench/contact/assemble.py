@@ -28,8 +28,8 @@ from gearbench.geometry.action import ContactLines
 from gearbench.scene import Scene
 from gearbench.threads import single_threaded_blas
 
-#: Minimum number of Gauss points on the contact patches of a line, for each of its panels: pieces between kinks of the
-#: gap, on which the load is smooth.
+#: Minimum number of points on the contact patches of a line of up to 15 segments, for each of its panels: pieces
+#: between kinks of the gap, on which the load is smooth.
 NODES_PER_PANEL = 5
 
 
@@ -77,6 +77,7 @@ def assemble(
     problem = _problem(scene, lines, without_smooth, laws, gap, sigma, truncation, smooth.length_scale)
     factor = smooth.factor.reshape(*smooth_lines.shape, -1)
     interpolation = interpolation_to_cells(smooth_lines, lines)
+    # more points with more segments, but not in coarse problems, which give ``nodes``
     per_panel = NODES_PER_PANEL * (1.0 if nodes else max(1.0, math.sqrt(lines.shape[2] / 15)))
     cells = Cells(
         effects=tuple(acting), lines=lines, gaps=gaps, smooth_lines=smooth_lines, factor=factor,

@@ -44,7 +44,7 @@ class Cells:
     laws
         Effects that are contact laws.
     nodes
-        Number of Gauss points on the patches of a line, the same at all positions.
+        Number of points on the patches of a line, the same at all positions.
     share
         Load at each position divided by the load of the problem, (position,).
     field

@@ -152,7 +152,7 @@ def newton(
     The smallest gap of each position must be zero. The amplitudes of ``guess`` become those of the solution. Once the
     residual has fallen to ``tolerance``, one last step follows; it gives the forces by the linearised law.
     """
-    from gearbench.contact._force_kernels import solve_coupled
+    from gearbench.contact._force_kernels import solve_for_forces
     from gearbench.contact._kernels import Work, solve_positions
 
     count = len(p.gap)
@@ -161,7 +161,7 @@ def newton(
     delta = guess.delta.copy()
     arguments = guess.q, delta, tolerance, limit, force, stiffness, steps
     if solves_for_forces(p):
-        solve_coupled(arrays(p), *arguments)
+        solve_for_forces(arrays(p), *arguments)
     else:
         _, segments, rank = p.factor.shape
         solve_positions(arrays(p), Work.of(p.blocks, rank, segments), *arguments)
