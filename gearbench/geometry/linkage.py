@@ -107,7 +107,8 @@ class Linkage:
         for shafts, verb in zip(candidates, ("enters", "leaves"), strict=True):
             if len(shafts) != 1:
                 given = ", ".join(shafts) or "no shaft"
-                raise InputError("meshes", f"torque {verb} at {given}", "must be a single shaft if paths are parallel")
+                allowed = "must be a single shaft if paths are parallel: give a pair for each further torque"
+                raise InputError("meshes", f"torque {verb} at {given}", allowed)
         return candidates[0][0], candidates[1][0]
 
     @cached_property
