@@ -115,9 +115,9 @@ def monodromy(full, half, a, kick, dt, r, counts):
 
 @part()
 def _flank(table, spacing, row, x):
-    """Force of a flank and its slope at the approach x after first contact, at the phase ``row`` of the ``table``.
+    """Force of a flank and its slope at the approach x beyond first contact, at the phase ``row`` of the ``table``.
 
-    Both are linear between the points of the table and beyond them.
+    The force is linear between the points of the table and beyond them.
     """
     position = x / spacing
     if position <= 0.0:
@@ -174,7 +174,8 @@ def _add_force(curve, row, x, weight, f, J):
 def _motion(curve, mean_state, row, share, free_motion, work):
     """Solve x = x_free − c (f(x) − f̄ − K̄ (x − x̄)) for x by Newton's method, starting from x_free.
 
-    f is interpolated between the phase ``row`` and the next one at ``share``. The results are in ``work``.
+    c is the residual compliance. f is interpolated between the phase ``row`` and the next one, to which the weight
+    ``share`` belongs. The results are in ``work``.
     """
     x, f, residual, excess = work.vectors[0], work.vectors[1], work.vectors[2], work.vectors[3]
     J, A = work.matrices
@@ -240,7 +241,7 @@ def _step(p, v, free, damper_factors, kick, scratch):
 
 @part()
 def _change(ends, mesh_motion, inverse, repeats):
-    """Largest change of a mode over the last ``repeats`` periods, as the approach of the mesh that it causes.
+    """Largest change of a mode over the last ``repeats`` periods, as the approach [mm] of the mesh that it causes.
 
     ``ends`` (period, 2, mode) holds p and v at the ends of periods; ``inverse`` (mode,) is 1/ω.
     """

@@ -8,7 +8,7 @@ from gearbench.compiled import FUSED, entry, part
 
 #: Number of samples solved side by side, few enough for the processor's cache.
 LANES = 64
-#: Smallest square of a norm [N²] by which is divided, so that a zero vector gives no NaN.
+#: Smallest divisor [N²], the square of a norm, so that a zero vector gives no NaN.
 LEAST = np.float32(1e-37)
 
 
