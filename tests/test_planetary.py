@@ -20,7 +20,7 @@ from gearbench.scene_file import parse_scene
 from gearbench.sweeps.figures import draw_sweep
 from gearbench.trains import scatter
 from gearbench.trains.figures import draw_train
-from gearbench.trains.scatter import OF_MESHES, offsets, sampled_train
+from gearbench.trains.scatter import offsets, sampled_train
 from gearbench.trains.solve import solve_train
 
 LINEAR = {"hertz": {"law": "yang_sun"}}
@@ -227,7 +227,9 @@ def test_samples_with_errors_of_flanks_are_solved_as_single_sets_are(effects, mo
     assert len(flanks.errors) == 2 * (1 + 1 + 4 * 2)
     assert {"profile_slope sun", "helix_slope planet 2, driven flank", "helix_slope ring"} < set(flanks.errors)
     errors = train.errors_at(np.random.default_rng(1).random((3, len(train.names))))
-    found, _ = respond(train, errors, names=USUAL_OF_TRAIN, more=OF_MESHES)
+    found, _ = respond(
+        train, errors, names=USUAL_OF_TRAIN, more={"load_sharing_greatest": lambda cycle: cycle.sharing.max(axis=1)}
+    )
     for n, offset in enumerate(offsets(whole, names, errors)):
         contacts = []
         for mesh, contact, columns in zip(whole.meshes.values(), whole.contacts, flanks.columns, strict=True):

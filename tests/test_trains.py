@@ -16,7 +16,6 @@ from gearbench.errors import InputError
 from gearbench.results.origin import single_mesh
 from gearbench.robustness.montecarlo import prepare_batch, prepare_phases, respond
 from gearbench.scene_file import parse_scene
-from gearbench.trains.scatter import robust_train
 from gearbench.trains.solve import solve_train
 
 GEAR = {"normal_module": 2.0, "face_width": 20.0}
@@ -121,7 +120,7 @@ def test_samples_of_one_path_are_those_of_its_pairs(bending):
     effects = {"tooth_bending": bending, "hertz": {}, "manufacturing_errors": ERRORS}
     more = {"load": {"torque": 60.0}, "resolution": {"positions": 4}}
     scene = parse_scene({"planetary": one, "effects": effects, **more})
-    found = robust_train(scene, samples=16)
+    found = robust(scene, samples=16)
     total, whole = 0.0, solve_train(scene)
     for mesh, contact in zip(whole.meshes.values(), whole.contacts, strict=True):
         pair = prepare_phases(mesh.scene, mesh.lines.mesh_phase, mesh.weight)

@@ -10,15 +10,16 @@ from typing import Any
 import numpy as np
 
 from gearbench.explore.look import PALETTE
-from gearbench.explore.model import POINTS, RMS_VALUES, CycleCurve, FlankPressure, Picture, Sharing, density
+from gearbench.explore.model import POINTS, CycleCurve, FlankPressure, Picture, Sharing, density
 from gearbench.geometry.tooth_shapes import mesh
 from gearbench.optimisation.numbers import gear_ratio
 from gearbench.results.cycle import curves
 from gearbench.results.provenance import support
 from gearbench.results.responses import response
+from gearbench.robustness.montecarlo import RobustProblem
 from gearbench.scene import Scene
 from gearbench.trains.figures import is_internal, outline
-from gearbench.trains.scatter import STUDIED
+from gearbench.trains.scatter import SampledTrain
 
 #: Name of the source → name of the column → values.
 Tables = dict[str, dict[str, Any]]
@@ -80,7 +81,7 @@ def densities(picture: Picture) -> Tables:
 
 def _responses(picture: Picture) -> tuple[str, ...]:
     """Responses whose scatter over the error samples is shown."""
-    return STUDIED if isinstance(picture.load, Sharing) else RMS_VALUES
+    return (SampledTrain if isinstance(picture.load, Sharing) else RobustProblem).studied
 
 
 def _single_precision(tables: Tables) -> Tables:

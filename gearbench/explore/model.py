@@ -24,7 +24,7 @@ from gearbench.scene import Resolution, Scene
 from gearbench.solution import solve_scene
 from gearbench.threads import default_threads, single_threaded_blas
 from gearbench.trains.revolution import revolution_columns
-from gearbench.trains.scatter import STUDIED, sampled_train
+from gearbench.trains.scatter import sampled_train
 from gearbench.trains.solve import SolvedTrain, solve_train
 
 #: Pixels of the flank map, over the face width and along the path of contact.
@@ -33,8 +33,6 @@ SIZE = (48, 72)
 POINTS = 12
 #: Number of error samples.
 SAMPLES = 256
-#: Responses of a pair whose scatter is shown; those of a train are ``STUDIED``.
-RMS_VALUES = ("transmission_error_rms", "mesh_stiffness_rms")
 
 
 def flank_range(solved: Solved) -> tuple[float, float]:
@@ -244,8 +242,8 @@ def _scatter(solved: Solved | SolvedTrain, samples: int, progress: Callable[[int
     # prepared from the solved scene, so lines, gaps and compliance are the same
     of_train = isinstance(solved, SolvedTrain)
     problem = sampled_train(solved.scene, solved) if of_train else prepare_scene(solved.scene)
-    errors, names = problem.draw(samples, seed=0, sampler="sobol"), STUDIED if of_train else RMS_VALUES
-    answer, complete = respond(problem, errors, default_threads(), lambda done: progress(done, samples), names)
+    errors, advance = problem.draw(samples, seed=0, sampler="sobol"), lambda done: progress(done, samples)
+    answer, complete = respond(problem, errors, default_threads(), advance, problem.studied)
     if not complete:
         raise KeyboardInterrupt  # only Ctrl-C ends `respond` early
     return answer.values

@@ -18,15 +18,13 @@ from gearbench.threads import single_threaded_blas
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gearbench.robustness.montecarlo import Responses, RobustProblem
+    from gearbench.robustness.montecarlo import Responses, Sampled
     from gearbench.robustness.sampling import Sampler
 
 #: Maximum number of samples for the Sobol indices; more would cost memory without changing the result.
 MOST_FOR_SHARES = 8192
 #: Reason why shares of the variance, or standard errors, may be NaN.
 MISSING = "NaN where the samples are too few to tell, or the response does not vary"
-#: Responses that always get statistics and sensitivities.
-STUDIED = ("transmission_error_rms", "mesh_stiffness_rms")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,7 +39,7 @@ class Run:
 
 @single_threaded_blas()
 def robust_dataset(
-    problem: RobustProblem,
+    problem: Sampled,
     errors: NDArray,
     responses: Responses,
     *,
@@ -79,7 +77,7 @@ def robust_dataset(
 
 
 def robust_columns(
-    problem: RobustProblem,
+    problem: Sampled,
     errors: NDArray,
     responses: Responses,
     sampler: Sampler,
@@ -89,18 +87,11 @@ def robust_columns(
 ) -> tuple[Columns, Columns]:
     """Coordinates and variables of ``robust_dataset``, except the errors drawn."""
     count = len(responses)
-    errors = errors[:count]
-    variables: Columns = {name: (("sample",), values) for name, values in responses.values.items()}
-    if problem.errors.centre_distance is not None or problem.errors.tooth_thickness is not None:
-        variables["backlash"] = ("sample",), _backlash(problem, errors)
-    drawn = problem.errors.variables(problem.scene.pair)
-    variables["tightening_cost"] = ("error_name",), np.array([each.cost for each in drawn])
-    studied = tuple(dict.fromkeys((*STUDIED, *more))) if count > 1 else ()
+    errors, studied = errors[:count], tuple(dict.fromkeys((*problem.studied, *more))) if count > 1 else ()
+    dims = {name: ("sample", dim) for name, (dim, _) in problem.further.items()}
+    variables: Columns = {name: (dims.get(name, ("sample",)), values) for name, values in responses.values.items()}
     values = {name: responses[name] for name in studied}
-    variables |= statistic_columns(values, sampler)
-    if problem.checked is not None:
-        cell_errors = problem.checked.errors(problem.scene, problem.phases, studied)
-        variables |= {f"{name}_mean_cell_error": ((), np.array(error)) for name, error in cell_errors.items()}
+    variables |= problem.columns(errors, studied) | statistic_columns(values, sampler)
     variables |= share_columns(values, errors) if shares else {}
     return {"error_name": (("error_name",), np.array(problem.names, dtype=str))}, variables
 
@@ -131,12 +122,3 @@ def share_columns(values: Mapping[str, NDArray], errors: NDArray) -> Columns:
             columns[f"{name}_{part}"] = ("error_name",), value
             columns[f"{name}_{part}_standard_error"] = ("error_name",), uncertainty
     return columns
-
-
-def _backlash(problem: RobustProblem, errors: NDArray) -> NDArray:
-    """Backlash j_wt of each sample (sample,) [mm]."""
-    pair, zero = problem.scene.pair, np.zeros(len(errors))
-    columns = dict(zip(problem.names, errors.T, strict=True))
-    names = ("tooth_thickness_pinion", "tooth_thickness_wheel", "centre_distance")
-    one, two, distance = (columns.get(name, zero) for name in names)
-    return np.array([pair.backlash_with((s1, s2), a) for s1, s2, a in zip(one, two, distance, strict=True)])

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache, partial
 from types import MappingProxyType
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +34,7 @@ from gearbench.effects.varied import SizeScatter
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.results.cycle import MeshCycle, Phases
+from gearbench.results.points import Columns
 from gearbench.results.responses import response
 from gearbench.robustness.cells import CHECKED, Checked, check_cells
 from gearbench.robustness.sampling import Sampler, unit_samples
@@ -46,6 +48,13 @@ SAMPLES = 1000
 
 class Sampled(ABC):
     """A scene prepared for samples of its random errors: those of a pair, or those of a train."""
+
+    scene: Scene
+    #: Responses that ``robust`` always computes, and those of them that always get statistics and sensitivities.
+    usual: ClassVar[tuple[str, ...]] = MEASURED
+    studied: ClassVar[tuple[str, ...]] = ("transmission_error_rms", "mesh_stiffness_rms")
+    #: Name → dimension of further values of each sample in the Dataset of ``robust``, and function as for ``parts``.
+    further: ClassVar[Mapping[str, tuple[str, Callable[..., NDArray]]]] = MappingProxyType({})
 
     @property
     @abstractmethod
@@ -65,6 +74,10 @@ class Sampled(ABC):
         Responses beyond the indices belong to samples that pad a chunk. Functions of ``more`` take, for a pair, the
         problem and a chunk solved with forces of the segments; for a train, its mesh cycles.
         """
+
+    @abstractmethod
+    def columns(self, errors: NDArray, studied: Sequence[str]) -> Columns:
+        """Further variables of the Dataset, from the ``errors`` and the names of the ``studied`` responses."""
 
     def draw(self, samples: int, seed: int, sampler: Sampler, start: int = 0) -> NDArray:
         """Errors of the samples ``start`` … ``samples`` − 1, (sample, error) as ``errors_at``."""
@@ -130,6 +143,18 @@ class RobustProblem(Sampled):
     def errors_at(self, points: NDArray) -> NDArray:
         """Errors (sample, error) [µm] for points (sample, error) of the unit cube."""
         return self.errors.draw(points, self.scene.pair)
+
+    def columns(self, errors: NDArray, studied: Sequence[str]) -> Columns:
+        """Backlash of each sample, cost of a finer class of each error, and errors that cells leave in the means."""
+        pair, columns = self.scene.pair, {}
+        if self.errors.centre_distance is not None or self.errors.tooth_thickness is not None:
+            drawn, zero = dict(zip(self.names, errors.T, strict=True)), np.zeros(len(errors))
+            names = ("tooth_thickness_pinion", "tooth_thickness_wheel", "centre_distance")
+            of_samples = zip(*(drawn.get(name, zero) for name in names), strict=True)
+            columns["backlash"] = ("sample",), np.array([pair.backlash_with((s1, s2), a) for s1, s2, a in of_samples])
+        columns["tightening_cost"] = ("error_name",), np.array([each.cost for each in self.errors.variables(pair)])
+        left = {} if self.checked is None else self.checked.errors(self.scene, self.phases, studied)
+        return columns | {f"{name}_mean_cell_error": ((), np.array(error)) for name, error in left.items()}
 
     def parts(
         self, errors: NDArray, threads: int, names: Sequence[str], more: Mapping[str, Callable[..., NDArray]]

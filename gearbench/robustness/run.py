@@ -7,12 +7,12 @@ import time
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from gearbench.accuracy.measure import MEASURED
 from gearbench.errors import InputError
-from gearbench.results.responses import check_responses
+from gearbench.results.responses import check_responses, is_of_train
+from gearbench.results.train_cycle import USUAL_OF_TRAIN
 from gearbench.robustness.adaptive import choose_robust
 from gearbench.robustness.dataset import Run, robust_dataset
-from gearbench.robustness.montecarlo import SAMPLES, prepare_scene, respond
+from gearbench.robustness.montecarlo import SAMPLES, Sampled, prepare_scene, respond
 from gearbench.robustness.sampling import Sampler
 from gearbench.scene import Scene, check_scene
 from gearbench.threads import default_threads
@@ -80,26 +80,34 @@ def robust(
     if samples is not None and samples < 1:
         raise InputError("samples", samples, "must be at least 1")
     check_responses(responses)
-    if scene.coupled:
-        from gearbench.trains.scatter import robust_train
-
-        how = {"seed": seed, "sampler": sampler, "threads": threads, "progress": progress, "responses": responses}
-        return robust_train(scene, samples=samples or SAMPLES, **how)
     chosen: dict[str, Any] = {}
-    if scene.resolution.accuracy is not None:
+    if scene.resolution.accuracy is not None and not scene.coupled:
         if samples is not None:
             raise InputError("samples", samples, "conflicts with accuracy, which sets it: give one of them")
         choice, samples = choose_robust(scene, seed=seed, sampler=sampler, threads=threads or default_threads())
         scene, chosen = choice.scene, choice.attrs
-    if scene.loads:
+    if scene.loads and not scene.coupled:
         how = {"seed": seed, "sampler": sampler, "threads": threads, "outputs": responses}
         return _under_loads(scene, samples or SAMPLES, progress, **how).assign_attrs(chosen)
-    problem, threads = prepare_scene(scene), threads or default_threads()
-    errors = problem.draw(samples or SAMPLES, seed, sampler)
-    answers, complete = respond(problem, errors, threads, progress, tuple(dict.fromkeys((*MEASURED, *responses))))
+    problem, threads = _prepared(scene, responses), threads or default_threads()
+    errors, names = problem.draw(samples or SAMPLES, seed, sampler), tuple(dict.fromkeys((*problem.usual, *responses)))
+    further = {name: of_sample for name, (_, of_sample) in problem.further.items()}
+    answers, complete = respond(problem, errors, threads, progress, names, further)
     _LOG.info("%d samples of %d errors on %d threads, %d rescued", *errors.shape, threads, answers.rescued)
     run = Run(complete=complete, sampler=sampler, seed=seed, wall_time=time.perf_counter() - start)
     return robust_dataset(problem, errors, answers, run=run, more=responses, shares=shares).assign_attrs(chosen)
+
+
+def _prepared(scene: Scene, responses: Sequence[str]) -> Sampled:
+    """Prepare a pair or a train for samples; a train has no ``responses`` of single meshes."""
+    if not scene.coupled:
+        return prepare_scene(scene)
+    from gearbench.trains.scatter import sampled_train
+
+    for name in responses:
+        if not is_of_train(name):
+            raise InputError("responses", name, f"is for one mesh: a train has {', '.join(USUAL_OF_TRAIN)}, …")
+    return sampled_train(scene)
 
 
 def _under_loads(scene: Scene, samples: int, progress: Callable[[int], None], **how: Any) -> xr.Dataset:

@@ -8,12 +8,11 @@ then solves the contact of all samples together.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,19 +26,13 @@ from gearbench.errors import InputError
 from gearbench.geometry.planetary import DEVIATIONS, PlanetaryScatter
 from gearbench.results.cycle import coefficients
 from gearbench.results.points import Columns
-from gearbench.results.provenance import provenance
-from gearbench.results.responses import described, is_of_train, response
+from gearbench.results.responses import response
 from gearbench.results.train_cycle import USUAL_OF_TRAIN, TrainCycle
-from gearbench.robustness.dataset import share_columns, statistic_columns
-from gearbench.robustness.montecarlo import Responses, Sampled, respond
-from gearbench.robustness.sampling import Sampler
+from gearbench.robustness.montecarlo import Responses, Sampled
 from gearbench.scene import Scene
 from gearbench.threads import default_threads, single_threaded_blas
 from gearbench.trains.flanks import FlankErrors, check_flanks
 from gearbench.trains.solve import SolvedTrain, solve_train
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 #: Number of force levels of the table, and the lowest one relative to the force under even sharing.
 LEVELS, LEAST = 32, 1e-3
@@ -52,15 +45,6 @@ TOGETHER = 4096
 FORCE_CHANGE = 5e-4
 #: Residual of the equilibrium, relative to the load, at which a sample has converged.
 FORCE_TOLERANCE = 1e-9
-#: Responses for which statistics and sensitivities are computed.
-STUDIED = ("mesh_load_factor", "train_transmission_error_rms")
-#: Further variables of the Dataset: name → function of the mesh cycle of the samples.
-OF_MESHES: Mapping[str, Callable[[TrainCycle], NDArray]] = MappingProxyType(
-    {
-        "load_sharing_greatest": lambda c: c.sharing.max(axis=1),
-        "train_transmission_error_amplitude": lambda c: 2 * np.abs(coefficients(c.phases, c.transmission_error)),
-    }
-)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -199,8 +183,8 @@ class SampledTrain(Sampled):
 
     Parameters
     ----------
-    solved
-        The train with the errors given in the scene.
+    scene, solved
+        The scene, and the train with the errors given in it.
     forces
         Tabulated contact of its meshes.
     scatter, of_members
@@ -209,11 +193,24 @@ class SampledTrain(Sampled):
         Random errors of the flanks, if there are any.
     """
 
+    scene: Scene
     solved: SolvedTrain
     forces: Curves
     scatter: PlanetaryScatter | None
     of_members: dict[str, float]
     flanks: FlankErrors | None
+
+    usual: ClassVar = USUAL_OF_TRAIN
+    studied: ClassVar = ("mesh_load_factor", "train_transmission_error_rms")
+    further: ClassVar = MappingProxyType(
+        {
+            "load_sharing_greatest": ("mesh", lambda c: c.sharing.max(axis=1)),
+            "train_transmission_error_amplitude": (
+                "harmonic",
+                lambda c: 2 * np.abs(coefficients(c.phases, c.transmission_error)),
+            ),
+        }
+    )
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -235,6 +232,11 @@ class SampledTrain(Sampled):
         for cycle in on_threads(self._cycle, self.chunks(errors), threads):
             here, rows = np.split(rows, [len(cycle.force)])
             yield here, Responses(values={name: reduce(cycle) for name, reduce in reductions.items()})
+
+    def columns(self, errors: NDArray, studied: Sequence[str]) -> Columns:
+        """Names of the meshes, and numbers of the harmonics."""
+        harmonics = np.array(self.solved.phases.orders)
+        return {"mesh": (("mesh",), np.array(list(self.solved.meshes))), "harmonic": (("harmonic",), harmonics)}
 
     def chunks(self, errors: NDArray) -> Iterator[NDArray]:
         """Samples that are solved together, (sample, error); the last chunk may be padded."""
@@ -258,6 +260,7 @@ class SampledTrain(Sampled):
         return q, F, k
 
 
+@single_threaded_blas()
 def sampled_train(scene: Scene, solved: SolvedTrain | None = None) -> SampledTrain:
     """Prepare a train for samples of ``[planetary.scatter]`` and ``[effects.manufacturing_errors]``.
 
@@ -284,57 +287,4 @@ def sampled_train(scene: Scene, solved: SolvedTrain | None = None) -> SampledTra
     most = float(len(solved.meshes) if planetary is None else planetary.keys.number)
     forces = curves(solved, most)
     flanks = FlankErrors.of(solved, levels(most), forces.approach) if of_flanks else None
-    return SampledTrain(solved=solved, forces=forces, scatter=scatter, of_members=names, flanks=flanks)
-
-
-@single_threaded_blas()
-def robust_train(
-    scene: Scene,
-    *,
-    samples: int,
-    seed: int = 0,
-    sampler: Sampler = "sobol",
-    threads: int | None = None,
-    responses: Sequence[str] = (),
-    progress: Callable[[int], None] = lambda _: None,
-) -> xr.Dataset:
-    """Dataset of a train over random samples of its errors.
-
-    ``responses`` are evaluated in addition to ``USUAL_OF_TRAIN``.
-
-    Raises
-    ------
-    InputError
-        Like ``sampled_train``; also if a response is not defined for trains.
-    ConvergenceError
-        If a sample does not converge.
-    """
-    import xarray as xr
-
-    start = time.perf_counter()
-    for name in responses:
-        if not is_of_train(name):
-            raise InputError("responses", name, f"is for one mesh: a train has {', '.join(USUAL_OF_TRAIN)}, …")
-    train = sampled_train(scene)
-    errors = train.draw(samples, seed, sampler)
-    names = tuple(dict.fromkeys((*USUAL_OF_TRAIN, *responses)))
-    answers, complete = respond(train, errors, threads or default_threads(), progress, names, OF_MESHES)
-    attrs = provenance(scene, wall_time=time.perf_counter() - start, seed=seed)
-    attrs |= {"sampler": sampler, "samples": len(answers), "complete": int(complete)}
-    studied = tuple(dict.fromkeys((*STUDIED, *responses)))
-    columns = _columns(answers.values, errors[: len(answers)], sampler, studied)
-    coords = {"error_name": np.array(train.names), "mesh": np.array(list(train.solved.meshes))}
-    coords["harmonic"] = np.array(train.solved.phases.orders)
-    return xr.Dataset(described(columns, "NaN where the samples are too few to tell"), coords=coords, attrs=attrs)
-
-
-def _columns(metrics: Mapping[str, NDArray], errors: NDArray, sampler: Sampler, studied: Sequence[str]) -> Columns:
-    """Variables of the Dataset: all samples, statistics of the ``studied`` responses, and their sensitivities."""
-    columns: Columns = {
-        name: (("sample", "harmonic" if name.endswith("amplitude") else "mesh")[: values.ndim], values)
-        for name, values in metrics.items()
-    } | {"error": (("sample", "error_name"), errors)}
-    if len(errors) < 2:
-        return columns
-    values = {name: metrics[name] for name in studied}
-    return columns | statistic_columns(values, sampler) | share_columns(values, errors)
+    return SampledTrain(scene=scene, solved=solved, forces=forces, scatter=scatter, of_members=names, flanks=flanks)
