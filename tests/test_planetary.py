@@ -293,6 +293,14 @@ def test_robust_says_how_much_the_errors_cost():
     assert np.all(np.diff(swept["train_transmission_error_mean"]) < 0)
 
 
+def test_samples_of_a_sweep_are_those_of_robust():
+    scatter = {"pin_tangential": 15.0}
+    swept = sweep(parse_scene(tables(planets=4, scatter=scatter)), torque=[100.0, 200.0], samples=4, seed=2)
+    single = robust(parse_scene(tables(planets=4, scatter=scatter, torque=200.0)), samples=4, seed=2)
+    for name in ("mesh_load_factor", "mesh_load_factor_mean", "load_sharing_greatest"):
+        assert_allclose(swept[name].sel(torque=200.0), single[name], rtol=1e-10)
+
+
 def test_the_plan_counts_meshes_and_motions():
     made = plan(parse_scene(tables(planets=4, floating=["sun"], scatter={"pin_radial": 5.0})))
     assert [part.size for part in made.parts if part.name == "balance"] == ["8 meshes, 7 free motions"]

@@ -93,7 +93,7 @@ def robust_columns(
     values = {name: responses[name] for name in studied}
     variables |= problem.columns(errors, studied) | statistic_columns(values, sampler)
     variables |= share_columns(values, errors) if shares else {}
-    return {"error_name": (("error_name",), np.array(problem.names, dtype=str))}, variables
+    return problem.coords, variables
 
 
 def statistic_columns(values: Mapping[str, NDArray], sampler: Sampler) -> Columns:

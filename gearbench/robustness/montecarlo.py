@@ -75,9 +75,14 @@ class Sampled(ABC):
         problem and a chunk solved with forces of the segments; for a train, its mesh cycles.
         """
 
-    @abstractmethod
+    @property
+    def coords(self) -> Columns:
+        """Coordinates of the Dataset."""
+        return {"error_name": (("error_name",), np.array(self.names, dtype=str))}
+
     def columns(self, errors: NDArray, studied: Sequence[str]) -> Columns:
         """Further variables of the Dataset, from the ``errors`` and the names of the ``studied`` responses."""
+        return {}
 
     def draw(self, samples: int, seed: int, sampler: Sampler, start: int = 0) -> NDArray:
         """Errors of the samples ``start`` … ``samples`` − 1, (sample, error) as ``errors_at``."""
@@ -313,6 +318,18 @@ def respond(
         pass
     count = len(errors) if done.all() else int(np.argmin(done))
     return Responses(values={name: each[:count] for name, each in values.items()}, rescued=rescued), bool(done.all())
+
+
+def respond_with_usual(
+    problem: Sampled,
+    errors: NDArray,
+    names: Sequence[str],
+    threads: int = 1,
+    progress: Callable[[int], None] = lambda _: None,
+) -> tuple[Responses, bool]:
+    """Responses of ``respond`` for the Dataset of ``robust``: usual and further ones of the problem, and ``names``."""
+    further = {name: of_sample for name, (_, of_sample) in problem.further.items()}
+    return respond(problem, errors, threads, progress, tuple(dict.fromkeys((*problem.usual, *names))), further)
 
 
 def join(parts: Sequence[Responses]) -> Responses:

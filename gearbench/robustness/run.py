@@ -8,11 +8,10 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from gearbench.errors import InputError
-from gearbench.results.responses import check_responses, is_of_train
-from gearbench.results.train_cycle import USUAL_OF_TRAIN
+from gearbench.results.responses import check_responses
 from gearbench.robustness.adaptive import choose_robust
 from gearbench.robustness.dataset import Run, robust_dataset
-from gearbench.robustness.montecarlo import SAMPLES, Sampled, prepare_scene, respond
+from gearbench.robustness.montecarlo import SAMPLES, Sampled, prepare_scene, respond_with_usual
 from gearbench.robustness.sampling import Sampler
 from gearbench.scene import Scene, check_scene
 from gearbench.threads import default_threads
@@ -89,25 +88,18 @@ def robust(
     if scene.loads and not scene.coupled:
         how = {"seed": seed, "sampler": sampler, "threads": threads, "outputs": responses}
         return _under_loads(scene, samples or SAMPLES, progress, **how).assign_attrs(chosen)
-    problem, threads = _prepared(scene, responses), threads or default_threads()
-    errors, names = problem.draw(samples or SAMPLES, seed, sampler), tuple(dict.fromkeys((*problem.usual, *responses)))
-    further = {name: of_sample for name, (_, of_sample) in problem.further.items()}
-    answers, complete = respond(problem, errors, threads, progress, names, further)
+    threads = threads or default_threads()
+    if scene.coupled:
+        from gearbench.trains.scatter import sampled_train
+
+        problem: Sampled = sampled_train(scene, responses=responses)
+    else:
+        problem = prepare_scene(scene)
+    errors = problem.draw(samples or SAMPLES, seed, sampler)
+    answers, complete = respond_with_usual(problem, errors, responses, threads, progress)
     _LOG.info("%d samples of %d errors on %d threads, %d rescued", *errors.shape, threads, answers.rescued)
     run = Run(complete=complete, sampler=sampler, seed=seed, wall_time=time.perf_counter() - start)
     return robust_dataset(problem, errors, answers, run=run, more=responses, shares=shares).assign_attrs(chosen)
-
-
-def _prepared(scene: Scene, responses: Sequence[str]) -> Sampled:
-    """Prepare a pair or a train for samples; a train has no ``responses`` of single meshes."""
-    if not scene.coupled:
-        return prepare_scene(scene)
-    from gearbench.trains.scatter import sampled_train
-
-    for name in responses:
-        if not is_of_train(name):
-            raise InputError("responses", name, f"is for one mesh: a train has {', '.join(USUAL_OF_TRAIN)}, …")
-    return sampled_train(scene)
 
 
 def _under_loads(scene: Scene, samples: int, progress: Callable[[int], None], **how: Any) -> xr.Dataset:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.accuracy.measure import MEASURED, covered
+from gearbench.accuracy.measure import covered
 from gearbench.budget import require, room
 from gearbench.contact.size import kept_memory
 from gearbench.contact.transitions import mesh_phases
@@ -24,7 +24,7 @@ from gearbench.results.responses import is_response
 from gearbench.results.solved import Solved
 from gearbench.robustness.adaptive import ERROR_OVER_CHANGE
 from gearbench.robustness.dataset import robust_columns
-from gearbench.robustness.montecarlo import respond
+from gearbench.robustness.montecarlo import Sampled, respond_with_usual
 from gearbench.scene import Load, Resolution, Scene, check_scene
 from gearbench.scene_file import scene_at
 from gearbench.solution import columns
@@ -175,13 +175,13 @@ class _Solver:
 
     def solve(self, group: Sequence[Scene]) -> Iterator[Point]:
         """Solve the scenes of ``group`` one after the other."""
+        if self.draws:
+            yield from self._sampled(group)
+            return
         if group[0].coupled:
             from gearbench.trains.dataset import train_point
 
             yield from (train_point(self._of_train(scene), self.outputs) for scene in group)
-            return
-        if self.draws:
-            yield from self._sampled(group)
             return
         for solved in self._chosen(group) if group[0].resolution.accuracy else solve_group(group, self._shared):
             self._count("polished_positions", solved.solution.corrected)
@@ -222,10 +222,15 @@ class _Solver:
         self.attrs = old | worst | {"accuracy_settings": "; ".join(filter(None, settings))} | sums
 
     def _sampled(self, group: Sequence[Scene]) -> Iterator[Point]:
-        names = tuple(dict.fromkeys((*MEASURED, *self.outputs)))
-        for problem in self._shared.samples(group):
+        if group[0].coupled:
+            from gearbench.trains.scatter import sampled_train
+
+            problems: Iterable[Sampled] = (sampled_train(scene, responses=self.outputs) for scene in group)
+        else:
+            problems = self._shared.samples(group)
+        for problem in problems:
             errors = problem.draw(**self.draws)
-            answers, complete = respond(problem, errors, self.threads, names=names)
+            answers, complete = respond_with_usual(problem, errors, self.outputs, self.threads)
             if not complete:
                 raise KeyboardInterrupt
             self._count("rescued", answers.rescued)

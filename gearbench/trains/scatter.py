@@ -26,7 +26,7 @@ from gearbench.errors import InputError
 from gearbench.geometry.planetary import DEVIATIONS, PlanetaryScatter
 from gearbench.results.cycle import coefficients
 from gearbench.results.points import Columns
-from gearbench.results.responses import response
+from gearbench.results.responses import is_of_train, response
 from gearbench.results.train_cycle import USUAL_OF_TRAIN, TrainCycle
 from gearbench.robustness.montecarlo import Responses, Sampled
 from gearbench.scene import Scene
@@ -233,10 +233,11 @@ class SampledTrain(Sampled):
             here, rows = np.split(rows, [len(cycle.force)])
             yield here, Responses(values={name: reduce(cycle) for name, reduce in reductions.items()})
 
-    def columns(self, errors: NDArray, studied: Sequence[str]) -> Columns:
-        """Names of the meshes, and numbers of the harmonics."""
-        harmonics = np.array(self.solved.phases.orders)
-        return {"mesh": (("mesh",), np.array(list(self.solved.meshes))), "harmonic": (("harmonic",), harmonics)}
+    @property
+    def coords(self) -> Columns:
+        """Names of the errors and meshes, and numbers of the harmonics."""
+        meshes, harmonics = np.array(list(self.solved.meshes)), np.array(self.solved.phases.orders)
+        return super().coords | {"mesh": (("mesh",), meshes), "harmonic": (("harmonic",), harmonics)}
 
     def chunks(self, errors: NDArray) -> Iterator[NDArray]:
         """Samples that are solved together, (sample, error); the last chunk may be padded."""
@@ -261,16 +262,20 @@ class SampledTrain(Sampled):
 
 
 @single_threaded_blas()
-def sampled_train(scene: Scene, solved: SolvedTrain | None = None) -> SampledTrain:
+def sampled_train(scene: Scene, solved: SolvedTrain | None = None, responses: Sequence[str] = ()) -> SampledTrain:
     """Prepare a train for samples of ``[planetary.scatter]`` and ``[effects.manufacturing_errors]``.
 
-    The train is solved first, unless ``solved`` is given.
+    The train is solved first, unless ``solved`` is given. ``responses`` are names of those to evaluate.
 
     Raises
     ------
     InputError
-        If the scene has neither table, has several loads, or has errors that do not belong to a flank.
+        If the scene has neither table, has several loads, or has errors that do not belong to a flank; also if a
+        response is not defined for trains.
     """
+    for name in responses:
+        if not is_of_train(name):
+            raise InputError("responses", name, f"is for one mesh: a train has {', '.join(USUAL_OF_TRAIN)}, …")
     if not scene.has_random_errors:
         allowed = "is needed by robust, such as pin_tangential = 20.0; or give effects.manufacturing_errors"
         raise InputError("planetary.scatter", "missing", allowed)
