@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 
 from gearbench import robust, simulate, sweep
 from gearbench.contact.assemble import assemble
-from gearbench.contact.equilibrium import balance
+from gearbench.contact.equilibrium import ForceSearch, Statics, balance
 from gearbench.effects.manufacturing_errors import ManufacturingErrors
 from gearbench.effort.plan import plan
 from gearbench.errors import InputError
@@ -424,3 +424,16 @@ def test_three_gauss_points_resolve_the_short_panels_of_helical_sets():
     assert usual.sizes["position"] <= fine.sizes["position"] / 2
     for name in ("transmission_error_amplitude", "mesh_stiffness_amplitude"):
         assert_allclose(usual[name], fine[name], rtol=0, atol=1e-3 * float(fine[name].max()))
+
+
+def test_forces_settle_where_the_approach_of_a_mesh_jumps():
+    """2 kN on two meshes of 1e5 N/mm; one approach jumps by 1e-7 mm just below 1 kN, so that no forces fit exactly."""
+
+    def meshes_under(force):
+        jump = np.where(force > 999.998, [1e-7, 0.0], 0.0)
+        return force / 1e5 + jump, np.full_like(force, 1e5)
+
+    search = ForceSearch(meshes_under=meshes_under, nominal=np.full(2, 1000.0))
+    statics = Statics(rows=np.ones((2, 1)), stiffness=np.zeros((1, 1)), force=np.array([2000.0]), offset=np.zeros(2))
+    force, *_ = search.solve(statics, np.array([[900.0, 1100.0]]))
+    assert_allclose(force, 1000.0, rtol=1e-5)

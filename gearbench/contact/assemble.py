@@ -110,9 +110,8 @@ def with_field(problem: ContactProblem, field: NDArray) -> ContactProblem:
     if problem.cells is None:
         return replace(problem, gap=problem.gap + field.reshape(problem.gap.shape) / problem.length_scale)
     cells = replace(problem.cells, field=field)
-    return _replace_gaps(
-        replace(problem, cells=cells), cells.gaps + (cells.interpolation @ field[:, :, None, :, None])[..., 0]
-    )
+    on_lines = cells.interpolation.reshape(*field.shape[:2], -1, field.shape[2]) @ field[..., None]
+    return _replace_gaps(replace(problem, cells=cells), cells.gaps + on_lines.reshape(cells.gaps.shape))
 
 
 def _replace_gaps(problem: ContactProblem, gaps: NDArray) -> ContactProblem:

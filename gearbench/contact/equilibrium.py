@@ -51,6 +51,9 @@ SEPARATED_STIFFNESS = 1e-6
 MIN_RESIDUAL, MAX_INNER_STEPS, MAX_HALVINGS = 1e-13, 30, 30
 #: Maximum residual that is accepted after the last step, since flanks that just touch may leave this much by rounding.
 ACCEPTED_RESIDUAL = 1e-9
+#: ``FORCE_TOLERANCE`` after the last step: the approach of a mesh may jump by 1e-5 of itself where the Gauss points of
+#: its patches are shared out in another way.
+ACCEPTED_CHANGE = 1e-5
 #: ``FORCE_TOLERANCE`` for elastic bodies, whose gaps lag one iteration behind the load distribution.
 BODY_TOLERANCE = 1e-9
 #: Minimum share of the compliance of a mesh that remains without the part that is shifted to the balance.
@@ -347,7 +350,7 @@ class ForceSearch:
             # a force below ``least`` changes only if it rises above it
             change = np.where(force > least, new - force, np.maximum(new - F, 0.0))
             relative_change = np.abs(change).max() / np.abs(new).max()
-            allowed = self.tolerance if step < STEPS - 1 else max(self.tolerance, ACCEPTED_RESIDUAL)
+            allowed = self.tolerance if step < STEPS - 1 else ACCEPTED_CHANGE
             settled = relative_change <= allowed
             if settled:
                 relative_change = max(relative_change, self.gap_change())

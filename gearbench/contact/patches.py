@@ -21,7 +21,7 @@ from gearbench.contact.gaps import total_gap
 from gearbench.contact.interpolation import interpolation_matrix
 from gearbench.contact.problem import ContactProblem, ContactSolution, under_shares
 from gearbench.contact.scaling import by_lever, scale_problem
-from gearbench.contact.solver import ConvergenceError, Guess, law_forces, solve, solve_roughly
+from gearbench.contact.solver import ConvergenceError, Guess, law_forces, smooth_deflections, solve, solve_roughly
 from gearbench.effects.base import LineLaw
 from gearbench.geometry.action import NEGLIGIBLE_WIDTH, ContactLines
 from gearbench.geometry.quadrature import gauss
@@ -143,9 +143,7 @@ def compression(problem: ContactProblem, lines: ContactLines, guess: Guess) -> N
 
 def _at_points(problem: ContactProblem, guess: Guess) -> NDArray:
     """Compression at the points of ``problem`` [``length_scale``], (position, pair, point)."""
-    amplitudes = guess.q[:, problem.block[:: problem.shape[2]]]
-    factor = problem.factor.reshape(*problem.shape, -1)
-    return guess.delta[:, None, None] - problem.gap.reshape(problem.shape) - (factor @ amplitudes[..., None])[..., 0]
+    return (guess.delta[:, None] - problem.gap - smooth_deflections(problem, guess.q)).reshape(problem.shape)
 
 
 def _compression(problem: ContactProblem, guess: Guess) -> NDArray:

@@ -178,8 +178,13 @@ def arrays(p: ContactProblem) -> Arrays:
 
 def law_forces(problem: ContactProblem, delta: NDArray, q: NDArray) -> NDArray:
     """Forces (position, segment) by the contact law, from δ (position,) and amplitudes q (position, block, rank)."""
-    z = (problem.factor[..., None, :] @ q[:, problem.block][..., None])[..., 0, 0]
-    return forces_and_slopes(problem, delta[:, None] - z - problem.gap)[0]
+    return forces_and_slopes(problem, delta[:, None] - smooth_deflections(problem, q) - problem.gap)[0]
+
+
+def smooth_deflections(problem: ContactProblem, q: NDArray) -> NDArray:
+    """z = Ψ q of all segments (position, segment), from amplitudes q (position, block, rank)."""
+    of_lines = q[:, problem.block[:: problem.shape[2]], :, None]
+    return (problem.factor.reshape(*problem.shape, -1) @ of_lines).reshape(problem.gap.shape)
 
 
 def forces_and_slopes(problem: ContactProblem | Arrays, s: NDArray) -> tuple[NDArray, NDArray]:

@@ -160,7 +160,7 @@ class LawTable:
         """The law at u [mm]."""
         i = np.clip(np.searchsorted(self.start, u, side="right") - 1, 0, len(self.start) - 1)
         t = np.clip((u - self.start[i]) / self.width[i], 0.0, 1.0)
-        a, h = (c[0, i] + t * (c[1, i] + t * c[2, i]) for c in self.coefficients)
+        a, h = (c[0] + t * (c[1] + t * c[2]) for c in self.coefficients.take(i, axis=2))
         return LineLaw(a=a, h=h)
 
 

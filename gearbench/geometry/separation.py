@@ -55,7 +55,7 @@ class Touch:
     @cached_property
     def gap(self) -> NDArray:
         """Separation along the transverse line of action [mm]; infinite if the flanks cannot touch."""
-        t, (width, y, a, b, c) = self.t, self.columns[1:6, self.row]
+        t, (width, y, a, b, c) = self.t, self.columns[1:6].take(self.row, axis=1)
         # between intervals of the table no point of one flank reaches the other
         beyond = np.maximum(t - 1, -t) * width
         return np.where(beyond <= _ROUNDING, y + t * (a + t * (b + t * c)), np.inf)
@@ -88,7 +88,7 @@ class Touch:
     def _linear(self, number: slice) -> NDArray:
         """Interpolate the rows ``number`` linearly in their interval; constant between intervals."""
         low, rise = self.columns[6:13][number], self.columns[13:20][number]
-        return low[:, self.row] + np.clip(self.t, 0.0, 1.0) * rise[:, self.row]
+        return low.take(self.row, axis=1) + np.clip(self.t, 0.0, 1.0) * rise.take(self.row, axis=1)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

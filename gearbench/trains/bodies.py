@@ -85,8 +85,7 @@ def _side(scene: Scene, lines: ContactLines, contact: MeshAt, index: int) -> Sid
     nodes_on_lines = lines if cells is None else cells.smooth_lines
     body = _body(scene)
     assert body is not None
-    polynomials: NDArray = body.shapes(nodes_on_lines, index, scene.effects_by_name) / np.expand_dims(
-        nodes_on_lines.lever, -1
-    )
-    polynomials = np.where(nodes_on_lines.active[..., None, None], polynomials, 0.0)
+    polynomials: NDArray = body.shapes(nodes_on_lines, index, scene.effects_by_name)
+    polynomials /= np.expand_dims(nodes_on_lines.lever, -1)
+    polynomials[~nodes_on_lines.active] = 0.0
     return Side(mesh=0, polynomials=polynomials, means=None if cells is None else cells.means)
