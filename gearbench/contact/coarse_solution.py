@@ -49,7 +49,7 @@ def scene_lines(scene: Scene, mesh_phase: NDArray) -> ContactLines:
 def greatest_deflection(scene: Scene) -> float:
     """Greatest approach of the gears along the line of action over a mesh cycle [mm]; the resolution does not matter.
 
-    It comes from a coarse solution, plus the range of those gaps that are not part of the separation. Lines that reach
+    The approach of a coarse solution, plus the range of the gaps that are not part of the separation. Lines that reach
     up to ``MARGIN`` times this separation thus miss no contact, even in samples of random errors.
     """
     return _greatest_deflection(replace(scene, resolution=Resolution()))

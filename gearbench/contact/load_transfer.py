@@ -281,7 +281,7 @@ def _sign_change(x: NDArray, values: NDArray) -> float | None:
 def _interference_at(scene: Scene, x: NDArray, share: NDArray, *, exact: bool = False) -> Interference:
     """Interference at x (transfer, point), each transfer under its ``share`` (transfer,) of the scene's load.
 
-    It is −∞ if the pair has no line, and ∞ if it is the only pair, which must carry the load.
+    The interference is −∞ if the pair has no line, and ∞ if this is the only pair, which must carry the load.
     """
     number = np.floor(x).ravel()
     phase, position = np.unique(x.ravel() - number, return_inverse=True)
@@ -327,7 +327,7 @@ def _without(
     rest = replace(problem, active=others.reshape(problem.active.shape))
     solve_roughly(rest, guess)
     if problem.cells is not None:
-        # the loads of the cells may move a load transfer by a thousandth of the cycle, those of the patches do not
+        # loads on cells may move a load transfer by a thousandth of the cycle, loads on patches do not
         remaining = replace(problem.cells.lines, length=np.where(others, problem.cells.lines.length, 0.0))
         solve_roughly_on_patches(replace(rest, cells=replace(problem.cells, lines=remaining)), guess)
     return compression(problem, lines, guess)[line]

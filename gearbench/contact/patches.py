@@ -185,10 +185,11 @@ def patch_nodes(
 def patch_rules(most: int) -> tuple[NDArray, NDArray]:
     """Nodes and weights on [−1, 1] of the rules with 1 to ``most`` points, (4, ``most`` + 1, ``most``) each.
 
-    Row n of a table holds the rule of n points. The tables are those of patches without free ends, with a free end at
-    1, at −1, and at both. At a free end s is zero, and the slope of the law rises like 1/ln(1/s). The rules are Gauss
-    rules in t with x'(t) = 0 there, which makes the integrand smoother (Davis and Rabinowitz, Methods of Numerical
-    Integration, 1984, 2.12), and x' = 1 at other ends, near which the law of edges and corners varies quickly.
+    Row n of a table holds the rule of n points. The four tables are for patches without free ends, with a free end at
+    1, at −1, and at both. A free end lies inside a panel: s is zero there, and the slope of the law rises like
+    1/ln(1/s). A cubic x(t) maps Gauss points t to the nodes x. At free ends x'(t) = 0, which makes the integrand
+    smoother (Davis and Rabinowitz, Methods of Numerical Integration, 1984, 2.12). At other ends x'(t) = 1, because the
+    law of edges and corners varies quickly near them.
     """
     nodes, weights = np.zeros((2, 4, most + 1, most))
     for n in range(1, most + 1):

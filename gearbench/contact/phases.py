@@ -36,7 +36,7 @@ def gauss_phases(transitions: Iterable[float], points: int) -> tuple[NDArray, ND
 
     A transition is a phase, modulo 1, at which the curves over the mesh cycle have a kink or jump. Between transitions
     they are smooth, so means and RMS values converge with order 2·``points`` instead of first order. Transitions closer
-    than 1e-9 of the cycle count as one.
+    than 1e-9 of the cycle are merged.
 
     Returns
     -------

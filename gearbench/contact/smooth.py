@@ -147,7 +147,7 @@ def _coupled_matrix(parts: Sequence[LowRank | Dense], lines: ContactLines) -> ND
 def _without_negative_eigenvalues(matrix: NDArray, lines: ContactLines) -> NDArray:
     """Dense compliance (position, n, n) on existing lines, with negative eigenvalues set to zero.
 
-    H = Ψ Ψᵀ has none; those of the given ``matrix`` are errors of its model or rounding.
+    H = Ψ Ψᵀ has no negative eigenvalues; in the given ``matrix`` they are errors of its model, or rounding.
     """
     active = np.repeat(lines.active, lines.shape[2], axis=1)
     value, vector = np.linalg.eigh(np.where(active[:, :, None] & active[:, None, :], matrix, 0.0))

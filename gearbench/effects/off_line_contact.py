@@ -38,7 +38,7 @@ class OffLineContact(GapEffect):
     def gap(self, lines: ContactLines) -> NDArray:
         """Separation normal to the flank, (position, pair, segment) [mm].
 
-        It is that of ``lines``, or of the unmodified profiles if ``lines`` have no separation.
+        That of ``lines`` or, if they have no separation, that of the unmodified profiles.
         """
         touch = lines.touch or separation(lines.pair)(lines.u)
         far = _APART * min(abs(gear.base_radius) for gear in lines.pair.gears)

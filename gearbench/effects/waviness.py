@@ -65,7 +65,7 @@ class Waviness(ChangingGap):
     name: ClassVar[str] = "waviness"
     summary: ClassVar[str] = "gap: waves over a revolution of either gear"
     source: ClassVar[str] = "ISO 1328-2 F_r; ISO/TR 10064-5 (filtered helix and profile waviness)"
-    use: ClassVar[str] = "Run-out, wobble and ghost orders, heard beside the mesh orders."
+    use: ClassVar[str] = "Run-out, wobble and ghost orders, heard in addition to the mesh orders."
     example: ClassVar[dict[str, Any]] = {"pinion": [{"order": 1, "amplitude": 8.0}]}
 
     def __post_init__(self) -> None:

@@ -66,8 +66,8 @@ class Page:
             name=self.catalogue.name(self._first), results=self._results(), figures=list(self.gear.figures),
             columns=offered, across=titles[0], up=titles[1],
         )  # fmt: skip
-        beside = Stack(children=[self.gear.phase, self.export], width=SIDE, name="controls")
-        for name, root in {**self._roots, "controls": beside, **self.gear.figures}.items():
+        controls = Stack(children=[self.gear.phase, self.export], width=SIDE, name="controls")
+        for name, root in {**self._roots, "controls": controls, **self.gear.figures}.items():
             root.name = name
             document.add_root(root)
         document.title = "gearbench explore"

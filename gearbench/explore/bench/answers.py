@@ -45,7 +45,7 @@ _OVER_TORQUE = Resolution(positions=32, segments=10)
 def changed(base: Scene, given: Mapping[str, Any]) -> Scene:
     """Read a scene from the tables of a page; coast flanks, system and effects with files stay those of ``base``.
 
-    For a pair, the tables of effects with files are ignored. For a train, they must be those of ``base``.
+    For a pair, the given tables of effects with files are ignored. For a train, they must equal the tables of ``base``.
 
     Raises
     ------
@@ -92,8 +92,8 @@ class Overtaken(Exception):
 class Answers:
     """Answers to the questions of an open page.
 
-    It remembers the inputs of the last tooth compliance that was computed with the scene's own order. If they are
-    unchanged, the quick answer needs no lower order.
+    The object keeps the inputs of the last tooth compliance that was computed with the scene's own order. If a question
+    has the same inputs, its quick answer needs no lower order.
 
     Parameters
     ----------
@@ -165,7 +165,7 @@ def warnings(solved: Solved | SolvedTrain) -> list[str]:
     for name, mesh in meshes.items():
         if separated := int((~(mesh.solution.force > 0).any(axis=(-2, -1))).sum()):
             lines.append(f"Contact is lost at {separated} mesh phases{f' of {name}' if name else ''}.")
-    # meshes of the same gears have the same warnings: those of the most loaded one
+    # meshes of the same gears would have the same warnings: show those of the most loaded mesh
     by_load = sorted(meshes.values(), key=lambda mesh: mesh.solution.force.max())
     for mesh in {mesh.scene.pair: mesh for mesh in by_load}.values():
         greatest = xr.Dataset({"flank_pressure_max": np.nanmax(flank.pressure(mesh))})

@@ -79,7 +79,7 @@ def bench_html(scene: Scene, *others: Scene) -> str:
 
 
 def _check(scene: Scene, others: Sequence[Scene]) -> None:
-    """Refuse several loads, and trains beside pairs."""
+    """Refuse several loads, and pairs together with trains."""
     _ = scene.single_load  # raises if there are several
     for other in others:
         if other.coupled != scene.coupled:
