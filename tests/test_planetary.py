@@ -76,6 +76,28 @@ def test_turning_the_set_and_the_order_of_planets_change_nothing():
         assert_allclose(found.balance.force[:, :4], base.balance.force[:, other], rtol=1e-9)
 
 
+@pytest.mark.parametrize("torque", [200.0, -200.0])
+def test_a_set_is_the_train_of_its_gears_in_the_frame_of_the_carrier(torque):
+    """With planets in sequence, reliefs that differ between the flanks of a planet, and contact off the line."""
+    relief = {"tip_relief": {"amount": 8.0, "length": 0.6}, "coast": {"tip_relief": {"amount": 3.0, "length": 0.6}}}
+    effects = {"hertz": {}, "tooth_bending": {}, "off_line_contact": {}}
+    given = tables((37, 31, 99), torque, effects, planet={"teeth": 31, **relief}, planets=4, phases=3)
+    whole, names = parse_scene(given), [f"planet {n + 1}" for n in range(4)]
+    own = {"normal_module": 2.0, "face_width": 20.0}
+    of_gears = {"sun": {"teeth": 37}, "ring": {"teeth": -99}} | dict.fromkeys(names, given["planetary"]["planet"])
+    ways = [("sun", name, name) for name in names] + [(name, "ring", name) for name in names]
+    angles = dict(zip(names, np.degrees(whole.train.planetary.angles), strict=True))
+    meshes = [
+        {"driver": one, "driven": two, "centre_distance": 68.0, "direction": (angles[at] + 180.0) % 360.0 - 180.0}
+        for one, two, at in ways
+    ]
+    rest = {key: given[key] for key in ("load", "effects", "resolution")}
+    train = solve_train(parse_scene({"gears": {n: own | g for n, g in of_gears.items()}, "meshes": meshes} | rest))
+    found = solve_train(whole)
+    assert_allclose(train.balance.force, found.balance.force, rtol=1e-7)
+    assert_allclose(train.cycle.input_turn, found.cycle.input_turn, rtol=1e-9)
+
+
 def test_three_planets_and_a_floating_sun_share_equally_whatever_the_pins():
     keys = {"pin_tangential": [25.0, -10.0, 3.0], "pin_radial": [5.0, 40.0, -20.0], "planet_thickness": [0.0, 6.0, 0.0]}
     for more in ({}, {"pin_stiffness": 150.0}):
