@@ -155,7 +155,7 @@ def speed_variables(
         "mesh_force_rms": (dims[:2], waves.rms(waves.with_mean(force))),
         "mean_force": (("mesh",), model.force),
         "dynamic_factor": (dims[:2], peak / model.force),
-        # at unstable speeds, where the force is NaN, contact counts as kept
+        # True at unstable speeds too, where the force is NaN
         "contact_kept": (dims[:2], ~(least <= 0)),
         "floquet_multiplier": (dims[:2], stability),
     }

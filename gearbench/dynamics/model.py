@@ -234,7 +234,7 @@ class LinearModel(ABC):
         return 2 * np.pi / 60 * group.rate * speed
 
     def receptances(self, group: Group, speed: NDArray, harmonics: int) -> NDArray:
-        """Receptances ĥ (D4) of the meshes of a group at its orders (speed, order, row, row) [mm/N]."""
+        """Receptances ĥ of the meshes of a group at its orders (speed, order, row, row) [mm/N]."""
         orders = group.orders(harmonics)
         return receptances(self.modes, self.rows_of(group.meshes), self.omega(group, speed), orders)
 

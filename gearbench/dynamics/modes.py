@@ -20,7 +20,7 @@ _RIGID = 1e-6
 
 @dataclass(frozen=True, kw_only=True)
 class Modes:
-    """Modes and receptances of the system whose meshes are springs of their mean stiffness (D4).
+    """Modes and receptances of the system whose meshes are springs of their mean stiffness, (D4) of docs/theory.md.
 
     Parameters
     ----------

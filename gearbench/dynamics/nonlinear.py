@@ -52,7 +52,7 @@ FADED, LEAST, MOST = 40.0, 300, 20_000
 
 @dataclass(frozen=True, kw_only=True)
 class NonlinearModel:
-    """One mesh with its force curve, acting on the modes of a system (D10).
+    """One mesh with its force curve, acting on the modes of a system, (D10) of docs/theory.md.
 
     Parameters
     ----------

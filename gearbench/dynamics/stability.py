@@ -12,7 +12,7 @@ from gearbench.dynamics.size import in_blocks
 MODES = 12
 #: Maximum angle by which a mode turns per step [rad].
 RESOLVED = 1.0
-#: Loop gain below which stability counts as proven; the margin to 1 allows for frequencies between those evaluated.
+#: Loop gain below which stability is proven; the margin to 1 allows for frequencies between those evaluated.
 PROVEN = 0.9
 #: Frequencies are refined around modes whose resonance peak exceeds this share of the static compliance.
 PEAK = 0.02

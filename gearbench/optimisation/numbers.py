@@ -27,7 +27,7 @@ COST = "cost"
 CENTRAL = (SUN, RING, CARRIER)
 #: Gauss points on each piece of the tooth outline; they give its area to ten digits.
 POINTS = 16
-#: Effects that count as flank modifications by design; errors and measured flanks do not.
+#: Effects that are flank modifications by design, unlike errors and measured flanks.
 MODIFICATIONS = (
     "crowning",
     "tip_relief",

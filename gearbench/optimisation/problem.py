@@ -187,7 +187,7 @@ class _Candidate:
         return len(self._on_cycles) < len(self.study.responses)
 
     def _without_errors(self) -> Evaluation:
-        """Evaluate the scene without error samples: its responses count as means, and other statistics are NaN."""
+        """Evaluate the scene without error samples: its responses are stored as means; other statistics are NaN."""
         values = dict(zip(self.study.numbers, self._numbers(), strict=True))
         if self._over_speed:
             forces = [self.force(loaded).without_errors for loaded in self.scene.each_load]

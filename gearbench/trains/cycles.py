@@ -54,9 +54,9 @@ class TrainCycles:
     def passing(self) -> NDArray | None:
         """Force of the passing planets at a sensor on the ring, (cycle, position) [N]; None without a ring.
 
-        The force of a planet at the angle φ from the sensor is weighted by the Hann window (1 + cos Nφ/2)/2 (M3) up to
-        |φ| = 2π/N, where N is the number of planets. Equal forces of evenly spaced planets therefore add up to a
-        constant. At time 0 the first planet is at the sensor.
+        The force of a planet at the angle φ from the sensor is weighted by the Hann window (1 + cos Nφ/2)/2 up to
+        |φ| = 2π/N, where N is the number of planets: (M3) of docs/theory.md. Equal forces of evenly spaced planets
+        therefore add up to a constant. At time 0 the first planet is at the sensor.
         """
         solved, (cycles, positions, _) = self.solved, self.cycle.force.shape
         train = solved.linkage.train

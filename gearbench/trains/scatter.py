@@ -1,9 +1,9 @@
 """Load sharing and transmission error of a train with random errors of its members and flanks.
 
 Errors of pins and planets, and run-out, displace whole flanks. They leave the contact law of a mesh, force over
-approach and phase, unchanged. This law is tabulated once, and a sample only needs the equilibrium (M2) of a few
-motions. Flank errors change the contact. Starting from the solution with the tables, ``gearbench.contact.equilibrium``
-then solves the contact of all samples together.
+approach and phase, unchanged. This law is tabulated once, and a sample only needs the equilibrium of a few motions,
+(M2) of docs/theory.md. Flank errors change the contact. Starting from the solution with the tables,
+``gearbench.contact.equilibrium`` then solves the contact of all samples together.
 """
 
 from __future__ import annotations
