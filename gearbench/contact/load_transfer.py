@@ -34,7 +34,7 @@ from gearbench.contact.assemble import assemble
 from gearbench.contact.coarse_solution import COARSE_SEGMENTS, COARSE_TRUNCATION, CoarseSolution, scene_lines
 from gearbench.contact.gaps import flank_separation, gap_kinks, gaps_along
 from gearbench.contact.lines import smooth_nodes
-from gearbench.contact.patches import compression, solve_roughly_on_patches
+from gearbench.contact.patches import compression, next_round
 from gearbench.contact.problem import ContactProblem, part_of, under_shares
 from gearbench.contact.solver import Guess, solve_roughly
 from gearbench.geometry.action import ContactLines
@@ -329,7 +329,7 @@ def _without(
     if problem.cells is not None:
         # loads on cells may move a load transfer by a thousandth of the cycle, loads on patches do not
         remaining = replace(problem.cells.lines, length=np.where(others, problem.cells.lines.length, 0.0))
-        solve_roughly_on_patches(replace(rest, cells=replace(problem.cells, lines=remaining)), guess)
+        next_round(replace(rest, cells=replace(problem.cells, lines=remaining)), guess, None)
     return compression(problem, lines, guess)[line]
 
 

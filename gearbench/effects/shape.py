@@ -10,6 +10,7 @@ import math
 from abc import abstractmethod
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, is_dataclass
+from functools import lru_cache
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -173,11 +174,11 @@ class ShapeEffect(GapEffect):
 
     def gap(self, lines: ContactLines) -> NDArray:
         """Gap [mm], (position, pair, segment)."""
-        return sum((shape.gap(lines) for shape in self.shapes(lines.pair)), np.zeros(lines.shape))
+        return sum((shape.gap(lines) for shape in _shapes(self, lines.pair)), np.zeros(lines.shape))
 
     def modifications(self, pair: Pair) -> tuple[Modification, ...]:
         """Profile modifications, if every shape is one; otherwise none."""
-        modifications = [shape.modification(pair) for shape in self.shapes(pair)]
+        modifications = [shape.modification(pair) for shape in _shapes(self, pair)]
         return () if None in modifications else tuple(m for m in modifications if m is not None)
 
     def kinks(self, pair: Pair) -> tuple[float, ...]:
@@ -198,7 +199,13 @@ class ShapeEffect(GapEffect):
         return tuple(y for y in kinks if 0 < y < pair.meshing.face_width)
 
     def _factors(self, pair: Pair) -> Iterable[tuple[int | None, Ramp | Polyline]]:
-        return ((shape.gear, factor) for shape in self.shapes(pair) for factor in shape.factors)
+        return ((shape.gear, factor) for shape in _shapes(self, pair) for factor in shape.factors)
+
+
+@lru_cache(maxsize=64)
+def _shapes(effect: ShapeEffect, pair: Pair) -> tuple[Shape, ...]:
+    """``effect.shapes``, cached, because the gap is evaluated on many sets of lines."""
+    return tuple(effect.shapes(pair))
 
 
 @dataclass(frozen=True)
