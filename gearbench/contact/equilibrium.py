@@ -51,8 +51,8 @@ SEPARATED_STIFFNESS = 1e-6
 MIN_RESIDUAL, MAX_INNER_STEPS, MAX_HALVINGS = 1e-13, 30, 30
 #: Maximum residual that is accepted after the last step, since flanks that just touch may leave this much by rounding.
 ACCEPTED_RESIDUAL = 1e-9
-#: ``FORCE_TOLERANCE`` after the last step: the approach of a mesh may jump by 1e-5 of itself where the Gauss points of
-#: its patches are shared out in another way.
+#: Relative change of forces that is accepted after the last step, since the approach of a mesh may jump by 1e-5 of
+#: itself where the points on its patches are distributed in another way.
 ACCEPTED_CHANGE = 1e-5
 #: ``FORCE_TOLERANCE`` for elastic bodies, whose gaps lag one iteration behind the load distribution.
 BODY_TOLERANCE = 1e-9
