@@ -47,21 +47,21 @@ class IndexDeviations(ChangingGap):
         return self.pinion_tooth, self.wheel_tooth
 
     def turning(self, lines: ContactLines, cycles: NDArray) -> GapOverCycles:
-        """Gap f cos α_t cos β_b of a tooth pair, f the sum of the index deviations of its teeth; one mode per pair.
+        """Gap f cos α_t cos β_b of a tooth pair by the index deviation f of its tooth; one mode per gear and pair.
 
         In mesh cycle n, tooth n − k after the first tooth of each gear is in tooth pair k.
         """
         teeth_after_first = cycles[:, None] - lines.index
         if lines.coast:  # coast flanks are solved as a mirrored pair, which turns in the opposite direction
             teeth_after_first = -teeth_after_first
-        amounts = np.zeros(teeth_after_first.shape)
-        for deviations, first in zip(self.of_teeth(lines.pair), self._first_teeth, strict=True):
+        gear, modes, amounts = lines.pair.gears[0], [], []
+        of_pair = MICROMETRE * math.cos(gear.alpha_t) * math.cos(gear.beta_b) * np.eye(len(lines.index))[:, None]
+        of_gears = zip(self.of_teeth(lines.pair), self._first_teeth, lines.levers, strict=True)
+        for deviations, first, lever in of_gears:
             if deviations is not None:
-                amounts += np.array(deviations)[(first + teeth_after_first) % len(deviations)]
-        gear, pairs = lines.pair.gears[0], len(lines.index)
-        normal = MICROMETRE * math.cos(gear.alpha_t) * math.cos(gear.beta_b)
-        modes = np.broadcast_to(normal * np.eye(pairs)[:, None], (*lines.shape, pairs))
-        return GapOverCycles(modes=modes, amounts=amounts)
+                modes.append(np.broadcast_to(of_pair, (*lines.shape, len(lines.index))) * np.expand_dims(lever, -1))
+                amounts.append(np.array(deviations)[(first + teeth_after_first) % len(deviations)])
+        return GapOverCycles(modes=np.concatenate(modes, axis=-1), amounts=np.concatenate(amounts, axis=-1))
 
     def later(self, pair: Pair, cycles: tuple[int, int]) -> Self:
         """The same deviations with mesh cycles that begin ``cycles`` teeth later."""

@@ -254,7 +254,7 @@ class ManufacturingErrors(GapEffect):
             f = self.class_amplitude("single_pitch", pair, gear) if kind.amplitude is None else kind.amplitude
             for tooth in (in_contact[0] - 1, *in_contact, in_contact[-1] + 1):
                 name = f"single_pitch_{GEARS[gear]}_tooth{tooth:+d}"
-                yield ErrorMode(name, f / 2, kind.distribution, 1, _index_deviation, tooth, kind.cost)
+                yield ErrorMode(name, f / 2, kind.distribution, 1, partial(_index_deviation, gear), tooth, kind.cost)
 
     def class_amplitude(self, tolerance: str, pair: Pair, index: int) -> float:
         """Tolerance [µm] of the ISO class of gear ``index``."""
@@ -356,10 +356,10 @@ class ManufacturingErrors(GapEffect):
         return Shape(gear=index, factors=(barrel(ramp) if name.endswith("form") else centred,)).gap
 
 
-def _index_deviation(lines: ContactLines) -> NDArray:
-    """Gap of an index deviation of 1 µm along the pitch circle, (position, pair, segment) [mm]."""
+def _index_deviation(index: int, lines: ContactLines) -> NDArray:
+    """Gap of an index deviation of 1 µm along the pitch circle of gear ``index``, (position, pair, segment) [mm]."""
     gear = lines.pair.gears[0]
-    return np.full(lines.shape, MICROMETRE * np.cos(gear.alpha_t) * np.cos(gear.beta_b))
+    return np.full(lines.shape, MICROMETRE * np.cos(gear.alpha_t) * np.cos(gear.beta_b)) * lines.levers[index]
 
 
 def _amounts(key: VariedKey, modes: int, values: NDArray) -> NDArray:

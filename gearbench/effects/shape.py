@@ -138,7 +138,7 @@ class Shape:
         total = np.full(lines.shape, MICROMETRE * self.amount)
         for factor in self.factors:
             total *= factor(_coordinate(lines, self.gear, factor.along))
-        return total
+        return total if self.gear is None else total * lines.levers[self.gear]
 
     def modification(self, pair: Pair) -> Modification | None:
         """The shape as a profile modification; None if it varies over the face or consists of points."""

@@ -102,7 +102,7 @@ class Topography(GapEffect):
         total = np.zeros(lines.shape)
         for index, (gear, radius, grid) in enumerate(zip(lines.pair.gears, lines.radii, self.grids, strict=True)):
             if grid is not None:
-                total += grid.at(gear, radius, lines.gear_face(index))
+                total += grid.at(gear, radius, lines.gear_face(index)) * lines.levers[index]
         return (MICROMETRE if self.positive == "missing" else -MICROMETRE) * total
 
     def kept(self) -> dict[str, xr.DataArray]:

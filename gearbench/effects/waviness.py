@@ -82,6 +82,7 @@ class Waviness(ChangingGap):
             face = np.ones(lines.shape)
             if wave.over_face == "tilting":
                 face = 2 * lines.gear_face(index) / lines.pair.gears[index].face_width - 1
+            face = face * lines.levers[index]
             modes += [np.sin(x) * face, np.cos(x) * face]
             psi = sign * rate * cycles + math.radians(wave.phase)
             amounts += [wave.amplitude * np.cos(psi), wave.amplitude * np.sin(psi)]

@@ -183,9 +183,14 @@ class ContactLines:
         return first, second
 
     @property
+    def levers(self) -> tuple[NDArray | float, NDArray | float]:
+        """Lever arms of the normal force about both axes, divided by the base radii; 1 on the line of action."""
+        return (1.0, 1.0) if self.touch is None else (self.touch.levers[0], self.touch.levers[1])
+
+    @property
     def lever(self) -> NDArray | float:
-        """Lever arm of the normal force about the pinion's axis, divided by r_b1; 1 on the line of action."""
-        return 1.0 if self.touch is None else self.touch.levers[0]
+        """Lever arm about the pinion's axis, see ``levers``."""
+        return self.levers[0]
 
     @property
     def curvature_radius(self) -> NDArray:

@@ -12,6 +12,7 @@ from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.transitions import mesh_phases
 from gearbench.effects.crowning import Crowning
 from gearbench.effects.gear_body import GearBody
+from gearbench.effects.helix_slope import HelixSlope
 from gearbench.effects.hertz import Hertz
 from gearbench.effects.off_line_contact import OffLineContact
 from gearbench.effects.tooth_bending import ToothBending
@@ -83,6 +84,18 @@ def test_stiffness_of_partial_contact_is_the_derivative_of_load_as_segments_tell
     )
     slope = 2 * d * scene.F_bt / (up.transmission_error - down.transmission_error)
     assert_allclose(slope, here.mesh_stiffness, rtol=tolerance)
+
+
+@pytest.mark.parametrize(("gear", "tolerance"), [("pinion", 1e-9), ("wheel", 1e-3)])
+def test_helix_slopes_of_either_sign_are_mirror_images(gear: str, tolerance: float) -> None:
+    """They differ by a turn of the gear, which moves contact on the line of action and at tips alike.
+
+    A turn of the wheel also moves the phase of the mesh, by 10 µm of 6 mm. With the lever arm about the other gear the
+    RMS differs by 3e-3.
+    """
+    found = [simulate(spur(OffLineContact(), HelixSlope(**{gear: amount}))) for amount in (10.0, -10.0)]
+    for name in ("transmission_error_rms", "mesh_stiffness_rms"):
+        assert_allclose(*(dataset[name] for dataset in found), rtol=tolerance)
 
 
 def test_moments_of_all_segments_balance_the_torque() -> None:
