@@ -272,7 +272,7 @@ def test_the_sign_of_a_helix_slope_does_not_matter_to_spur_planets():
     errors = {"iso_class": 7, "helix_slope": {"distribution": "normal_two_sided"}}
     effects = {"hertz": {}, "tooth_bending": {}, "manufacturing_errors": errors}
     train = sampled_train(parse_scene(tables(effects=effects, **own)))
-    drawn = train.draw(np.random.default_rng(2).random((3, len(train.error_names))))
+    drawn = train.errors_at(np.random.default_rng(2).random((3, len(train.names))))
     one, other = (train.respond(sign * drawn, ["mesh_load_factor"]) for sign in (1, -1))
     for name in ("mesh_load_factor", "load_sharing_greatest"):
         assert_allclose(one[name], other[name], rtol=1e-6)
