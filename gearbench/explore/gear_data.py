@@ -1,4 +1,4 @@
-"""Tables that a page draws, made from the results of a pair or a train (``model.Picture``)."""
+"""Tables that a page draws, made from the results of a pair or a train (``model.ShownResults``)."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from gearbench.explore.look import PALETTE
-from gearbench.explore.model import POINTS, CycleCurve, FlankPressure, Picture, Sharing, density
+from gearbench.explore.model import POINTS, CycleCurve, FlankPressure, Sharing, ShownResults, density
 from gearbench.geometry.tooth_shapes import mesh
 from gearbench.optimisation.numbers import gear_ratio
 from gearbench.results.cycle import curves
@@ -21,7 +21,7 @@ from gearbench.scene import Scene
 from gearbench.trains.figures import is_internal, outline
 from gearbench.trains.scatter import SampledTrain
 
-#: Name of the source → name of the column → values.
+#: Name of the Bokeh source → name of the column → values.
 Tables = dict[str, dict[str, Any]]
 #: Mesh orders listed in the table of numbers and drawn over torque.
 ORDERS = (1, 2, 3)
@@ -43,45 +43,45 @@ OVER_ERRORS = {
 SHARES = PALETTE[1:4] + PALETTE[:1] + PALETTE[5:]
 
 
-def tables(picture: Picture, *, teeth: bool = True) -> Tables:
-    """All tables of a picture, with 4-byte floats, which are precise enough to draw.
+def tables(results: ShownResults, *, teeth: bool = True) -> Tables:
+    """All tables of ``results``, with 4-byte floats, which are precise enough to draw.
 
     Without ``teeth`` the tooth shapes are left out, for answers and variants that do not draw them. Scatter is left out
     if it is not computed yet.
     """
-    ste, k = picture.transmission_error, picture.mesh_stiffness
+    ste, k = results.transmission_error, results.mesh_stiffness
     curve_tables: Tables = {
         "ste": _curve(ste),
         "stiffness": _curve(k),
         "ste_orders": _orders(ste),
         "stiffness_orders": _orders(k),
     }
-    scatter = numbers(picture) if picture.unfinished else densities(picture)
-    if isinstance(picture.load, Sharing):
-        load_tables, shapes = _sharing(picture.load), _gears(picture.load) if teeth else {}
+    scatter = numbers(results) if results.unfinished else densities(results)
+    if isinstance(results.load, Sharing):
+        load_tables, shapes = _sharing(results.load), _gears(results.load) if teeth else {}
     else:
-        load_tables, shapes = _pressure(picture.load, picture.scene), _teeth(picture) if teeth else {}
+        load_tables, shapes = _pressure(results.load, results.scene), _teeth(results) if teeth else {}
     return {
         **_single_precision(curve_tables),
         **scatter,
         **load_tables,
         **shapes,
-        "scene": {"text": [picture.scene.to_toml()], "tables": [json.dumps(picture.scene.to_mapping())]},
+        "scene": {"text": [results.scene.to_toml()], "tables": [json.dumps(results.scene.to_mapping())]},
     }
 
 
-def densities(picture: Picture) -> Tables:
+def densities(results: ShownResults) -> Tables:
     """Tables of the densities of the scatter (empty without scatter) and of the numbers."""
     drawn: Tables = {}
-    for name in _responses(picture):
-        curve = ([], []) if picture.scatter is None else density(picture.scatter[name])
+    for name in _responses(results):
+        curve = ([], []) if results.scatter is None else density(results.scatter[name])
         drawn[DENSITIES[name]] = dict(zip(("value", "density"), curve, strict=True))
-    return {**_single_precision(drawn), **numbers(picture)}
+    return {**_single_precision(drawn), **numbers(results)}
 
 
-def _responses(picture: Picture) -> tuple[str, ...]:
+def _responses(results: ShownResults) -> tuple[str, ...]:
     """Responses whose scatter over the error samples is shown."""
-    return (SampledTrain if isinstance(picture.load, Sharing) else RobustProblem).studied
+    return (SampledTrain if isinstance(results.load, Sharing) else RobustProblem).studied
 
 
 def _single_precision(tables: Tables) -> Tables:
@@ -180,7 +180,7 @@ def _gears(load: Sharing) -> Tables:
             "x": axes[:, 0],
             "y": axes[:, 1],
             "rate": [rotation * linkage.rates[train.shaft(gear)] for gear in train.gears],
-            # ``timed`` are the second gears of stepped planets: one name for both gears
+            # ``timed`` holds the second gears of stepped planets (timed to the first): one name for both gears
             "name": ["" if gear in train.timed else gear for gear in train.gears],
             "label_y": label_y,
             "alpha": [0.0 if internal else 0.35 for internal in inside],
@@ -191,19 +191,23 @@ def _gears(load: Sharing) -> Tables:
             "path": [path_names.index(path) for path in paths],
         },
         "paths": {"x": labels[:, 0], "y": labels[:, 1], "colour": _colours(len(path_names))},
-        "extent": {"low": low.min(axis=0), "high": high.max(axis=0), "cycle": [load.cycle.phases.length] * 2},
+        "extent": {
+            "low": low.min(axis=0),
+            "high": high.max(axis=0),
+            "cycle": [load.cycle.phases.length] * 2,
+        },  # x and y
     }
 
 
-def _teeth(picture: Picture) -> Tables:
+def _teeth(results: ShownResults) -> Tables:
     """Tooth outlines at mesh phase 0 about the gear centres, path of contact, and ``motion`` for ``js/teeth.js``.
 
     ``motion`` holds the values of ``TeethInMesh``, and the middle and half of the vertical range of the figure [mm].
     """
-    mesh_shape = mesh(picture.scene.pair)
-    pitch_point = mesh_shape.on_path(np.array([picture.scene.pair.meshing.pitch_point]))[0]
-    # the figure shows the higher tooth on either side of the pitch point, with a margin
-    half = 1.15 * max(g.tooth_height for g in picture.scene.pair.gears) + 0.15 * mesh_shape.pitch
+    mesh_shape = mesh(results.scene.pair)
+    pitch_point = mesh_shape.on_path(np.array([results.scene.pair.meshing.pitch_point]))[0]
+    # above and below the pitch point the figure has room for the taller tooth, and a margin
+    half = 1.15 * max(g.tooth_height for g in results.scene.pair.gears) + 0.15 * mesh_shape.pitch
     path = mesh_shape.on_path(np.array(mesh_shape.path))
     return {
         "pinion": {"x": mesh_shape.pinion[:, 0], "y": mesh_shape.pinion[:, 1]},
@@ -224,10 +228,10 @@ def _teeth(picture: Picture) -> Tables:
     }
 
 
-def numbers(picture: Picture) -> Tables:
-    """Table of numbers of a picture: labels and values as text."""
-    ste, k, load = picture.transmission_error, picture.mesh_stiffness, picture.load
-    error = "STE" if isinstance(load, FlankPressure) else "Δ"
+def numbers(results: ShownResults) -> Tables:
+    """Table of numbers: labels and values as text."""
+    ste, k, load = results.transmission_error, results.mesh_stiffness, results.load
+    error = "STE" if isinstance(load, FlankPressure) else "Δ"  # Δ: transmission error of the whole train
     amplitude = dict(zip(ste.orders.tolist(), ste.amplitude, strict=True))
     rows = [
         (f"peak-to-peak {error} [µm]", f"{ste.peak_to_peak:.3f}"),
@@ -236,11 +240,11 @@ def numbers(picture: Picture) -> Tables:
         (f"mean {error} [µm]", f"{ste.mean:.2f}"),
         ("mean stiffness k [N/µm]", f"{k.mean:.1f}"),
         ("RMS of k [%]", f"{k.rms:.2f}"),
-        *(_of_pair(load, picture.scene) if isinstance(load, FlankPressure) else _of_train(load, picture.scene)),
-        ("tooth support", support(picture.scene).replace("_", " ")),
+        *(_of_pair(load, results.scene) if isinstance(load, FlankPressure) else _of_train(load, results.scene)),
+        ("tooth support", support(results.scene).replace("_", " ")),
     ]
-    if picture.scatter is not None or picture.unfinished:
-        rows += [(OVER_ERRORS[name], _scatter(picture, name)) for name in _responses(picture)]
+    if results.scatter is not None or results.unfinished:
+        rows += [(OVER_ERRORS[name], _scatter(results, name)) for name in _responses(results)]
     labels, values = zip(*rows, strict=True)
     return {"numbers": {"label": list(labels), "value": list(values)}}
 
@@ -282,9 +286,9 @@ def _of_train(load: Sharing, scene: Scene) -> Iterator[tuple[str, str]]:
     yield f"torque on {train.meshes[0].driver} [N·m]", f"{scene.load.torque:g}"
 
 
-def _scatter(picture: Picture, name: str) -> str:
+def _scatter(results: ShownResults, name: str) -> str:
     """Text "mean ± standard deviation" over the error samples; "…" if they are not computed yet."""
-    if picture.scatter is None:
+    if results.scatter is None:
         return "…"
-    values = picture.scatter[name]
+    values = results.scatter[name]
     return f"{values.mean():.3f} ± {values.std(ddof=1):.3f}"

@@ -13,7 +13,7 @@ from gearbench.explore.catalogue import Catalogue
 from gearbench.explore.conversation import Conversation
 from gearbench.explore.gear_data import densities, tables
 from gearbench.explore.look import script
-from gearbench.explore.model import Picture, picture, with_scatter, without_scatter
+from gearbench.explore.model import ShownResults, shown_results, with_scatter, without_scatter
 from gearbench.explore.page import Page, answer_data, knee
 
 
@@ -23,7 +23,7 @@ class Session:
     def __init__(self, catalogue: Catalogue, document: Document) -> None:
         self._catalogue = catalogue
         first = knee(catalogue)
-        self._finished: dict[int, Picture] = {first: picture(catalogue.scene(first))}
+        self._finished: dict[int, ShownResults] = {first: shown_results(catalogue.scene(first))}
         question = ColumnDataSource({"design": [first]}, name="question")
         self.page = Page(catalogue, first, tables(self._finished[first]))
         self.page.show_answers()

@@ -1,6 +1,6 @@
-"""Results that the pages show for one gear: curves over the mesh cycle, orders, pressure or load sharing, scatter.
+"""Results that the pages show for one scene: curves over the mesh cycle, orders, pressure or load sharing, scatter.
 
-The gear is a pair, or a train whose meshes are one contact problem. This module does not depend on the pages.
+The scene is a pair, or a train whose meshes are one contact problem. This module does not depend on the pages.
 """
 
 from __future__ import annotations
@@ -109,8 +109,8 @@ class Sharing:
     cycle
         Forces and motions over the mesh cycle.
     turns, over_turns
-        Positions of the carrier relative to the ring [revolutions], (turn,), and the largest load share of each mesh
-        there, (mesh, turn); without eccentric members both are empty, (0,).
+        Positions of the carrier relative to the ring [revolutions], (turn,), and the largest load of each mesh there,
+        relative to equal sharing, (mesh, turn); without eccentric members both are empty, (0,).
     """
 
     cycle: TrainCycle
@@ -119,12 +119,12 @@ class Sharing:
 
     @property
     def mesh_load_factor(self) -> float:
-        """K_γ [–]: largest load share over the mesh cycle and over a revolution of the carrier."""
+        """K_γ [–]: largest load relative to equal sharing, over the mesh cycle and a revolution of the carrier."""
         return float(max(self.cycle.sharing.max(), self.over_turns.max(initial=0.0)))
 
 
 @dataclass(frozen=True, kw_only=True)
-class Picture:
+class ShownResults:
     """All results shown for one pair, or for a train whose meshes are one contact problem.
 
     Parameters
@@ -155,12 +155,12 @@ class Picture:
         return self.scatter is None and self.scene.has_random_errors
 
 
-def picture(scene: Scene, samples: int = SAMPLES) -> Picture:
+def shown_results(scene: Scene, samples: int = SAMPLES) -> ShownResults:
     """Compute all results shown for ``scene``; raises as ``without_scatter``."""
     return with_scatter(*without_scatter(scene), samples)
 
 
-def without_scatter(scene: Scene) -> tuple[Picture, Solved | SolvedTrain]:
+def without_scatter(scene: Scene) -> tuple[ShownResults, Solved | SolvedTrain]:
     """Compute all results but the scatter; also return the solution, from which the scatter is computed.
 
     The default resolution replaces a requested accuracy, and the greatest load replaces several loads.
@@ -177,7 +177,7 @@ def without_scatter(scene: Scene) -> tuple[Picture, Solved | SolvedTrain]:
         scene = replace(scene, resolution=Resolution())
     scene = scene.under(scene.load) if scene.loads else scene
     solved, cycle, load = _train(scene) if scene.coupled else _pair(scene)
-    results = Picture(
+    results = ShownResults(
         scene=scene,
         transmission_error=_curve(cycle, "transmission_error"),
         mesh_stiffness=_curve(cycle, "mesh_stiffness"),
@@ -208,18 +208,18 @@ def _train(scene: Scene) -> tuple[SolvedTrain, MeshCycle, Sharing]:
 
 
 def with_scatter(
-    picture: Picture,
+    results: ShownResults,
     solved: Solved | SolvedTrain,
     samples: int = SAMPLES,
     progress: Callable[[int, int], None] = lambda _done, _of: None,
-) -> Picture:
-    """Add the scatter to ``picture`` if the scene has random errors.
+) -> ShownResults:
+    """Add the scatter to ``results`` if the scene has random errors.
 
     ``progress`` is called from time to time with the number of samples done and of all samples; it may raise to abort.
     """
     start = time.perf_counter()
-    scatter = _scatter(solved, samples, progress) if picture.unfinished else picture.scatter
-    return replace(picture, scatter=scatter, seconds=picture.seconds + time.perf_counter() - start)
+    scatter = _scatter(solved, samples, progress) if results.unfinished else results.scatter
+    return replace(results, scatter=scatter, seconds=results.seconds + time.perf_counter() - start)
 
 
 def _curve(cycle: MeshCycle, name: str) -> CycleCurve:

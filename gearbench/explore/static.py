@@ -12,10 +12,10 @@ from gearbench.errors import GearbenchError, InputError
 from gearbench.explore.catalogue import Catalogue, fronts
 from gearbench.explore.gear_data import Tables, tables
 from gearbench.explore.look import script
-from gearbench.explore.model import picture
+from gearbench.explore.model import shown_results
 from gearbench.explore.page import Page, knee
 
-#: Default of the number of designs on the fronts whose figures are stored in the file.
+#: Default number of designs on the fronts whose figures are stored in the file.
 PICTURES = 60
 
 
@@ -34,12 +34,12 @@ def html(catalogue: Catalogue, pictures: int = PICTURES) -> str:
     shown: dict[str, Tables] = {}
     for design in _spread(catalogue, first, pictures):
         try:
-            results = picture(catalogue.scene(design))
-        except (GearbenchError, InputError, ArithmeticError):
+            results = shown_results(catalogue.scene(design))
+        except (GearbenchError, InputError, ArithmeticError) as error:
+            if design == first:
+                raise GearbenchError(f"{catalogue.name(first)} cannot be computed: {error}") from error
             continue  # a design that cannot be computed has no figures
         shown[str(design)] = tables(results)
-    if str(first) not in shown:
-        raise GearbenchError(f"{catalogue.name(first)} cannot be computed")
     page = Page(catalogue, first, shown[str(first)])
     page.show_answers()
     names = {design: catalogue.name(int(design)) for design in shown}
@@ -61,7 +61,7 @@ def as_file(document: Document) -> str:
 
 
 def _spread(catalogue: Catalogue, first: int, count: int) -> NDArray:
-    """Choose ``count`` designs evenly along the fronts, and add ``first``."""
+    """Choose up to ``count`` designs evenly along the fronts, and add ``first``."""
     designs = fronts(catalogue)
     if len(designs) > count:
         designs = designs[np.linspace(0, len(designs) - 1, count).round().astype(int)]

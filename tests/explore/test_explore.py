@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from gearbench.errors import InputError
 from gearbench.explore.catalogue import ACROSS, UP, catalogue, fronts
-from gearbench.explore.model import density, flank_map, picture
+from gearbench.explore.model import density, flank_map, shown_results
 from gearbench.explore.stored import open_results
 from gearbench.keys import value_at
 from gearbench.library.garambois2017 import case, gear
@@ -88,7 +88,7 @@ def test_scenes_are_those_of_the_designs():
 
 
 def test_a_picture_agrees_with_simulate_and_robust(robust_scene):
-    shown = picture(robust_scene)
+    shown = shown_results(robust_scene)
     dataset = simulate(robust_scene)
     for cycle, name in ((shown.transmission_error, "transmission_error"), (shown.mesh_stiffness, "mesh_stiffness")):
         for quantity in ("mean", "rms", "peak_to_peak"):
@@ -168,4 +168,4 @@ def test_an_interrupted_scatter_is_an_interruption(monkeypatch):
     """No fault of the picture: the program would end with 1, not with the code of its signal."""
     monkeypatch.setattr("gearbench.explore.model.respond", lambda *_: ({}, False))
     with pytest.raises(KeyboardInterrupt):
-        picture(read_scene(EXAMPLES / "gear55_robust.toml"))
+        shown_results(read_scene(EXAMPLES / "gear55_robust.toml"))

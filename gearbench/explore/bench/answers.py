@@ -107,6 +107,8 @@ class Answers:
     def __call__(self, asked: Any, overtaken: Callable[[], bool] = lambda: False) -> Iterator[dict[str, Any]]:
         """Yield answers for a scene: coarse, at its resolution, warnings, scatter, over torque; or an error message.
 
+        ``asked`` holds the columns of the source ``question``: ``scene`` is a list with one scene as JSON text.
+
         Scatter and torques take longest; they are abandoned once ``overtaken`` says that a newer question waits.
         """
 
@@ -163,9 +165,11 @@ def warnings(solved: Solved | SolvedTrain) -> list[str]:
 
     meshes, lines = solved.meshes if isinstance(solved, SolvedTrain) else {"": solved}, []
     for name, mesh in meshes.items():
-        if separated := int((~(mesh.solution.force > 0).any(axis=(-2, -1))).sum()):
-            lines.append(f"Contact is lost at {separated} mesh phases{f' of {name}' if name else ''}.")
-    # meshes of the same gears would have the same warnings: show those of the most loaded mesh
+        loaded = (mesh.solution.force > 0).any(axis=(-2, -1))
+        if separated := int((~loaded).sum()):
+            lines.append(f"Contact is lost at {separated} of {loaded.size} mesh phases{f' of {name}' if name else ''}.")
+    # Meshes of equal pairs would have the same warnings: show those of the most loaded one. It comes last, and a
+    # dictionary keeps the last value of a key.
     by_load = sorted(meshes.values(), key=lambda mesh: mesh.solution.force.max())
     for mesh in {mesh.scene.pair: mesh for mesh in by_load}.values():
         greatest = xr.Dataset({"flank_pressure_max": np.nanmax(flank.pressure(mesh))})
@@ -190,7 +194,7 @@ def over_torque(scene: Scene, progress: Callable[[int, int], None] = lambda _don
     curve, outputs = ("train_transmission_error", ()) if scene.coupled else ("transmission_error", _SWEPT)
     torques = [float(f"{ratio * scene.load.torque:.4g}") for ratio in TORQUES]
     swept = sweep(replace(scene, resolution=_OVER_TORQUE), {"torque": torques}, outputs=outputs, progress=progress)
-    torque = swept["torque"].values.tolist()  # ascending, also if they are negative
+    torque = swept["torque"].values.tolist()  # ``sweep`` sorts them: negative torques come in reverse
     phase, values = swept["mesh_phase"].values, swept[curve].transpose("torque", ...).values
     phase = phase if phase.ndim == 2 else np.broadcast_to(phase, values.shape)
     lines = [_two_periods(x, y - y.mean()) for x, y in zip(phase, values, strict=True)]

@@ -16,7 +16,7 @@ from gearbench.explore.conversation import Conversation
 from gearbench.explore.gear import OVERLAID
 from gearbench.explore.gear_data import tables
 from gearbench.explore.look import text_of
-from gearbench.explore.model import Picture, picture, with_scatter, without_scatter
+from gearbench.explore.model import ShownResults, shown_results, with_scatter, without_scatter
 from gearbench.explore.static import as_file
 from gearbench.scene import Scene
 from gearbench.scene_file import parse_scene
@@ -41,7 +41,11 @@ class BenchSession:
     """
 
     def __init__(
-        self, scene: Scene, first_results: Picture, document: Document, variant_results: Sequence[Picture] = ()
+        self,
+        scene: Scene,
+        first_results: ShownResults,
+        document: Document,
+        variant_results: Sequence[ShownResults] = (),
     ) -> None:
         self.page = BenchPage(scene, tables(first_results), variants(variant_results))
         self._conversation = Conversation(document, self.page.question, self.page.answer, Answers(scene), rest=REST)
@@ -59,7 +63,7 @@ def bench(scene: Scene, *others: Scene) -> Callable[[Document], object]:
         If the contact problem of one of them cannot be solved.
     """
     _check(scene, others)
-    first_results, variant_results = picture(scene), [picture(other) for other in others]
+    first_results, variant_results = shown_results(scene), [shown_results(other) for other in others]
     return lambda document: BenchSession(scene, first_results, document, variant_results)
 
 
@@ -71,7 +75,7 @@ def bench_html(scene: Scene, *others: Scene) -> str:
     _check(scene, others)
     results, solved = without_scatter(scene)
     shown = {**tables(with_scatter(results, solved)), **over_torque(scene)}
-    variant_results = [picture(other) for other in others]
+    variant_results = [shown_results(other) for other in others]
     page = BenchPage(scene, {**shown, "warnings": {"text": warnings(solved)}}, variants(variant_results))
     document = Document()
     page.put(document, live=False)
@@ -86,7 +90,7 @@ def _check(scene: Scene, others: Sequence[Scene]) -> None:
             raise InputError("", other.name or "a scene", "pairs and trains have separate pages: open them one by one")
 
 
-def variants(variant_results: Sequence[Picture]) -> list[dict[str, Any]]:
+def variants(variant_results: Sequence[ShownResults]) -> list[dict[str, Any]]:
     """Convert results to variants for ``js/compare.js``: name, number, scene, numbers and curves."""
     entries = []
     for i, result in enumerate(variant_results, start=1):
