@@ -65,7 +65,7 @@ SOLID_CONVERGENCE, COARSE_HEIGHT, FINE_CONVERGENCE = 2.2, 11, 1.5
 #: Safety factor on the extrapolated error of the order, because the difference of two orders may be small by chance.
 CHANCE = 1.4
 #: Maximum number of rounds, and largest factor on the segments in one round.
-ROUNDS, MOST = 6, 3.0
+ROUNDS, LARGEST_FACTOR = 6, 3.0
 #: Segments and Gauss points are both refined if their error contributions differ by less than this factor.
 ALIKE = 2.0
 #: Time after which the search begins no further run [s].
@@ -312,7 +312,7 @@ class _Search(Generic[R]):
         between = replace(setting, g=_coarser(setting.g, 1))
         by_phases = float(largest_errors(self(between), self(setting)).max())
         by_segments = float(largest_errors(self(self._coarse(setting)), self(between)).max())
-        factor = min(max(1.4, excess ** (1 / 2)), MOST)
+        factor = min(max(1.4, excess ** (1 / 2)), LARGEST_FACTOR)
         n = math.ceil(factor * setting.n) if by_segments * ALIKE >= by_phases else setting.n
         return replace(
             setting,

@@ -41,7 +41,7 @@ def as_json(scene: Scene, dataset: xr.Dataset, **more: object) -> dict[str, Any]
 
 
 def pair_line(scene: Scene) -> str:
-    """One line with name, pair or train, torque, and tooth support."""
+    """One line with name, pair or train, torque, and model of the gear bodies."""
     pair = scene.pair
     kind = "spur" if pair.helix_angle == 0 else f"helical {pair.helix_angle:g}°"
     loads = ", ".join(f"{each.load.torque:g}" for each in scene.each_load)
@@ -92,7 +92,7 @@ def geometry_rows(scene: Scene) -> list[tuple[str, str, str, str]]:
         rows.append((name, _number(value), "", unit))
     for name, force in forces(scene).items():
         rows.append((name, f"{force:.5g}", "", "N"))
-    rows.append(("tooth support", support(scene), "", ""))
+    rows.append(("model of the gear bodies", support(scene), "", ""))
     return rows
 
 

@@ -1,4 +1,12 @@
-"""Assembly of the contact problem: compliances and gaps of a scene's effects are summed and made dimensionless."""
+"""Assembly of the contact problem: compliances and gaps of a scene's effects are summed and made dimensionless.
+
+The segments are Gauss points or cells, see ``problem``. With cells the smooth compliance comes from Gauss points on the
+same lines: it is smooth there, and needs fewer points than the gap.
+
+Off the line of action ("touch") the normal force has another lever arm about the pinion's axis than the base radius.
+Their ratio is the lever w of a segment. Gaps are divided by levers, and moments replace forces (``by_lever``), so that
+all segments still share one approach.
+"""
 
 from __future__ import annotations
 
@@ -28,8 +36,8 @@ from gearbench.geometry.action import ContactLines
 from gearbench.scene import Scene
 from gearbench.threads import single_threaded_blas
 
-#: Minimum number of points on the contact patches of a line of up to 15 segments, for each of its panels: pieces
-#: between kinks of the gap, on which the load is smooth.
+#: Minimum number of points on the contact patches of a line, per panel, for lines of up to 15 segments. A panel is a
+#: piece of a line between kinks of the gap; the load is smooth on it.
 NODES_PER_PANEL = 5
 
 
@@ -77,7 +85,7 @@ def assemble(
     problem = _problem(scene, lines, without_smooth, laws, gap, sigma, truncation, smooth.length_scale)
     factor = smooth.factor.reshape(*smooth_lines.shape, -1)
     interpolation = interpolation_to_cells(smooth_lines, lines)
-    # more points with more segments, but not in coarse problems, which give ``nodes``
+    # √2 times the points for twice the segments, as in ``smooth_nodes``; callers that pass ``nodes`` solve coarsely
     per_panel = NODES_PER_PANEL * (1.0 if nodes else max(1.0, math.sqrt(lines.shape[2] / 15)))
     cells = Cells(
         effects=tuple(acting), lines=lines, gaps=gaps, smooth_lines=smooth_lines, factor=factor,
@@ -89,6 +97,7 @@ def assemble(
     return replace(
         problem,
         factor=np.ascontiguousarray(factor.reshape(*problem.gap.shape, -1)),
+        # the cells of a line belong to the block of its Gauss points
         block=np.repeat(smooth.block[:: smooth_lines.shape[2]], lines.shape[2]),
         blocks=smooth.blocks,
         cells=cells,
@@ -102,10 +111,10 @@ def with_gaps(problem: ContactProblem, effects: Sequence[Effect], lines: Contact
 
 
 def with_field(problem: ContactProblem, field: NDArray) -> ContactProblem:
-    """``problem`` with a further gap ``field`` (position, pair, node) [mm], already divided by the levers.
+    """``problem`` with a further gap ``field`` (position, pair, node) [mm], already divided by the levers of the nodes.
 
-    ``total_gap`` defines levers. The field is smooth along a line. Its nodes are those of ``Cells.smooth_lines`` or, if
-    there are no cells, the segments themselves.
+    The field is smooth along a line. Its nodes are those of ``Cells.smooth_lines`` or, if there are no cells, the
+    segments themselves.
     """
     if problem.cells is None:
         return replace(problem, gap=problem.gap + field.reshape(problem.gap.shape) / problem.length_scale)
@@ -145,11 +154,11 @@ def _problem(
         unit = even_deflection(matrix, lines) * scene.F_bn
     elif unit is None:
         unit = typical_compression(law, scene)
-    if lines.touch is not None:
+    if lines.touch is not None:  # off the line of action
         factor, matrix, law = by_lever(lines.touch.levers[0], factor, matrix, law)
     problem = scale_problem(lines, gap, factor, law, sigma, scene.F_bn, unit, coupled=matrix is not None)
     if matrix is not None:
         matrix = matrix * (problem.force / problem.length_scale)
         return replace(problem, factor=truncated_root(matrix, stiffness_of_law(problem), truncation))
-    # the rank is reduced if there are more deflection polynomials than segments on a line
+    # Ψ may have more columns than a line has segments, which then are not independent
     return problem if factor.shape[-1] <= lines.shape[2] else reduce_rank(problem, truncation)

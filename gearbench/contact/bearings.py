@@ -25,7 +25,7 @@ TOLERANCE, MAX_ITERATIONS = 1e-9, 50
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class OnShafts:
-    """Contact of a pair whose shafts are in equilibrium with their bearings under the mean load.
+    """Contact of a pair whose shafts are in equilibrium with their bearings, under the mean flank forces of a cycle.
 
     Parameters
     ----------
@@ -34,7 +34,8 @@ class OnShafts:
     effects
         Acting effects, including those of the shafts.
     problem, solution, guess
-        The contact problem, its solution, and amplitudes and approach of the solution, in the form of a first guess.
+        The contact problem, its solution, and amplitudes q = Ψᵀ P and approach of the solution, in the form of a first
+        guess.
     gears
         Pinion and wheel on their shafts.
     """
@@ -64,7 +65,7 @@ def solve_on_shafts(
         Function that gives the effects of the shafts. It takes the loads on the nodes of both shafts (by default an
         even load over the face), and the gears in a nearby equilibrium, from which its search starts.
     lines, weight
-        Contact lines, and the weights of their positions.
+        Contact lines, and the weights of their positions in the mean over the mesh cycle.
 
     Raises
     ------
@@ -78,7 +79,8 @@ def solve_on_shafts(
         guess = Guess.empty(problem)
         solution = solve_patches(problem, guess)
         gears = next(effect for effect in effects if isinstance(effect, Shafts)).gears
-        # a second effect, ShaftMotion, exists if bearings are nonlinear or shafts carry other loads; else all is linear
+        # a second effect, ShaftMotion, exists if bearings are nonlinear or shafts carry other loads;
+        # otherwise one solution is enough
         converged = len(effects) == 1
         if previous_force is not None:
             change = np.abs(solution.force - previous_force).max()

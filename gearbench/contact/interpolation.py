@@ -21,15 +21,17 @@ def interpolation_to_cells(smooth_lines: ContactLines, cells: ContactLines) -> N
 
     The 3 values belong to the beginning, the middle and the end of a cell.
     """
+    # half the width of a cell over the face
     half = cells.length * math.cos(cells.pair.meshing.beta_b) / 2
     y = cells.y[..., None] + half[..., None] * np.array([-1.0, 0.0, 1.0])
     return interpolation_matrix(smooth_lines, y.reshape(*y.shape[:2], -1)).reshape(*y.shape, -1)
 
 
 def interpolation_matrix(smooth_lines: ContactLines, y: NDArray) -> NDArray:
-    """Matrix (…, point, node) from values at the nodes of ``smooth_lines`` to values at y.
+    """Matrix (…, point, node) from values at the nodes of ``smooth_lines`` to values at other points on the lines.
 
-    y has the shape (position, pair, point). Rows are zero where no line exists.
+    ``y`` (position, pair, point) holds the positions of the points over the face [mm]. Rows are zero where no line
+    exists.
     """
     from gearbench.contact._patch_kernels import rows_on_pieces
 
@@ -52,8 +54,8 @@ def interpolation_matrix(smooth_lines: ContactLines, y: NDArray) -> NDArray:
 def _rules(most: int) -> tuple[NDArray, NDArray]:
     """Nodes and barycentric weights of the Gauss rules of 1 to ``most`` points; row n holds the rule of n points.
 
-    The barycentric weights of Gauss points are (−1)ʲ √((1 − t²) w) (Wang, Huybrechs and Vandewalle, Math. Comp. 83,
-    2014).
+    ``most`` is the number of nodes on a line; no piece has more. The barycentric weights of Gauss points are
+    (−1)ʲ √((1 − t²) w) (Wang, Huybrechs and Vandewalle, Math. Comp. 83, 2014).
     """
     nodes, weights = np.zeros((2, most + 1, most))
     for n in range(1, most + 1):

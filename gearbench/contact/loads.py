@@ -1,4 +1,4 @@
-"""One contact problem under several loads."""
+"""One contact problem under other loads, and its solutions: their units, and how to split and to stack them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from gearbench.contact.problem import ContactProblem, ContactSolution, under_shares
 
 _ARRAYS = tuple(field.name for field in fields(ContactSolution) if field.name != "corrected")
-#: Arrays of a solution that ``under_shares`` divides by the share of the load.
+#: Arrays of a solution that scale with the units of force and displacement, which are proportional to the load.
 _PROPORTIONAL = {"force", "approach", "coarse_approach"}
 
 
@@ -24,7 +24,11 @@ def under_force(problem: ContactProblem, force: float) -> ContactProblem:
 
 
 def in_full_load_units(solution: ContactSolution, share: NDArray) -> ContactSolution:
-    """Multiply forces and approaches by the ``share`` (position,) by which ``under_shares`` divides them."""
+    """Solution of a problem from ``under_shares`` with its true forces and approaches.
+
+    That problem keeps the units of the full load, in which forces sum to 1 at every position: forces and approaches of
+    its ``solution`` must be multiplied by the ``share`` of the load, (position,).
+    """
     return replace(solution, **{name: (getattr(solution, name).T * share).T for name in _PROPORTIONAL})
 
 
@@ -33,7 +37,7 @@ def split_positions(solution: ContactSolution, counts: Sequence[int]) -> list[Co
     parts, ends = [], np.cumsum(counts)
     for first, last in zip(ends - counts, ends, strict=True):
         arrays = {name: getattr(solution, name)[first:last] for name in _ARRAYS}
-        # a count over all positions; it goes to the first part, so that the sum stays right
+        # ``corrected`` counts positions of the whole solution: the first part takes it, so that the sum stays right
         parts.append(ContactSolution(**arrays, corrected=0 if parts else solution.corrected))
     return parts
 

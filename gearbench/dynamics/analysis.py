@@ -16,8 +16,7 @@ from gearbench.dynamics.balance import Excitation
 from gearbench.dynamics.model import Group, LinearModel, Model, Variables, Vibration
 from gearbench.dynamics.size import bearings
 from gearbench.dynamics.stability import is_proven_stable, multipliers
-from gearbench.dynamics.steady import MOST as MOST_COMBINATIONS
-from gearbench.dynamics.steady import SETTLED, Steady, steady
+from gearbench.dynamics.steady import MOST_COMBINATIONS, SETTLED, Steady, steady
 from gearbench.dynamics.train_model import train_model
 from gearbench.errors import InputError
 from gearbench.hunting.cycles import tooth_to_tooth_effects
@@ -33,7 +32,7 @@ if TYPE_CHECKING:
 _LOG = logging.getLogger(__name__)
 
 #: Number of orders of the mesh frequency: default and maximum.
-HARMONICS, MOST = 10, 200
+HARMONICS, MOST_HARMONICS = 10, 200
 #: Minimum number of time steps in a period for the Floquet multipliers.
 STEPS = 256
 #: Orders solved beyond those in the result, if the meshes have several frequencies.
@@ -44,7 +43,7 @@ GROWTH_TOLERANCE = 1e-6
 OMITTED_SHARE = 0.1
 #: Reason why a response is NaN.
 UNSTABLE = "parametric instability: no steady linear response"
-#: Smallest share in the compliance at a mesh with which a mode is mentioned in the notes.
+#: The notes mention a mode if its share of the compliance at a mesh exceeds this.
 NOTED = 0.02
 #: Modes are reported up to this multiple of the highest excited frequency.
 ABOVE_EXCITED = 1.2
@@ -109,9 +108,9 @@ def check_speeds(speed: ArrayLike) -> NDArray:
 
 
 def check_harmonics(harmonics: int) -> None:
-    """Raise ``InputError`` unless ``harmonics`` is a whole number from 1 to ``MOST``."""
-    if not (isinstance(harmonics, (int, np.integer)) and 1 <= harmonics <= MOST):
-        raise InputError("harmonics", harmonics, f"must be a whole number, 1 to {MOST}")
+    """Raise ``InputError`` unless ``harmonics`` is a whole number from 1 to ``MOST_HARMONICS``."""
+    if not (isinstance(harmonics, (int, np.integer)) and 1 <= harmonics <= MOST_HARMONICS):
+        raise InputError("harmonics", harmonics, f"must be a whole number, 1 to {MOST_HARMONICS}")
 
 
 def speed_variables(
@@ -124,12 +123,13 @@ def speed_variables(
     """
     # with several frequencies the truncated products make the last orders inaccurate: solve a few more than returned
     solved = harmonics + (EXTRA_ORDERS if len(model.groups) > 1 else 0)
+    # a row is a relative motion of the flanks of a mesh; each mesh has ``rows_per_mesh``, first the approach
     rows = np.arange(len(model.stiffness))
     solution, stability = steady_motion or (steady(model, speeds, solved), _stability(model, speeds, harmonics))
     index, equivalent_force = solution.index[1:], np.moveaxis(solution.equivalent_force, 1, 2)
     # transmission errors (speed, order, mesh), motions (speed, order, row), bearings (speed, order, bearing, 3)
     te, motion, at_bearings = model.modes.response_to_mesh_forces(solution.omega, equivalent_force, rows)
-    # f = (f − K̄ x) + K̄ x, in the first row of each mesh, its approach
+    # mesh force: equivalent force f − K̄ x, plus K̄ x; only that along the approach
     force = (equivalent_force + motion @ model.stiffness.T)[..., :: model.rows_per_mesh]
     # an unstable motion has no steady response
     unstable = (stability > 1 + GROWTH_TOLERANCE).any(axis=1)
@@ -183,7 +183,8 @@ def speed_variables(
     loads = model.on_bearings(vibration)
     if model.mechanics.bearing_names:
         dims = ("speed", "mesh", "bearing", "direction", "harmonic")
-        # (speed, bearing, direction, mesh, harmonic), then as ``dims``
+        # without the torques, which follow the directions in trains; first (speed, bearing, direction, mesh, harmonic),
+        # then as ``dims``
         bearing_by_source = np.moveaxis(loads[:, :, : len(model.directions), mesh_orders], 3, 1)
         bearing_by_source[:, ~model.is_source] = 0.0
         variables["bearing_force_amplitude"] = (dims, 2 * np.abs(bearing_by_source))
@@ -334,8 +335,9 @@ def response_dataset(
     attrs = provenance(scene, wall_time=time.perf_counter() - start, seed=seed) | {"notes": "\n".join(lines)}
     for line in lines:
         _LOG.info("%s", line)
-    proven = {name: variables.pop(name) for name in ("floquet_multiplier",) if name in variables}
-    data = described(variables, UNSTABLE) | described(proven, "stability is proven without it, at any speed")
+    # where multipliers are NaN, the reason is another one
+    floquet = {name: variables.pop(name) for name in ("floquet_multiplier",) if name in variables}
+    data = described(variables, UNSTABLE) | described(floquet, "stability is proven without it, at any speed")
     result = xr.Dataset(data, coords=described(coords), attrs=attrs)
     if scene.coupled:
         result["speed"].attrs["long_name"] = f"speed of {scene.geometry.reference}"

@@ -58,7 +58,7 @@ class ForceOverSpeed:
             key = "effects.manufacturing_errors.centre_distance"
             raise InputError(key, "given", "is not supported: forces over speed need a fixed centre distance")
         if len(group.meshes) > 1:
-            raise InputError("system.meshes", "of the same mesh frequency", OWN_FREQUENCY)
+            raise InputError("system.meshes", ", ".join(model.names[i] for i in group.meshes), OWN_FREQUENCY)
         if (grows := growth(model, group, self.speeds, self.harmonics) > 1 + GROWTH_TOLERANCE).any():
             raise GearbenchError(f"no steady response at {spans(self.speeds, grows)} 1/min: parametric instability")
         return group
@@ -80,4 +80,4 @@ class ForceOverSpeed:
         """RMS [N] of the scene without errors."""
         mesh = self.model.loaded_meshes[0]
         without_errors = mesh.flanks.excitation(mesh.waves(2 * self.harmonics))
-        return float(self._rms(without_errors.part(None))[0])  # as a single sample
+        return float(self._rms(without_errors.part(None))[0])  # None adds the axis of samples

@@ -16,7 +16,7 @@ from gearbench.dynamics.model import LinearModel
 #: A combination is kept if its force reaches this share of the largest order of a mesh force at a sampled speed.
 SMALLEST_SHARE = 1e-2
 #: Maximum number of combinations, and number of sampled speeds.
-MOST, SAMPLED_SPEEDS = 80, 25
+MOST_COMBINATIONS, SAMPLED_SPEEDS = 80, 25
 #: Residual, relative to the first guess of the motion, at which the meshes are in balance; maximum number of steps.
 SETTLED, STEPS = 1e-2, 12
 
@@ -158,4 +158,4 @@ def _combinations(model: LinearModel, alone: Steady, x: NDArray) -> NDArray:
         indices.append(index)
         shares.append((force.max(axis=-1) / largest[:, None]).max(axis=0))
     index, size = np.concatenate(indices), np.concatenate(shares)
-    return index[[c for c in np.argsort(-size)[:MOST] if size[c] > SMALLEST_SHARE]]
+    return index[[c for c in np.argsort(-size)[:MOST_COMBINATIONS] if size[c] > SMALLEST_SHARE]]

@@ -41,13 +41,14 @@ def draw_modes(figure: Any, dataset: xr.Dataset) -> str:
     count = max(len(shown), 1)
     figure.set_size_inches(2.9 * min(count, ROW), 3.2 * math.ceil(count / ROW) + 0.4)
     grid = figure.subplots(math.ceil(count / ROW), min(count, ROW), squeeze=False, sharex=True, sharey=True)
-    grid[0, 0].invert_yaxis()
+    grid[0, 0].invert_yaxis()  # y points down, see geometry/train.py
     for axes in grid.flat:
         axes.set_axis_off()
     around = np.linspace(0, 2 * np.pi, 121)
     circle = np.column_stack([np.cos(around), np.sin(around)])
     for axes, k in zip(grid.flat, shown, strict=False):
         for name in linkage.bodies:
+            # the dimension ``bearing`` holds the members
             x, y, arc = size * dataset["mode_shape"].isel(mode=k).sel(bearing=name).values
             r = radius[name]
             if name == linkage.carrier:
@@ -69,7 +70,7 @@ def draw_modes(figure: Any, dataset: xr.Dataset) -> str:
 
 
 def draw_sharing(figure: Any, dataset: xr.Dataset) -> str:
-    """Draw against speed the largest mesh force relative to its even share, all mesh forces, and transmission error.
+    """Draw over speed: largest mesh force relative to its even share, all mesh forces, transmission error.
 
     Return the largest share and its speed, for the title.
     """
@@ -98,7 +99,7 @@ def draw_ring(figure: Any, dataset: xr.Dataset) -> str:
     Return this speed, for the title.
     """
     train, wave = scene_of(dataset).geometry, dataset["ring_wave_amplitude"]
-    # orders count periods of the first mesh; with stepped planets meshes at the ring have another frequency
+    # orders count periods of the first mesh; with stepped planets the meshes at the ring have another frequency
     ratio = train.periods[train.meshes[-1].name] / train.periods[train.meshes[0].name]
     first = ratio * np.arange(1, 1 + min(PANELS, int(wave["harmonic"].max() / ratio)))
     wave = wave.sel(harmonic=first, method="nearest")

@@ -53,7 +53,7 @@ SETTLED, STEPS = 1e-9, 40
 #: Maximum number of times that a step in speed is halved.
 HALVINGS = 4
 #: Largest force of a mesh, relative to equal sharing, up to which its contact is solved; its curve is linear above.
-MOST = 6.0
+LARGEST_FORCE = 6.0
 #: In ``NonlinearTrain.contact``: maximum number of steps, and residual relative to the largest approach.
 LOCAL_STEPS, LOCAL_RESIDUAL = 40, 1e-12
 
@@ -224,7 +224,7 @@ def nonlinear_train_response(scene: Scene, speeds: NDArray, harmonics: int) -> x
     orders = len(model.groups[0].orders(harmonics))
     speed_bytes = speed_memory(orders, len(model.names), bearings(scene))
     require_each(speed_bytes, len(SWEEPS) * len(speeds), "speed", f"{harmonics} orders")
-    train = NonlinearTrain(model=model, curves=curves(model.solved, MOST), harmonics=harmonics)
+    train = NonlinearTrain(model=model, curves=curves(model.solved, LARGEST_FORCE), harmonics=harmonics)
     order = np.argsort(speeds, kind="stable")
     up, down = (train.over(speeds, direction) for direction in (order, order[::-1]))
     variables: Variables = {

@@ -17,7 +17,7 @@ from pydantic.dataclasses import dataclass
 from gearbench.effects.base import Effects, GapEffect
 from gearbench.effects.distributions import DISTRIBUTIONS, Distribution
 from gearbench.effects.expansion import ErrorModes, Expansion
-from gearbench.effects.shape import MICROMETRE, Along, Gears, Range, Shape, barrel, chosen, face_slope, opening, slope
+from gearbench.effects.shape import MICROMETRE, Along, Gears, Shape, Span, barrel, chosen, face_slope, opening, slope
 from gearbench.effects.varied import Eccentricity, PitchKind, RandomVariable, RunOut, SizeScatter, VariedKey
 from gearbench.errors import InputError, naming
 from gearbench.geometry.action import ContactLines, pair_indices
@@ -141,7 +141,7 @@ class ManufacturingErrors(GapEffect):
     along
         Coordinate of profile errors: "roll" length or "radius".
     profile_range
-        Extent of profile errors: the "active" profile, the "involute" from form circle to tip, or the whole "tooth".
+        Span of profile errors: the "active" profile, the "involute" from form circle to tip, or the whole "tooth".
     profile_slope, profile_form, helix_slope, helix_form
         f_Hα, f_fα, f_Hβ, f_fβ of each gear.
     inclination, deviation
@@ -166,7 +166,7 @@ class ManufacturingErrors(GapEffect):
     edition: Edition = "2013"
     rounded: bool = False
     along: Along = "roll"
-    profile_range: Range = "active"
+    profile_range: Span = "active"
     profile_slope: ErrorKind | None = None
     profile_form: ErrorKind | None = None
     helix_slope: ErrorKind | None = None

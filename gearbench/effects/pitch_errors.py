@@ -26,7 +26,9 @@ class PitchErrors(IndexDeviations):
     ----------
     pinion, wheel
         Index deviation of the loaded flank of each tooth [µm], an arc of the pitch circle in the transverse plane;
-        positive: material missing. It is the sum of the single pitch deviations f_pi (ISO 1328-1) up to the tooth.
+        positive: material missing. On drive flanks of the pinion it is the sum of the single pitch deviations f_pi
+        (ISO 1328-1, positive for a long pitch) up to the tooth, on those of the wheel minus this sum; on coast flanks
+        the signs are the opposite.
     pinion_tooth, wheel_tooth
         Teeth with which the mesh cycle begins.
     """
@@ -53,5 +55,5 @@ class PitchErrors(IndexDeviations):
         super().check(pair, effects)
 
     def of_teeth(self, pair: Pair) -> Sequence[Deviations | None]:
-        """The deviations as given, not drawn at random."""
+        """The given deviations."""
         return self.pinion, self.wheel

@@ -69,7 +69,7 @@ class Relief:
     def __post_init__(self) -> None:
         given = [name for name in _STARTS if getattr(self, name) is not None]
         if not given:
-            raise InputError("length", "missing", f"is required, or one of {', '.join(_STARTS[1:])}")
+            raise InputError("length", "missing", f"is required unless one of {', '.join(_STARTS[1:])} is given")
         if len(given) > 1:
             raise InputError(given[1], getattr(self, given[1]), f"conflicts with {given[0]}: give one of the two")
 

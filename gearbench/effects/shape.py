@@ -27,9 +27,9 @@ from gearbench.geometry.profile import Modification
 
 #: Coordinate along the profile: the roll length, which measuring machines use, or the radius.
 Along = Literal["roll", "radius"]
-#: Extent of the profile: the active profile, the involute from form circle to tip, or the whole tooth from root circle
-#: to tip.
-Range = Literal["active", "involute", "tooth"]
+#: Span of the profile: the active profile, the involute from form circle to tip, or the whole tooth from root circle to
+#: tip.
+Span = Literal["active", "involute", "tooth"]
 #: Shape of a relief from its start to its end.
 Form = Literal["linear", "parabolic", "circular"]
 #: Gears that have a shape or an error.
@@ -134,10 +134,11 @@ class Shape:
     factors: tuple[Ramp | Polyline, ...]
 
     def gap(self, lines: ContactLines) -> NDArray:
-        """Gap [mm], (position, pair, segment)."""
+        """Gap normal to the flanks [mm], (position, pair, segment)."""
         total = np.full(lines.shape, MICROMETRE * self.amount)
         for factor in self.factors:
             total *= factor(_coordinate(lines, self.gear, factor.along))
+        # off the line of action a deviation opens the gap in proportion to the lever arm about its gear
         return total if self.gear is None else total * lines.levers[self.gear]
 
     def modification(self, pair: Pair) -> Modification | None:
@@ -236,8 +237,8 @@ def roll(gear: Gear, radius: float) -> float:
     return float(gear.roll_length(radius))
 
 
-def slope(pair: Pair, index: int, along: Along = "roll", span: Range = "active") -> Ramp:
-    """Ramp from 0 at the root end of the profile's extent ``span`` to 1 at its tip end."""
+def slope(pair: Pair, index: int, along: Along = "roll", span: Span = "active") -> Ramp:
+    """Ramp from 0 at the root end of ``span`` to 1 at its tip end."""
     gear = pair.gears[index]
     ends = {
         "active": pair.meshing.active_radii[index],
@@ -271,7 +272,7 @@ def relief(along: Literal["radius", "roll", "face"], edge: float, start: float, 
 
 
 def opening(lines: ContactLines, inclination: float, deviation: float) -> NDArray:
-    """Gap [mm] between flanks whose axes diverge over the common face width.
+    """Gap [mm] between the flanks of gears whose axes diverge over the common face width.
 
     ``inclination`` f_Σδ is in the common plane of the axes, ``deviation`` f_Σβ perpendicular to it [µm].
     """
@@ -295,7 +296,7 @@ def one_or_each(
     Raises
     ------
     InputError
-        Naming the key.
+        If not; the message names the key.
     """
     with_table = [name for name in names if getattr(effect, name) is not None]
     for name in (*required, *more):
@@ -304,7 +305,7 @@ def one_or_each(
             shown = "given" if is_dataclass(value) else value
             raise InputError(name, shown, f"conflicts with the table {with_table[0]}: give one of the two")
         if not with_table and value is None and name in required:
-            raise InputError(name, "missing", f"is required, or a table {' or '.join(names)}")
+            raise InputError(name, "missing", f"is required unless there is a table {' or '.join(names)}")
 
 
 def chosen(gears: Gears) -> tuple[int, ...]:

@@ -98,6 +98,7 @@ class GearPanel:
         """
         return {
             "now": self.now, "before": self.before, "sources": self.kept, "heads": list(heads), "most": most,
+            # the first two colours are those of STE and stiffness of the gear shown
             "variants": list(variants), "colours": [*PALETTE[2:], *PALETTE[:2]],
             "columns": {name: list(columns) for name, columns in OVERLAID.items()},
             "curves": [line.glyph for name in CYCLES for line in self.figures[name].renderers],
@@ -118,7 +119,7 @@ class GearPanel:
         plot.line("phase", "value", source=self.now[name], color=_colour(name), line_width=2.2)
         self.overlay(plot, name)
         self._mark_phase(plot)
-        self.ready.append(fitted(plot, across="sharing" in self.now))  # a cycle of a train may be long
+        self.ready.append(fitted(plot, across="sharing" in self.now))  # the cycle of a train may span many mesh periods
         return plot
 
     def _mark_phase(self, plot: Any) -> None:
@@ -238,7 +239,7 @@ def _colour(name: str) -> str:
 
 
 def small_legend(plot: Any) -> Any:
-    """Move the legend to the right of the frame, with small letters."""
+    """Move the legend to the right of the frame, in small type."""
     plot.add_layout(plot.legend[0], "right")
     plot.legend.label_text_font_size = "11px"
     plot.legend.spacing, plot.legend.padding, plot.legend.border_line_color = 0, 2, None

@@ -241,7 +241,7 @@ def numbers(results: ShownResults) -> Tables:
         ("mean stiffness k [N/µm]", f"{k.mean:.1f}"),
         ("RMS of k [%]", f"{k.rms:.2f}"),
         *(_of_pair(load, results.scene) if isinstance(load, FlankPressure) else _of_train(load, results.scene)),
-        ("tooth support", support(results.scene).replace("_", " ")),
+        ("model of the gear bodies", support(results.scene).replace("_", " ")),
     ]
     if results.scatter is not None or results.unfinished:
         rows += [(OVER_ERRORS[name], _scatter(results, name)) for name in _responses(results)]

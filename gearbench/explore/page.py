@@ -21,11 +21,11 @@ from gearbench.explore.gear_data import Tables
 from gearbench.explore.look import PALETTE, SIDE, colour, script, spaced, text_of
 
 #: Maximum number of picked gears kept for comparison.
-MOST = 3
+MOST_KEPT = 3
 
 
 class Page:
-    """Parts of the page, connected by scripts; the caller connects the answer to a pick.
+    """Parts of the page, connected by scripts; the caller fills ``answer`` (``answer_data``) on a pick.
 
     Every figure is a separate Bokeh root, because Bokeh lays out a whole root again when an axis label gains a digit.
 
@@ -71,7 +71,7 @@ class Page:
             root.name = name
             document.add_root(root)
         document.title = "gearbench explore"
-        compare = script("light", "compare", "picks", **self.gear.compare(("picked",), MOST))
+        compare = script("light", "compare", "picks", **self.gear.compare(("picked",), MOST_KEPT))
         at_start = (self.refresh, self.follow, *self.gear.ready, script("labels"), self._choose, compare)
         document.js_on_event(DocumentReady, *at_start)
 
@@ -176,7 +176,10 @@ def key(catalogue: Catalogue, name: str) -> str:
 
 
 def order(catalogue: Catalogue) -> np.ndarray:
-    """Indices of the designs sorted by result, then ``ACROSS``, then ``UP``, (design,); fronts then take one pass."""
+    """Indices of the designs sorted by result, then ``ACROSS``, then ``UP``, (design,).
+
+    In this order a script finds each front in one pass.
+    """
     x, y = catalogue.column(ACROSS).values, catalogue.column(UP).values
     return np.lexsort((y, x, catalogue.result)).astype("int32")
 

@@ -43,7 +43,7 @@ class Stored:
     scene
         Function from a design's number to its scene.
     teeth
-        Tooth model and tooth support with which the values were computed.
+        Tooth model and model of the gear bodies with which the values were computed.
     """
 
     label: str
@@ -153,7 +153,7 @@ def of_run(dataset: xr.Dataset, file: str) -> Stored:
 
 
 def teeth_of(scene: Scene) -> str:
-    """Tooth model and tooth support of a scene as text, e.g. "solid teeth, ring"."""
+    """Tooth model and model of the gear bodies of a scene as text, e.g. "solid teeth, ring"."""
     bending = scene.effect("tooth_bending")
     if bending is None:
         return "rigid teeth"

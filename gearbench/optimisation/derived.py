@@ -17,7 +17,7 @@ Derivation = Callable[[Mapping[str, Any], Callable[[Mapping[str, Any]], Pair], f
 
 
 def _relief_length(effect: str) -> Derivation:
-    """Return the function that converts the length of a relief, given as a fraction of the smaller tooth depth."""
+    """Return the function that converts the length of a relief, given as a fraction of the smaller tooth height h_e."""
 
     def derive(tables: Mapping[str, Any], pair_of: Callable[[Mapping[str, Any]], Pair], value: float) -> dict[str, Any]:
         pair = pair_of(tables["pair"])
@@ -69,7 +69,7 @@ def _ring_teeth(tables: Mapping[str, Any], _: Callable[[Mapping[str, Any]], Pair
     """Tooth number of the ring (negative) from the number of teeth in addition to the default."""
     planetary = tables["planetary"]
     ring_without_teeth = {key: number for key, number in planetary.get("ring", {}).items() if key != "teeth"}
-    default = expanded({**planetary, "ring": ring_without_teeth})[0]
+    default, *_ = expanded({**planetary, "ring": ring_without_teeth})
     return {"planetary.ring.teeth": default.teeth[-1] - round(value)}
 
 
@@ -83,8 +83,8 @@ DERIVED: Mapping[str, Derivation] = MappingProxyType(
     }
 )
 
-#: Name of the derived variable → keys of the scene that it sets. ``study_file`` refuses keys set twice, and keys of the
-#: other geometry.
+#: Name of the derived variable → keys of the scene that it sets. ``study_file`` refuses keys set twice, and
+#: keys of a pair in a study of planetary sets or the reverse.
 KEYS_SET: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         "pair.addendum_fraction": ("pair.pinion.addendum", "pair.wheel.addendum"),

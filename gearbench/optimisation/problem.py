@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from gearbench.dynamics.over_speed import ForceOverSpeed
     from gearbench.robustness.montecarlo import Sampled
 
-#: Violation of a design whose scene is not valid or cannot be solved; larger than the sum for 999 violated limits.
+#: Violation of a design whose scene is not valid or cannot be solved; a violated limit counts at most 1000.
 NO_GEAR = 1e6
 
 
@@ -103,12 +103,12 @@ def evaluate(study: OptimisationStudy, design: Design, incumbents: Incumbents | 
     try:
         scene, cost = scene_of(study, design), cost_of(study, design)
         candidate = _Candidate(study=study, scene=scene, cost=cost, incumbents=incumbents)
-        limited = candidate.limited(roughly=candidate.may_be_rough)
+        limited = candidate.limited(roughly=candidate.limits_rough_first)
         limited_values = limited.constraints
         if not limited.feasible:
             return limited
         sampled = candidate.with_statistics()
-        if candidate.may_be_rough and sampled.samples == study.robustness.samples:
+        if candidate.limits_rough_first and sampled.samples == study.robustness.samples:
             limited = candidate.limited(roughly=False)  # no incumbent beats it: check its limits exactly
         return replace(sampled, constraints=limited.constraints) if limited.feasible else limited
     except MemoryBudgetError:
@@ -130,7 +130,7 @@ class _Candidate:
     forces: dict[float, ForceOverSpeed] = field(default_factory=dict)
 
     @cached_property
-    def may_be_rough(self) -> bool:
+    def limits_rough_first(self) -> bool:
         """Whether the limits are first checked on the rough solution, which the error samples need anyway."""
         return self.incumbents is not None and not self.scene.loads and may_be_rough(self.scene, self.study.constraints)
 
@@ -161,7 +161,7 @@ class _Candidate:
         values = constrained(self.scene, limits, solved, self.cost, lambda scene: self.force(scene).without_errors)
         violation, reason = judge(values, limits)
         constraints = tuple(values.get(name, math.nan) for name in limits)
-        # too close to a limit for the rough solution
+        # too close to a limit for the rough solution; limits kept roughly are checked exactly in ``evaluate``
         if roughly and violation > 0 and not decided(values, limits):
             return self.limited(roughly=False)
         unknown_statistics = (math.nan,) * len(self.study.statistics)
@@ -193,6 +193,7 @@ class _Candidate:
             forces = [self.force(loaded).without_errors for loaded in self.scene.each_load]
             values["mesh_force_mean"] = float(_over_loads(self.study, forces))
         if names := self._on_cycles:
+            # ``sweep`` combines loads, ``simulate`` refines up to the accuracy; otherwise the solution is at hand
             if self.scene.loads and not self.scene.coupled:
                 from gearbench.sweeps.run import sweep
 
@@ -230,7 +231,7 @@ class _Candidate:
         if self.scene.coupled:
             assert isinstance(self.solved, SolvedTrain)
             return [sampled_train(self.scene, self.solved)]
-        if self.may_be_rough:
+        if self.limits_rough_first:
             return [prepare_problem(self.scene, self.rough.lines, self.rough.weight, self.rough.problem)]
         if not self.scene.loads:
             return [prepare_scene(self.scene)]
@@ -259,7 +260,7 @@ class _Candidate:
         return _over_loads(self.study, by_load)
 
     def _numbers(self) -> tuple[float, ...]:
-        """Values of the quantities named in ``study.numbers``, combined over the loads as ``over_loads`` says."""
+        """Values of ``study.numbers``, which do not depend on the errors, combined as ``over_loads`` says."""
         study, by_load = self.study, []
         for loaded in self.scene.each_load if study.numbers else ():
             solved = cache(partial(solve_scene, loaded)) if self.scene.loads else lambda: self.solved

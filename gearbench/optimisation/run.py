@@ -120,22 +120,19 @@ def optimise(
 
 
 class _Run:
-    """Running search: it asks, evaluates, stores and tells, and reports its progress.
-
-    Without ``workers``, this process evaluates the designs.
-    """
+    """Running search: it asks, evaluates, stores and tells, and reports its progress."""
 
     def __init__(
         self,
         study: OptimisationStudy,
         store: Store | None,
-        workers: Executor | None,
+        workers: Executor,
         progress: Callable[[Progress], None],
     ) -> None:
         self._study, self._store, self._workers, self._progress = study, store, workers, progress
         self._archive, self._search = Archive(study), Search(study)
         self._start = time.perf_counter()
-        self._asked = self._restored = self._evaluated = 0
+        self._designs_asked = self._restored = self._evaluated = 0
 
     def dataset(self) -> xr.Dataset:
         """Dataset of all designs and of the history of the search."""
@@ -145,10 +142,10 @@ class _Run:
         """Run all generations."""
         for generation in range(1, self._study.algorithm.generations + 1):
             designs = self._search.ask()
-            if not designs:
+            if not designs:  # the design space is exhausted
                 break
             self._search.tell(self._generation(generation, designs))
-            self._asked += len(designs)
+            self._designs_asked += len(designs)
             self._report(0.0)
 
     def _generation(self, generation: int, designs: Sequence[Design]) -> list[Evaluation]:
@@ -175,6 +172,7 @@ class _Run:
         archive = self._archive
         if not self._study.robustness.racing or not archive.front:
             return None
+        # evenly by rank in the first objective
         chosen = [archive.front[i] for i in spread(archive.front_objectives[:, 0])]
         missing = {archive.designs[i]: i for i in chosen if i not in archive.responses}
         for design, result in evaluations(self._workers, self._study, list(missing)):
@@ -184,7 +182,10 @@ class _Run:
         return Incumbents.of(self._study, values, [archive.results[i].statistics for i in chosen])
 
     def _report(self, part: float, new: int = 0, feasible: int = 0) -> None:
-        """Report progress: ``part`` (0 to 1) of this generation is done: ``new`` designs, ``feasible`` of them."""
+        """Report progress.
+
+        Of the current generation the share ``part`` is done, with ``new`` designs of which ``feasible`` are feasible.
+        """
         archive, generations = self._archive, self._study.algorithm.generations
         done = len(archive.asked)  # one entry per finished generation
         self._progress(
@@ -193,7 +194,7 @@ class _Run:
                 generations=generations,
                 fraction=min(1.0, (done + part) / generations),
                 restored=self._restored,
-                asked=self._asked,
+                asked=self._designs_asked,
                 evaluated=len(archive.designs) + new,
                 feasible=(archive.feasible_found or [0])[-1] + feasible,
                 hypervolume=(archive.hypervolumes or [0.0])[-1],

@@ -241,8 +241,12 @@ def markdown_text(selection: Selection, top: int | None = None) -> str:
     designs, table = selection.designs, selection.table(top)
     lines = [f"# {markdown_name(designs.study.name) or 'study'}: selected designs", ""]
     lines += [f"- {condition}: {left} designs left" for condition, left in selection.steps]
-    lines.append(f"- tooth support: {designs.support(selection.numbers[:top]) or '–'}")
-    lines += ["", f"Ranked by {ranking_text(selection)}, each from its best to its worst on the front.", ""]
+    lines.append(f"- model of the gear bodies: {designs.support(selection.numbers[:top]) or '–'}")
+    lines += [
+        "",
+        f"Ranked by {ranking_text(selection)}: each is 0 at its best value on the front and 1 at its worst.",
+        "",
+    ]
     heads = [heading(selection, name) for name in table]
     lines.append("| " + " | ".join(map(_cell, heads)) + " |")
     lines.append("|" + " ---: |" * len(heads))

@@ -24,7 +24,7 @@ ERROR_OVER_CHANGE = 1.5
 #: Number of samples for the choice of the resolution; all runs use the same samples, so that their scatter cancels.
 TRIAL_SAMPLES = 128
 #: Minimum and maximum number of samples, and number of standard errors that count as the error of a mean.
-FEWEST, MOST, STANDARD_ERRORS = 64, 2**20, 3.0
+FEWEST_SAMPLES, MOST_SAMPLES, STANDARD_ERRORS = 64, 2**20, 3.0
 
 
 def choose_robust(scene: Scene, *, seed: int, sampler: Sampler, threads: int) -> tuple[Choice[NDArray], int]:
@@ -42,7 +42,7 @@ def choose_robust(scene: Scene, *, seed: int, sampler: Sampler, threads: int) ->
         scene, partial(_means, seed=seed, sampler=sampler), share=RESOLUTION_SHARE, error_over_change=ERROR_OVER_CHANGE
     )
     budget = trial.requested - trial.estimated
-    problems, count = [prepare_scene(each) for each in trial.scene.each_load], FEWEST
+    problems, count = [prepare_scene(each) for each in trial.scene.each_load], FEWEST_SAMPLES
     parts: list[list[Responses]] = [[] for _ in problems]
     while True:
         # the first half of the samples is known already, unless the sampler draws all of them anew
@@ -54,8 +54,10 @@ def choose_robust(scene: Scene, *, seed: int, sampler: Sampler, threads: int) ->
         if (error := float(errors.max())) <= budget:
             break
         count *= 2
-        if count > MOST:
-            raise InputError("accuracy", trial.requested, f"{MOST} samples leave an error of {100 * error:.2g} %")
+        if count > MOST_SAMPLES:
+            raise InputError(
+                "accuracy", trial.requested, f"{MOST_SAMPLES} samples leave an error of {100 * error:.2g} %"
+            )
     settings = {**trial.settings, "samples": str(count)}
     return replace(trial, settings=settings, errors=trial.errors + errors), count
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 #: Directions of the motions of a node: translations along the axes, and rotations about them.
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 #: Largest number of coordinates of a body.
-MOST = 2000
+MOST_COORDINATES = 2000
 #: Supported number types and symmetries of Matrix Market files.
 KINDS, SYMMETRIES = ("real", "double", "integer", "unsigned-integer"), ("general", "symmetric")
 
@@ -125,8 +125,8 @@ def _from_punch(text: str) -> Matrices:
                 out[index_of[column], index_of[row]] = value
         return out
 
-    if len(places) > MOST:
-        raise InputError("", f"{len(places)} degrees of freedom", f"must be at most {MOST}")
+    if len(places) > MOST_COORDINATES:
+        raise InputError("", f"{len(places)} degrees of freedom", f"must be at most {MOST_COORDINATES}")
     return Matrices(mass=full(M) if M else None, stiffness=full(K), rows=np.eye(len(places)), labels=labels)
 
 
@@ -145,9 +145,10 @@ def read_matrix(key: str, name: str) -> tuple[NDArray, str]:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
             rows, columns, count, form, kind, symmetry = mminfo(io.BytesIO(data))
-            if rows != columns or not 0 < rows <= MOST or kind not in KINDS or symmetry not in SYMMETRIES:
+            if rows != columns or not 0 < rows <= MOST_COORDINATES or kind not in KINDS or symmetry not in SYMMETRIES:
                 given = f"{kind}, {symmetry}, {rows} × {columns}"
-                raise InputError(key, f"{name}: {given}", f"must be real and square, at most {MOST} × {MOST}")
+                size = f"{MOST_COORDINATES} × {MOST_COORDINATES}"
+                raise InputError(key, f"{name}: {given}", f"must be real and square, at most {size}")
             return _matrix(data, rows, count, sparse=form == "coordinate", symmetric=symmetry == "symmetric"), digest
     except InputError:
         raise

@@ -15,7 +15,7 @@ GEAR = 100.0
 #: Largest plausible inertia of a motor or load over that of the largest gear as a steel disc.
 COUPLED = 1e5
 #: Smallest plausible bearing clearance [µm], and largest relative to the diameter of balls or rollers.
-LEAST, MOST = 0.5, 0.02
+SMALLEST_CLEARANCE, LARGEST_CLEARANCE = 0.5, 0.02
 
 
 def doubts_of_wheels(system: System, pair: Pair) -> Iterator[str]:
@@ -54,7 +54,8 @@ def _doubts_of_bearings(shaft: Shaft) -> Iterator[str]:
     for rolling in (bearing.rolling for bearing in shaft.bearings):
         if rolling is None or rolling.clearance == 0:
             continue
-        if abs(rolling.clearance) < LEAST or rolling.clearance > MOST * 1e3 * rolling.D_w:
+        too_large = rolling.clearance > LARGEST_CLEARANCE * 1e3 * rolling.D_w
+        if abs(rolling.clearance) < SMALLEST_CLEARANCE or too_large:
             yield f"shaft {shaft.name}: a bearing has a clearance of {rolling.clearance:g} µm: is it in micrometres?"
 
 

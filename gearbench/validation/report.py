@@ -203,7 +203,7 @@ def _time_table(one: xr.Dataset) -> str:
 def _texts(one: xr.Dataset) -> str:
     attrs = one.attrs
     facts = {
-        "tooth support": attrs["support"],
+        "model of the gear bodies": attrs["support"],
         "versions": attrs["versions"],
         "revision": attrs["git_revision"],
         "host": attrs["host"],

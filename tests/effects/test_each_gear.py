@@ -76,7 +76,7 @@ def test_coast_flanks_have_their_own_on_the_gears_as_they_are():
 
 
 FAULTS = {
-    "neither": ("crowning", {}, "amount = missing: is required, or a table pinion or wheel"),
+    "neither": ("crowning", {}, "amount = missing: is required unless there is a table pinion or wheel"),
     "both": ("crowning", {"amount": 1.0, "wheel": {"amount": 2.0}}, "amount = 1: conflicts with the table wheel"),
     "a top of the whole": ("crowning", {"highest": 1.0, "wheel": {"amount": 2.0}}, "highest = 1: conflicts with"),
     "a top beside its face": (
@@ -93,7 +93,7 @@ FAULTS = {
     "nothing of a gear": (
         "end_relief",
         {"pinion": {}},
-        "pinion.amount = missing: is required, or a table at_0 or at_b",
+        "pinion.amount = missing: is required unless there is a table at_0 or at_b",
     ),
     "too long": ("end_relief", {"pinion": {"amount": 1.0, "length": 14.0}}, "pinion.length = 14: must be at most half"),
 }

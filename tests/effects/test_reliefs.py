@@ -277,7 +277,10 @@ BAD = {
         {"tip_relief": {"pinion": {"amount": 5.0, "length": 6.5, "along": "roll"}}},
         "effects.tip_relief.pinion.along = roll: begins below the base circle",
     ),
-    "nothing": ({"tip_relief": {}}, "effects.tip_relief.amount = missing: is required, or a table pinion or wheel"),
+    "nothing": (
+        {"tip_relief": {}},
+        "effects.tip_relief.amount = missing: is required unless there is a table pinion or wheel",
+    ),
     "ends meet": (
         {"end_relief": {"at_0": {"amount": 5.0, "length": 20.0}, "at_b": {"amount": 5.0, "length": 5.0}}},
         "effects.end_relief.at_0.length = 20: at_0 and at_b together must be at most the face width",
