@@ -17,9 +17,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
 MEANING = {
-    "profile_slope": "f_Hα: linear along the profile, all at the tip",
+    "profile_slope": "f_Hα: linear along the profile, zero in its middle",
     "profile_form": "f_fα: barrel, nothing in the middle of the profile",
-    "helix_slope": "f_Hβ: linear over the face, all at y = b",
+    "helix_slope": "f_Hβ: linear over the face, zero in its middle",
     "helix_form": "f_fβ: crown, nothing in the middle of the face",
     "inclination": "f_Σδ: axes approach in their plane, × sin α_wt cos β_b",
     "deviation": "f_Σβ: axes lean across their plane, × cos α_wt cos β_b",

@@ -210,7 +210,7 @@ def test_an_interruption_before_the_first_point_is_not_passed_over_in_silence(mo
             raise KeyboardInterrupt
         return {}, False
 
-    monkeypatch.setattr(run, "respond", interrupted)
+    monkeypatch.setattr(run, "respond_with_usual", interrupted)
     monkeypatch.setattr(run, "solve_group", interrupted)
     with pytest.raises(KeyboardInterrupt):
         sweep(example("gear55_robust"), torque=[5.0], samples=samples)
