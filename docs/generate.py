@@ -102,7 +102,7 @@ def scene() -> str:
 
     return f"""# The scene
 
-A scene is a TOML file. Only the gears (`[pair]`, or one of the tables instead), a load and one effect that adds
+A scene is a TOML file. Only the gears (`[pair]`, or tables that replace it), a load and one effect that adds
 compliance are required.
 
 | table | holds |
@@ -123,6 +123,12 @@ compliance are required.
 {key_tables(Load)}
 {prose(DrivingScene)}
 
+```toml
+[load]
+scene = "planetary.toml"
+member = "carrier"
+```
+
 {key_tables(DrivingScene)}
 ## Gears and meshes
 
@@ -130,7 +136,7 @@ compliance are required.
 `response`. Every mesh is simulated under its torque, and Datasets have the dimensions `mesh` and `gear`. Parallel paths
 with one mesh frequency are solved together and give `load_sharing` of each mesh, `mesh_load_factor`, and the
 `train_transmission_error` over the phase of the first mesh; `hunting` computes all mesh cycles. Tooth 0 of a
-gear enters contact as the cycle of its first mesh begins; the phases of its waves count from there.
+gear enters contact as the cycle of its first mesh begins; the phases of its `waviness` count from there.
 
 Gears that are not in mesh must not overlap. Meshes align the faces of their gears; `axial_offset` puts gears side by
 side.

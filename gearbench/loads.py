@@ -40,17 +40,17 @@ class Load:
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class DrivingScene:
-    """Instead of a torque: the loads that a member of another scene passes on, as in two planetary sets in a row.
+    """Instead of ``torque``, ``[load]`` takes another scene and its member that drives this one.
 
-    Each scene is a contact problem with its own mesh cycle. The shaft between them passes on its mean torque, but no
-    vibration.
+    Two planetary sets in a row are two such scenes. Each is a contact problem with its own mesh cycle. The shaft
+    between them passes on the mean torque, but no vibration.
 
     Parameters
     ----------
     scene
         File of the scene that drives this one, relative to this file.
     member
-        Member of that scene on the shaft of the first driver of this scene, e.g. "carrier".
+        Member of that scene whose shaft carries the first driver of this scene, e.g. "carrier".
     """
 
     scene: str

@@ -95,7 +95,7 @@ class Planetary:
     Parameters
     ----------
     normal_module, face_width
-        m_n, and b of the gears without a ``face_width`` [mm].
+        m_n, and the default face width b of the gears [mm].
     centre_distance
         Distance of the planets from the axis [mm]; by default the mean of the reference distances of both meshes,
         m_n (z_s + |z_r|)/(4 cos β) if the planets are not stepped.

@@ -70,10 +70,10 @@ class TrainMesh:
         Direction from the axis of the driver to the teeth that mesh, clockwise from x [°]: towards the axis of an
         external driven gear, away from that of a ring.
     phase
-        Mesh phase relative to the first mesh [mesh periods]; by default from the teeth.
+        Mesh phase relative to the first mesh [mesh periods]; by default it follows from the teeth.
     hand
-        Hand of the driver's helix in a gearbox, unless a shared gear determines it; ``system.hand`` is that of the
-        first mesh.
+        Hand of the driver's helix in a gearbox, if no gear shared with an earlier mesh determines it. That of the first
+        mesh is ``system.hand``.
     """
 
     driver: str

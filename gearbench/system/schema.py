@@ -249,8 +249,8 @@ class FurtherMesh:
     hand
         Hand of the helix of its pinion.
     phase
-        Mesh phase when that of this scene's pair is zero [mesh periods]; by default from the teeth of a shared gear,
-        else 0.
+        Mesh phase when that of this scene's pair is zero [mesh periods]; by default it follows from the teeth of
+        a shared gear, else 0.
     """
 
     name: Annotated[str, Field(min_length=1)]
