@@ -47,9 +47,9 @@ class Link:
     sides
         Numbers of the two sides in ``Bodies.sides``.
     groups
-        One for all positions at which the same teeth are loaded: indices of these positions, and the compliance C
-        between the polynomials of all tooth pairs on one side and those on the other (pair × function, pair × function)
-        [mm·mm²/N].
+        One group for each combination of loaded teeth: the indices of its positions, and the compliance C between the
+        polynomials of all tooth pairs on the first side (rows) and on the second (columns), (pair × function, pair ×
+        function) [mm·mm²/N].
     """
 
     sides: tuple[int, int]

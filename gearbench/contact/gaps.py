@@ -51,7 +51,7 @@ def gap_kinks(scene: Scene) -> tuple[list[float], list[float]]:
 
 
 def gap_effects(scene: Scene) -> tuple[GapEffect, ...]:
-    """Acting effects of ``scene`` that add a gap, including the motion of shafts, which no flank effect contains."""
+    """Acting effects of ``scene`` that add a gap: those of the flanks, and the motion of the shafts."""
     return tuple(effect for effect in scene.acting_effects if isinstance(effect, GapEffect))
 
 
@@ -73,6 +73,7 @@ def _variation(
     flanks: Separation | None,
     span: tuple[float, float] | None,
 ) -> tuple[float, float]:
+    # with these phases the result stays the same if pinion and wheel are exchanged
     phase = mirrored_phases(pair, TRIAL_PHASES)
     lines = contact_lines(pair, phase, TRIAL_SEGMENTS, *kinks, coast=coast, span=span)
     gap = total_gap(effects, replace(lines, separation=flanks))[lines.active]
@@ -80,7 +81,10 @@ def _variation(
 
 
 def conforming(scene: Scene) -> bool:
-    """Whether the gap of the flanks is the same everywhere, so that all lines are loaded over their length."""
+    """Whether the gap of the flanks is the same everywhere, so that all lines are loaded over their length.
+
+    Never for contact off the line of action: beyond the path of contact the flanks part.
+    """
     return flank_separation(scene) is None and variation(scene)[1] <= LEAST_VARIATION
 
 
@@ -92,7 +96,7 @@ def total_gap(effects: Iterable[Effect], lines: ContactLines) -> NDArray:
     """
     total = np.zeros(lines.shape)
     for effect in effects:
-        # off the line of action ``touch`` is set, and ``off_line_contact`` adds the pure profile modifications
+        # off the line of action ``touch`` is set: the separation in ``off_line_contact`` contains these modifications
         if isinstance(effect, GapEffect) and not (lines.touch and effect.modifications(lines.pair)):
             total += effect.gap(lines) / lines.lever
     return total

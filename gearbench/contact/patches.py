@@ -1,6 +1,6 @@
 """Second solution of the contact, at points on the contact patches of the lines.
 
-The solution on cells gives the approach δ and the amplitudes q of the smooth deflection. The compression
+The first solution is on cells: segments over which the gap may vary. It gives the approach δ and the amplitudes q of the smooth deflection. The compression
 s(y) = δ − e(y) − ψ(y)·q changes sign at the ends of the patches. An error ε of these ends changes loads and deflections
 by O(ε²), but the stiffness by O(ε), because a point is stiff as soon as it touches. The ends are therefore located
 again, from the compressions at the points of the patches and on the cells. Between the ends the integrands are smooth,
@@ -28,13 +28,15 @@ from gearbench.geometry.quadrature import gauss
 
 #: Number of times that the ends of patches are computed; each time squares the error of loads and deflections.
 ROUNDS = 3
-#: Residual at which the solution on cells takes its last step. It is far below the error of the patch ends
-#: found on cells, so that the result after the last round depends on the initial guess by less than 1e-12.
+#: Once the residual on cells is below this, Newton's method takes one more step and ends. The residual is then far
+#: below the error of the patch ends found on cells, so that the initial guess changes the result of the last round by
+#: less than 1e-12.
 ON_CELLS = 1e-5
 #: Number of points on a line, besides those of patches, at which the compression is computed for the next round.
 PROBES = 4
 
-#: Problem at the points on patches, followed by probes that carry no load, and its contact lines.
+#: Problem at points on the patches, and the contact lines with these points. Each line ends with probes, which carry no
+#: load.
 Patches = tuple[ContactProblem, ContactLines]
 
 
@@ -67,12 +69,15 @@ class Round(NamedTuple):
 
 
 def first_round(problem: ContactProblem, guess: Guess) -> Round:
-    """Rough solution of ``problem`` on cells, as accurate as patch ends found on cells."""
+    """Rough solution of ``problem`` on cells, accurate enough to find the ends of patches."""
     return Round(*solve_roughly(problem, guess, ON_CELLS), None)
 
 
 def next_round(problem: ContactProblem, guess: Guess, previous: Patches | None) -> Round:
-    """Rough solution of ``problem`` on the patches of ``guess``, a solution on the ``previous`` patches or on cells."""
+    """Rough solution of ``problem`` on new patches, which follow from the solution in ``guess``.
+
+    That solution is on the ``previous`` patches; None: on cells. Afterwards ``guess`` holds the new one.
+    """
     patches = on_patches(problem, guess, previous)
     return Round(*solve_roughly(patches[0], guess), patches)
 
@@ -127,6 +132,7 @@ def _nodes(problem: ContactProblem, guess: Guess, previous: Patches | None) -> t
         by_cell = s.reshape(len(s), -1, 3).copy()
         exists = np.repeat(cells.lines.active, problem.shape[2], axis=1)[without_patch]
         by_cell[without_patch, np.where(exists, by_cell[without_patch].max(axis=2), -np.inf).argmax(axis=1)] = 1.0
+        # This is rare: at all positions, the ends of this round follow from the compressions on cells alone.
         y, width = patch_nodes(cells.lines, by_cell.reshape(s.shape), cells.nodes)
     return y, width
 
@@ -176,7 +182,8 @@ def patch_nodes(
     half = lines.length * math.cos(lines.pair.meshing.beta_b) / 2
     y, width = np.empty((2, *lines.shape[:2], nodes + PROBES))
     least = NEGLIGIBLE_WIDTH * lines.pair.meshing.face_width
-    known = known or (empty := np.empty((*lines.shape[:2], 0)), empty)
+    if known is None:
+        known = (np.empty((*lines.shape[:2], 0)),) * 2
     fill(s, lines.y, half, lines.panel, lines.active, *known, least, *patch_rules(nodes), y, width)
     return y, width
 
@@ -213,12 +220,14 @@ def on_patches(problem: ContactProblem, guess: Guess, previous: Patches | None =
     zeros = np.zeros(nodes.shape)
     law = LineLaw.total([part for part in parts if isinstance(part, LineLaw)], nodes.shape)
     if nodes.touch is not None:
+        # only the law: the smooth compliance in ``cells.factor`` is already divided by the levers
         *_, law = by_lever(nodes.touch.levers[0], zeros[..., None], None, law)
     rows = interpolation_matrix(cells.smooth_lines, nodes.y)
     factor, gap = rows @ cells.factor, total_gap(cells.effects, nodes)
     if cells.field is not None:
         gap = gap + (rows @ cells.field[..., None])[..., 0]
     gap = np.where(cells.lines.active[..., None], gap, 0.0)
+    # no smooth compliance yet (``factor`` below replaces the zeros), and no variation of the gap within a point
     new = scale_problem(nodes, gap, zeros[..., None], law, zeros, problem.force, problem.length_scale, coupled=False)
     new = under_shares(new, cells.share)
     block = np.repeat(problem.block[:: problem.shape[2]], nodes.shape[2])

@@ -1,4 +1,4 @@
-"""Local contact compliance of two teeth pressed together along a line, the law q (a − h ln q) of the line load q.
+"""Local contact compliance of two teeth pressed together along a line: compression q (a − h ln q) by the line load q.
 
 The coefficients a and h change slowly along the path of contact. With ``off_line_contact`` they take long to compute,
 so they are tabulated over u and interpolated.
@@ -23,8 +23,8 @@ from gearbench.geometry.pair import Pair
 from gearbench.geometry.separation import NODES, Separation
 from gearbench.schema import STRICT
 
-#: Number of polynomials of R in the compliance of solid teeth. The softening at tip edges leaves out what they already
-#: contain, also for teeth of lower order.
+#: Number of polynomials in the radius that describe the profile of solid teeth of the default order. The softening at
+#: tip edges leaves out what these polynomials contain; it is the same for teeth of lower order.
 FLANK_POLYNOMIALS = 5
 #: Length of an interval of the table, in half-widths of the contact strip; parabolas are then accurate to 1e-4 of
 #: c = Σ 2(1−ν²)/(πE) of both gears.
@@ -62,6 +62,7 @@ class Hertz(ComplianceEffect):
         spur = lines.pair.meshing.overlap_ratio == 0
         points = {name: getattr(lines, name)[..., : 1 if spur else None] for name in ("u", "y", "length")}
         if lines.separation is None or self.law == "yang_sun":
+            # the panels belong to all points
             law = self.law_on(replace(lines, **points, panel=None))
         else:
             law = law_table(self, lines.pair, lines.separation, lines.typical_load)(points["u"])
@@ -109,8 +110,8 @@ def _edge(lines: ContactLines, index: int, rho: NDArray) -> tuple[NDArray, NDArr
 def _kinks(lines: ContactLines, index: int, rho: NDArray, c: float) -> Iterator[tuple[NDArray, NDArray, NDArray]]:
     """Segments whose contact strip reaches a kink of a profile, and their additions to a and h (E5).
 
-    The additions are exact at two loads: at ``lines.typical_load``, half the mean load of a line, and at the whole load
-    on a single tooth pair. c = Σ 2(1−ν²)/(πE) of both gears.
+    The additions are exact at two loads: at ``lines.typical_load``, half the mean load of a line (``typical_load`` of
+    ``contact.lines`` says why), and at the whole load on a single tooth pair. c = Σ 2(1−ν²)/(πE) of both gears.
     """
     from gearbench.compliance.kink import kink_softening
 
@@ -127,15 +128,16 @@ def _kinks(lines: ContactLines, index: int, rho: NDArray, c: float) -> Iterator[
         along = (roll**2 - start**2) / (2 * profile.base_radius)
         near = np.abs(along) < math.sqrt(load_ratio) * half_width
         # the curvature radius in the transverse plane, in which the slope of the gap is given
-        along, unit, transverse = along[near], half_width[near], rho[near] * math.cos(meshing.beta_b)
+        along, narrow, transverse = along[near], half_width[near], rho[near] * math.cos(meshing.beta_b)
         # The gap is a parabola before the kink and another one after it, because its slope rises by κ = rise there.
         # Their vertices along the profile are x_s (vertex) and x_s − κρ (vertex − shift); the kink is at 0.
         shift, tilt = transverse * rise, transverse * touch.tilt[near]
         corner = (touch.edge[near] == index) & (np.abs(along) < 1e-9 * abs(profile.base_radius))
+        # before the kink contact lies on the first parabola, after it on the second; at the kink its normal may tilt
         vertex = np.where(corner, shift - tilt, np.where(along < 0, along, along + shift))
-        widths = (unit, math.sqrt(load_ratio) * unit)
+        wide = math.sqrt(load_ratio) * narrow
         # c₁Λ of (E5) at the two loads
-        low, high = (mean * kink_softening(vertex / width, shift / width) for width in widths)
+        low, high = (mean * kink_softening(vertex / width, shift / width) for width in (narrow, wide))
         h = (low - high) / math.log(load_ratio)
         yield near, low + h * math.log(lines.typical_load), h
 

@@ -74,6 +74,7 @@ class Relief:
             raise InputError(given[1], getattr(self, given[1]), f"conflicts with {given[0]}: give one of the two")
 
 
+# pydantic checks the keys of its subclasses
 @plain_dataclass(frozen=True)
 class ProfileRelief(ShapeEffect):
     """Relief of one end of the profile: common keys for both gears or one of them, or a table for each."""
@@ -107,7 +108,7 @@ class ProfileRelief(ShapeEffect):
             return dict.fromkeys(chosen(self.gear), same)
         return each_gear(self)
 
-    def on(self, index: int) -> ProfileRelief | None:
+    def only_on(self, index: int) -> ProfileRelief | None:
         """The effect with only the relief of gear ``index``, as a table; None if that gear has no relief."""
         table = self.tables().get(index)
         cleared = {"amount": None, "length": None, "shape": "linear", "gear": "both", GEARS[1 - index]: None}
@@ -153,11 +154,10 @@ class ProfileRelief(ShapeEffect):
                     raise InputError(f"{key}along", "roll", "begins below the base circle: no roll length there")
                 continue
             name = next(name for name in _STARTS if getattr(table, name) is not None)
-            # the involute of an external gear (positive radii) begins at the base circle
+            # The involute of an external gear begins at the base circle. Radii of an internal gear are negative.
             if low > 0:
                 low = max(low, pair.gears[index].base_radius)
             if not low <= start <= high:
-                # radii of an internal gear are negative
                 smallest, largest = sorted((abs(2 * low), abs(2 * high)))
                 allowed = f"must lie on the tooth, at a diameter of {smallest:.6g} to {largest:.6g} mm"
                 if name != "start_diameter":

@@ -23,8 +23,8 @@ from gearbench.system.mechanics import static_equilibrium
 from gearbench.system.shaft_model import ShaftModel
 from gearbench.system.static import StaticState, twist
 
-#: Foundations that ``mesh_spread`` tries: springs that replace the teeth. Their stiffness is given as a share of face
-#: width times modulus of elasticity. The first is stiffer than meshes, the second stiffer than Hertzian contact.
+#: Foundations that ``mesh_spread`` tries: springs that replace the teeth. Their stiffness is given as a multiple of
+#: face width times modulus of elasticity. The first is stiffer than meshes, the second stiffer than Hertzian contact.
 FOUNDATIONS = (0.3, 5.0)
 #: Eigenvalues of a seat's compliance below this fraction of the largest are rounding, and are dropped.
 _RANK = 1e-14
@@ -96,8 +96,8 @@ class SeatedGear:
 def factor(gears: Sequence[SeatedGear], rows_of_gears: Sequence[NDArray]) -> NDArray:
     """Ψ (…, rank) [√(mm/N)] of the seats of gears whose shafts are in equilibrium together (W9).
 
-    The equilibrium contains bending and axial motion, with bearings and connecting bodies. It holds the rotation about
-    the axis; the twist over the face is added.
+    The equilibrium contains bending and axial motion, with bearings and connecting bodies. It does not
+    contain rotation about the axis, which is held; the twist over the face is added here.
 
     Parameters
     ----------
@@ -113,7 +113,7 @@ def factor(gears: Sequence[SeatedGear], rows_of_gears: Sequence[NDArray]) -> NDA
         # the sixth motion of each node; ``scale`` has one entry for each node so far
         twist_coordinates = 6 * (len(scale) + np.arange(len(gear.nodes))) + 5
         G[np.ix_(twist_coordinates, twist_coordinates)] += gear.twist_compliance
-        # rotations [rad] are scaled by half the face width to compare with motions [mm]
+        # rotations [rad] are scaled by half the face width to compare with displacements [mm]
         width = gear.box.pairs[PAIR].meshing.face_width
         scale += [np.array([1, 1, 1, *([2 / width] * 3)])] * len(gear.nodes)
     scales = np.concatenate(scale)
@@ -136,8 +136,8 @@ def mesh_spread(gears: tuple[SeatedGear, SeatedGear], stiffness: NDArray) -> tup
 
     C is that of (W13). The points are those of ``FACE_POINTS``. A foundation of springs replaces the teeth. Among all
     loads with the same resultants, the chosen ones store the least strain energy in shafts and foundation. The
-    foundation must be stiffer than the teeth, so that shafts and teeth together are more compliant than C. If the first
-    of ``FOUNDATIONS`` is too soft, the second is taken.
+    foundation must be stiffer than the teeth, so that shafts and teeth together are more compliant than shafts and
+    foundation. If the first of ``FOUNDATIONS`` is too soft, the second is taken.
 
     Parameters
     ----------
@@ -154,12 +154,12 @@ def mesh_spread(gears: tuple[SeatedGear, SeatedGear], stiffness: NDArray) -> tup
         H += psi @ psi.T
     R = legvander(η, stiffness.shape[-1] - 1)
     E = min(material.E for material in pair.materials)
-    P = R  # replaced in the loop
-    for share in FOUNDATIONS:
-        P = np.linalg.solve(H + np.diag(2 / (share * E * pair.meshing.face_width * weight)), R)
-        K = np.linalg.inv(R.T @ P)
-        P = P @ K
-        mesh_is_softer = np.linalg.eigvals(stiffness @ K).real.max() < 1
+    P = R  # for the type checker: the loop replaces it
+    for multiple in FOUNDATIONS:
+        P = np.linalg.solve(H + np.diag(2 / (multiple * E * pair.meshing.face_width * weight)), R)
+        on_foundation = np.linalg.inv(R.T @ P)  # compliance of the resultants, shafts and foundation
+        P = P @ on_foundation
+        mesh_is_softer = np.linalg.eigvals(stiffness @ on_foundation).real.max() < 1
         if mesh_is_softer:
             break
     return P.T, P.T @ H @ P
@@ -202,7 +202,7 @@ class Shafts(ComplianceEffect):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ShaftMotion(GapEffect):
-    """Displacements of the shafts that do not depend on the flank forces.
+    """Displacements of the shafts besides those of ``Shafts``, which are linear in the flank forces.
 
     They come from other loads, clearance and nonlinear bearings.
 
@@ -225,7 +225,7 @@ class ShaftMotion(GapEffect):
     source: ClassVar[str] = "Timoshenko beams, ISO/TS 16281"
 
     def gap(self, lines: ContactLines) -> NDArray:
-        """Gap [mm], (position, pair, segment)."""
+        """Gap [mm], (position, pair, segment), positive where the flanks part."""
         pinion, wheel = (gear.deflection(lines, motion) for gear, motion in zip(self.gears, self.motions, strict=True))
         return pinion + wheel
 
@@ -233,7 +233,10 @@ class ShaftMotion(GapEffect):
 def flank_loads(
     gears: tuple[SeatedGear, SeatedGear], lines: ContactLines, force: NDArray, weight: NDArray
 ) -> tuple[NDArray, NDArray]:
-    """Mean load (size,) of the flank forces (position, pair, segment) [N] on the nodes of each gear's shaft."""
+    """Mean load (size,) of the flank forces (position, pair, segment) [N] on the nodes of each gear's shaft.
+
+    ``weight`` is that of each position in the mean, (position,).
+    """
     mean = weight[:, None, None] * force
     pinion, wheel = (np.einsum("pks,pksn->n", mean, gear.rows(lines)) for gear in gears)
     return pinion, wheel

@@ -91,8 +91,8 @@ def test_the_tables_of_both_gears_are_the_flat_keys():
     tables = made(TipRelief, pinion=own, wheel=own)
     assert tables.modifications(SPUR) == flat.modifications(SPUR)
     assert made(TipRelief, wheel=own).modifications(SPUR) == replace(flat, gear="wheel").modifications(SPUR)
-    assert tables.on(1) == made(TipRelief, wheel=own)
-    assert made(TipRelief, wheel=own).on(0) is None
+    assert tables.only_on(1) == made(TipRelief, wheel=own)
+    assert made(TipRelief, wheel=own).only_on(0) is None
 
 
 def test_a_circular_relief_is_an_arc_without_kink():
