@@ -1,10 +1,10 @@
 """Second solution of the contact, at points on the contact patches of the lines.
 
-The first solution is on cells: segments over which the gap may vary. It gives the approach δ and the amplitudes q of the smooth deflection. The compression
-s(y) = δ − e(y) − ψ(y)·q changes sign at the ends of the patches. An error ε of these ends changes loads and deflections
-by O(ε²), but the stiffness by O(ε), because a point is stiff as soon as it touches. The ends are therefore located
-again, from the compressions at the points of the patches and on the cells. Between the ends the integrands are smooth,
-and sums over the points of ``patch_rules`` converge fast.
+The first solution is on cells: segments over which the gap may vary. It gives the approach δ and the amplitudes q of
+the smooth deflection. The compression s(y) = δ − e(y) − ψ(y)·q changes sign at the ends of the patches. An error ε of
+these ends changes loads and deflections by O(ε²), but the stiffness by O(ε), because a point is stiff as soon as it
+touches. The ends are therefore located again, from the compressions at the points of the patches and on the cells.
+Between the ends the integrands are smooth, and sums over the points of ``patch_rules`` converge fast.
 """
 
 from __future__ import annotations

@@ -58,7 +58,7 @@ class TiltAndBending:
         )
 
 
-def _loaded(mean_resultants: NDArray, slope: NDArray, level: float, mean: float) -> NDArray:
+def _resultants_at(mean_resultants: NDArray, slope: NDArray, level: float, mean: float) -> NDArray:
     """Resultants (phase, j) [N] of tilt and bending at ``level`` times the ``mean`` force.
 
     Above the mean force they grow linearly, by ``slope`` (phase, j) per force; below it they follow a parabola to zero.
@@ -103,7 +103,7 @@ class ForceCurve:
         return len(self.begin)
 
     def force(self, x: NDArray) -> NDArray:
-        """Force [N] at x (…, phase) [mm]: the readable version of the compiled kernel."""
+        """Force [N] at x (…, phase) [mm]; tests compare it with the kernel ``_kernels.run``."""
         low = np.floor(self.back_phase).astype(int)
         f, share = self._drive(x, np.arange(self.steps)), self.back_phase - low
         for index, weight in ((low % self.steps, 1 - share), ((low + 1) % self.steps, share)):
@@ -140,7 +140,7 @@ def force_curve(mesh: LoadedMesh, steps: int) -> ForceCurve:
     for level in LEVELS:
         loaded = replace(scene, load=replace(scene.load, torque=level * scene.load.torque))
         approach = solve(assemble(loaded, lines, mesh.effects)).approach / cos_b
-        resultants = _loaded(tilt_and_bending.force, S[:, 0, 1:] / S[:, :1, 0], level, scene.F_bt)
+        resultants = _resultants_at(tilt_and_bending.force, S[:, 0, 1:] / S[:, :1, 0], level, scene.F_bt)
         force = np.column_stack([np.full(steps, loaded.F_bt), resultants])
         # x = x_0 + κ_j (x_j − x_s,j), with the motions x_0 = δ − C_0·f and x_j = −C_j·f of the flanks off the shafts
         by_tilt_and_bending = (-force @ C[:, 1:] - tilt_and_bending.motion) * tilt_and_bending.coupling

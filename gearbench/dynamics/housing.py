@@ -56,15 +56,21 @@ def read_housing(path: str | Path) -> xr.Dataset:
                 raise InputError(name, "not finite", "must be finite numbers")
         frequency = data["frequency"].values
         if len(frequency) < 2 or np.any(np.diff(frequency.astype(float)) <= 0):
-            raise InputError("frequency", "given", "must ascend and have at least two values")
+            shown = "not ascending" if len(frequency) > 1 else "one value"
+            raise InputError("frequency", shown, "must ascend and have at least two values")
         for part in PARTS:
-            if np.abs(data[part].values.astype(float)).max() > LARGEST:
-                raise InputError(part, "given", f"must be at most {LARGEST:g}")
+            largest = float(np.abs(data[part].values.astype(float)).max())
+            if largest > LARGEST:
+                raise InputError(part, largest, f"must be at most {LARGEST:g}")
     return data
 
 
 def housing_response(dataset: xr.Dataset, housing: xr.Dataset) -> xr.Dataset:
     """Add to a ``dataset`` of ``response`` the vibration that its bearing forces cause at the points of a housing.
+
+    The contributions of all bearings and directions add up with their phases, for each order of each mesh. Between two
+    frequencies of the file, real and imaginary part are interpolated linearly. At a resonance this is accurate to 1 %
+    of the peak if the step is a tenth of the half-power bandwidth.
 
     Returns
     -------
@@ -78,7 +84,7 @@ def housing_response(dataset: xr.Dataset, housing: xr.Dataset) -> xr.Dataset:
     """
     if "bearing_force_phase" not in dataset:
         raise InputError("housing", "no bearing forces", "needs a linear response of a pair on shafts")
-    if "lobes" in dataset.dims:
+    if "lobes" in dataset.dims:  # force waves round the ring of a planetary set
         raise InputError(
             "housing",
             "a planetary set",
@@ -100,15 +106,16 @@ def housing_response(dataset: xr.Dataset, housing: xr.Dataset) -> xr.Dataset:
     k = np.clip(np.searchsorted(frequencies, f) - 1, 0, len(frequencies) - 2)
     weight = (f - frequencies[k]) / (frequencies[k + 1] - frequencies[k])
     outside = (weight < 0) | (weight > 1)
+    # (speed, mesh, harmonic, point, bearing, direction)
     transfer = np.moveaxis(H[..., k] * (1 - weight) + H[..., k + 1] * weight, (0, 1, 2), (-3, -2, -1))
     vibration = np.einsum("smnpbd,smnbd->smpn", transfer, force)
     vibration[np.broadcast_to(outside[:, :, None], vibration.shape)] = np.nan
     dims = ("speed", "mesh", "point", "harmonic")
     values = {"housing_amplitude": (dims, np.abs(vibration)), "housing_phase": (dims, np.angle(vibration))}
     data = described(values, "outside the frequencies of the housing")
-    units = {"units": str(housing[PARTS[0]].attrs.get("units", "1/N")).removesuffix("/N")}
-    data["housing_amplitude"] = (*data["housing_amplitude"][:2], data["housing_amplitude"][2] | units)
     result = dataset.assign(data).assign_coords(point=("point", list(map(str, housing["point"].values))))
+    units = str(housing[PARTS[0]].attrs.get("units", "1/N")).removesuffix("/N")
+    result["housing_amplitude"].attrs["units"] = units
     if outside.any():
         covered = f"{frequencies[0]:g} to {frequencies[-1]:g} Hz"
         line = f"orders outside {covered} have no housing response: the file covers only this range"

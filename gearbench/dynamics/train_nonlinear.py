@@ -42,8 +42,8 @@ from gearbench.trains.solve import check_train
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Number of phases per period of the mesh with the shortest period: per order, and at least.
-PER_ORDER, LEAST = 8, 128
+#: Number of phases in a period of the mesh with the shortest period: for each order, and the minimum.
+PHASES_PER_ORDER, LEAST_PHASES = 8, 128
 #: Labels of the sweeps, and their names in texts.
 SWEEPS = {"up": "rising speed", "down": "falling speed"}
 #: A note is written if the RMS forces of the two sweeps differ by more than this share of the mean force.
@@ -79,12 +79,13 @@ class NonlinearTrain:
     @cached_property
     def quasi_static(self) -> Excitation:
         """Excitation at the quasi-static motion, with its constant loads."""
+        # one group holds all meshes, which repeat with a common cycle (``TrainModel.groups``)
         return self.model.excitation(self.model.groups[0], self.harmonics)
 
     @cached_property
     def _statics(self) -> Statics:
         """Coupling of the meshes; ``offset`` is the part of their approach that does not depend on the forces."""
-        return self.model.solved.statics(np.zeros(len(self.model.names)))
+        return self.model.solved.statics(np.zeros(len(self.model.names)))  # no additional offset
 
     @cached_property
     def _wave(self) -> NDArray:
@@ -101,7 +102,7 @@ class NonlinearTrain:
         (M4), their deflection (C + D) F is a part of the approach. The curves give F at the rest d = x − (C + D) F,
         which Newton's method finds. C is the compliance between the meshes. D is compliance taken out of the curve of
         each mesh and added here (``Statics.shifted``), so that C + D has no negative eigenvalue. The slope of a mesh
-        contains D, but not C.
+        contains D, but not C, which the model adds (``TrainModel.excitation_by``).
         """
         statics = self._statics
         x = x + statics.offset
@@ -134,7 +135,7 @@ class NonlinearTrain:
     def settle(self, h: NDArray, motion: NDArray) -> tuple[NDArray, Excitation, NDArray] | None:
         """Newton's method from ``motion``: motion in balance, excitation and forces there; None if it fails.
 
-        ``h`` (1, order, mesh, mesh) is the receptance at the speed. Steps that grow are halved.
+        ``h`` (1, order, mesh, mesh) is the receptance at the speed. A step larger than the one before is halved.
         """
         mean, before = self.model.stiffness, math.inf
         for _ in range(STEPS):
@@ -209,7 +210,8 @@ class NonlinearTrain:
 def nonlinear_train_response(scene: Scene, speeds: NDArray, harmonics: int) -> xr.Dataset:
     """Response of a ``coupled`` scene with loss of contact, as the speed rises and as it falls.
 
-    The motions repeat with the mesh cycle. Where such a motion is unstable, or none is found, the response is NaN.
+    Only motions that repeat with the mesh cycle are sought. Where such a motion is unstable, or none is found, the
+    response is NaN.
 
     Raises
     ------
@@ -218,7 +220,7 @@ def nonlinear_train_response(scene: Scene, speeds: NDArray, harmonics: int) -> x
     """
     start, scene = time.perf_counter(), scene.single_load
     periods = tuple(check_train(scene).train.periods.values())
-    phase, weight = uniform_phases(max(LEAST, PER_ORDER * harmonics) * max(periods))
+    phase, weight = uniform_phases(max(LEAST_PHASES, PHASES_PER_ORDER * harmonics) * max(periods))
     phases = Phases(phase=periods[0] * phase, weight=weight, size=None, length=periods[0])
     model = train_model(scene, phases)
     orders = len(model.groups[0].orders(harmonics))
@@ -255,7 +257,7 @@ def _remarks(model: TrainModel, speeds: NDArray, variables: Variables) -> list[s
 
 
 def note_differing_sweeps(speeds: NDArray, rms: NDArray, mean: NDArray) -> list[str]:
-    """Note of the speeds at which rising and falling speed give different responses, if there are any.
+    """Note on the speeds at which rising and falling speed give different responses, if there are any.
 
     ``rms`` is that of the mesh forces (sweep, speed, mesh) [N], ``mean`` their mean (mesh,) [N].
     """

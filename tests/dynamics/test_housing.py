@@ -92,7 +92,7 @@ def test_damaged_and_hostile_files_are_one_line(answer, tmp_path):
 @pytest.mark.parametrize(
     ("change", "match"),
     [
-        (lambda h: h.isel(frequency=[0]), "frequency = given: must ascend and have at least two values"),
+        (lambda h: h.isel(frequency=[0]), "frequency = one value: must ascend and have at least two values"),
         (
             lambda h: h.assign_coords(bearing=["A", "A", "B", "output 1"]),
             "bearing = A, A, B, output 1: must all",
@@ -105,7 +105,7 @@ def test_damaged_and_hostile_files_are_one_line(answer, tmp_path):
             lambda h: h.assign(transfer_imaginary=h["transfer_real"][0]),
             "transfer_imaginary = .*must have the dim",
         ),
-        (lambda h: h * 1e200, "transfer_real = given: must be at most 1e"),
+        (lambda h: h * 1e200, r"transfer_real = .*e\+\d+: must be at most 1e"),
         (lambda h: h.isel(point=[]), "none of them empty"),
         (lambda h: h.isel(direction=[0, 1]), "housing = no direction y: must have x, y and axial"),
     ],
