@@ -24,10 +24,10 @@ def under_force(problem: ContactProblem, force: float) -> ContactProblem:
 
 
 def in_full_load_units(solution: ContactSolution, share: NDArray) -> ContactSolution:
-    """Solution of a problem from ``under_shares`` with its true forces and approaches.
+    """Multiply forces and approaches of a solution by the ``share`` of the load, (position,).
 
-    That problem keeps the units of the full load, in which forces sum to 1 at every position: forces and approaches of
-    its ``solution`` must be multiplied by the ``share`` of the load, (position,).
+    A problem from ``under_shares`` keeps the units of the full load, and its forces sum to 1: its ``solution`` holds
+    forces and approaches divided by the share.
     """
     return replace(solution, **{name: (getattr(solution, name).T * share).T for name in _PROPORTIONAL})
 

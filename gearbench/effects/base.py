@@ -166,7 +166,7 @@ def refuse_foreign_keys(effect: Effect, owners: Mapping[str, tuple[str, ...]]) -
     Raises
     ------
     InputError
-        Naming the key.
+        The message names the key.
     """
     values = {field.name: (getattr(effect, field.name), field.default) for field in fields(effect)}
     for key, models in owners.items():

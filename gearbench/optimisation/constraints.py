@@ -31,7 +31,7 @@ def check_limited(name: str) -> None:
     Raises
     ------
     InputError
-        Unless it is a quantity of ``gearbench.optimisation.numbers`` or a response of ``simulate``.
+        If it is neither a quantity of ``gearbench.optimisation.numbers`` nor a response of ``simulate``.
     """
     if name not in NUMBERS and not is_response(name):
         raise InputError(
