@@ -59,7 +59,7 @@ class Archive:
         self._number: dict[Any, int] = {}
 
     def _gear_set(self, design: Design) -> Any:
-        """Keys and values that describe the gear set of a design; designs with other codes may be the same gear set."""
+        """Keys and values that describe the gear set of a design; different codes may describe the same gear set."""
         return assignments(self.study, design)
 
     def numbers(self, designs: Sequence[Design]) -> NDArray:
@@ -79,7 +79,7 @@ class Archive:
         for design in unknown:
             self._number[self._gear_set(design)] = len(self.designs)
             self.designs.append(design)
-            self.results.append(replace(new[design], values=None))
+            self.results.append(replace(new[design], values=None))  # samples are kept for the front only
         self.first_generations += [len(self.asked) + 1] * len(unknown)
         self.asked.append(self.numbers(designs))
         self.evaluated.append(len(unknown))

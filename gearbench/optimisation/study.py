@@ -35,7 +35,8 @@ Design = tuple[float, ...]
 RESPONSES = ("mesh_stiffness_rms", "transmission_error_rms")
 RESPONSES_OF_SET = ("mesh_load_factor", "train_transmission_error_rms")
 
-#: Largest violation of one limit; their sum stays below ``problem.NO_GEAR``, the violation of an invalid gear set.
+#: Largest violation of one limit; the sum of all violations stays below ``problem.NO_GEAR``, the violation of an
+#: invalid gear set.
 MOST_VIOLATION = 1000.0
 
 Whole = Annotated[int, Field(ge=1, le=1_000_000)]
@@ -112,7 +113,7 @@ class Algorithm:
     ----------
     method
         "nsga2" (Deb, Pratap, Agarwal & Meyarivan 2002), or "nsga3" (Deb & Jain 2014) for more than three objectives,
-        where crowding distances lose their meaning: it spreads its population over reference directions.
+        where crowding distances lose their meaning; it spreads its population over reference directions instead.
     population
         Number of designs in a generation.
     generations
@@ -248,12 +249,14 @@ class OptimisationStudy:
         used += [("objectives", name) for objective in self.objectives for name in objective.weights]
         for key, name in used:
             quantity, statistic = split_statistic(name) or (name, "")
-            # numbers neither in OF_SET nor in OF_PAIR belong to both kinds
-            of_set = quantity in OF_SET if quantity in NUMBERS else is_of_train(quantity)
-            if of_set != self.of_set and (of_set or quantity in OF_PAIR or quantity not in NUMBERS):
+            if quantity in NUMBERS:  # those in neither list belong to both kinds
+                only_of_set, only_of_pair = quantity in OF_SET, quantity in OF_PAIR
+            else:  # responses belong to one kind
+                only_of_set, only_of_pair = is_of_train(quantity), not is_of_train(quantity)
+            if only_of_pair if self.of_set else only_of_set:
                 instead = (RESPONSES_OF_SET if self.of_set else RESPONSES)[1]
                 example = f"{instead}_{statistic}" if statistic else instead
-                kinds = ("a planetary set", "a pair") if of_set else ("a pair", "a planetary set")
+                kinds = ("a planetary set", "a pair") if only_of_set else ("a pair", "a planetary set")
                 raise InputError(key, name, f"belongs to {kinds[0]}, but the base is {kinds[1]}: use e.g. {example}")
         if self.of_set and "loads" in self.base:
             raise InputError("base.loads", "given", "are for pairs: give a planetary set one [base.load]")

@@ -57,9 +57,9 @@ def verify(
     Returns
     -------
     Dataset over ``design``: ``number`` of the design, the variables, the stored statistics and their values with finite
-    elements (``<statistic>_verified``), ``objective`` and ``objective_verified`` (design, objective_name), their
-    relative ``shift`` [%], ``on_front_verified``, and ``verified`` (0 if the finite elements failed; ``reason`` says
-    why). Also ``rank_correlation``, (objective_name,), between stored and verified objectives.
+    elements (``<statistic>_verified``), ``objective`` and ``objective_verified`` (design, objective_name), the
+    relative ``shift`` of the objectives [%], ``on_front_verified``, and ``verified`` (0 if the finite elements failed;
+    ``reason`` says why). Also ``rank_correlation``, (objective_name,), between stored and verified objectives.
 
     Raises
     ------
@@ -75,7 +75,7 @@ def verify(
     study = reference_study(designs.study, accuracy)
     chosen = _numbers(designs, numbers)
     chosen_designs = [designs.design(int(number)) for number in chosen]
-    models = _prepare(designs, chosen, study, chosen_designs, progress)
+    model_count = _prepare(designs, chosen, study, chosen_designs, progress)
     progress(f"evaluating {len(chosen)} designs with the compliance of the finite elements")
     with worker_processes(threads or default_threads()) as workers:
         evaluated = dict(evaluations(workers, study, list(dict.fromkeys(chosen_designs))))
@@ -83,7 +83,7 @@ def verify(
     if not any(result.feasible for result in results):
         raise GearbenchError(f"finite elements failed for all designs, for the first because: {results[0].reason}")
     result = _dataset(designs, chosen, results)
-    return result.assign_attrs(_attrs(designs.study, study, models, time.perf_counter() - start))
+    return result.assign_attrs(_attrs(designs.study, study, model_count, time.perf_counter() - start))
 
 
 def reference_study(study: OptimisationStudy, accuracy: float) -> OptimisationStudy:
@@ -152,7 +152,7 @@ def _prepare(
     reference = ToothBending(**effects[ToothBending.name])
     pairs = [designs.scene(number).pair for number in number_of.values()]
     # A GearbenchError is suppressed because the evaluation of the design raises it again and reports it as the reason.
-    # A MemoryBudgetError is an InputError and ends the verification, before any pair is solved.
+    # A MemoryBudgetError is an InputError and no GearbenchError, so it ends the verification before any pair is solved.
     for pair in pairs:
         with suppress(GearbenchError):
             reference.missing_levels(pair, bodies)  # called only for its check of the memory
@@ -191,11 +191,13 @@ def _dataset(designs: Designs, chosen: NDArray, results: Sequence[Evaluation]) -
     return stored.assign(described(variables)).drop_attrs(deep=False)
 
 
-def _attrs(study: OptimisationStudy, reference: OptimisationStudy, models: int, wall_time: float) -> dict[str, Any]:
-    """Attributes of the Dataset; ``models`` is the number of macro-geometries."""
+def _attrs(
+    study: OptimisationStudy, reference: OptimisationStudy, model_count: int, wall_time: float
+) -> dict[str, Any]:
+    """Attributes of the Dataset; ``model_count`` is the number of macro-geometries."""
     from gearbench.results.provenance import run_provenance
 
-    attrs = {"study": study.to_toml(), "study_sha256": study.digest, "macro_geometries": models}
+    attrs = {"study": study.to_toml(), "study_sha256": study.digest, "macro_geometries": model_count}
     attrs["variables"] = ", ".join(variable.name for variable in study.variables)
     effects = reference.base["effects"]
     attrs["support"] = "finite_elements" if GearBody.name in effects else "clamped"
