@@ -13,7 +13,7 @@ FULL_STEPS = 30
 #: Linearisations of the contact law in ``correct_rounding``; each squares the residual.
 CORRECTION_STEPS = 4
 #: Smallest force at which a contact law is linearised, since its slope at zero is infinite.
-LEAST_FORCE = 1e-12
+LEAST_FORCE = 1e-15
 
 
 def solve_dense(problem: ContactProblem) -> tuple[NDArray, NDArray, NDArray, NDArray]:

