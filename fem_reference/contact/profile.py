@@ -71,4 +71,4 @@ class Profile:
     def _own(self) -> list[GapEffect]:
         reliefs = [each for each in self.effects if isinstance(each, ProfileRelief)]
         rest = [each for each in self.effects if each not in reliefs] if self.gear == 0 else []
-        return [*rest, *(own for each in reliefs if (own := each.on(self.gear)) is not None)]
+        return [*rest, *(own for each in reliefs if (own := each.only_on(self.gear)) is not None)]

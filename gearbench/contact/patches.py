@@ -182,9 +182,9 @@ def patch_nodes(
     half = lines.length * math.cos(lines.pair.meshing.beta_b) / 2
     y, width = np.empty((2, *lines.shape[:2], nodes + PROBES))
     least = NEGLIGIBLE_WIDTH * lines.pair.meshing.face_width
-    if known is None:
-        known = (np.empty((*lines.shape[:2], 0)),) * 2
-    fill(s, lines.y, half, lines.panel, lines.active, *known, least, *patch_rules(nodes), y, width)
+    none = np.empty((*lines.shape[:2], 0))
+    known_y, known_s = (none, none) if known is None else known
+    fill(s, lines.y, half, lines.panel, lines.active, known_y, known_s, least, *patch_rules(nodes), y, width)
     return y, width
 
 

@@ -65,7 +65,7 @@ def unit_contact_addendum(pair: Pair) -> float:
     return float(brentq(excess, 0.0, 1.0, xtol=1e-13))  # pyright: ignore[reportArgumentType]
 
 
-def _ring_teeth(tables: Mapping[str, Any], _: Callable[[Mapping[str, Any]], Pair], value: float) -> dict[str, Any]:
+def _ring_teeth(tables: Mapping[str, Any], _pair: Callable[[Mapping[str, Any]], Pair], value: float) -> dict[str, Any]:
     """Tooth number of the ring (negative) from the number of teeth in addition to the default."""
     planetary = tables["planetary"]
     ring_without_teeth = {key: number for key, number in planetary.get("ring", {}).items() if key != "teeth"}

@@ -126,7 +126,7 @@ class _Run:
         self,
         study: OptimisationStudy,
         store: Store | None,
-        workers: Executor,
+        workers: Executor | None,
         progress: Callable[[Progress], None],
     ) -> None:
         self._study, self._store, self._workers, self._progress = study, store, workers, progress
