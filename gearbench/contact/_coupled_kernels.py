@@ -1,15 +1,16 @@
-"""Compiled solver for many error samples at once, if all segments are coupled by many deflections; ``batch`` calls it.
+"""Compiled solver for many error samples at once, if all segments deflect each other through many amplitudes.
 
-A lane is one error sample, the last axis of the arrays (``_lane_kernels``). All lanes share the matrices but do not
-interact.
+``batch`` calls it. A lane is one error sample, the last axis of the arrays (``_lane_kernels``). All lanes share the
+matrices but do not interact. A cell is a segment over which the gap varies.
 
 The linear problem (``gearbench.contact.reference``, B2 of docs/algorithms.md) replaces the contact laws by springs W₀,
-their slopes at the mean errors. Unknown are u = W₀ z − P, the forces of these springs minus those of the laws. The
-segments move by z = z₁ load + G u, where G is the response of the linear problem to u under a given total force. The
-matrices I + ΔG of Newton's method, with Δ = W − W₀, differ from the identity only where the slope W of a law differs
-from W₀. Conjugate gradients solve the equations in single precision, since a Newton step needs few digits; residuals
-and stiffness are in double precision. ``rise`` is z₁, the z under a unit total force; ``flexibility`` is c = ∂δ/∂F
-(``Reference``). The tests compare the solver with a readable NumPy version.
+their slopes at the mean errors. The unknowns are u = W₀ z − P, the forces of these springs minus the forces P of the
+laws. The segments move by z = z₁ load + G u, where G is the response of the linear problem to u under a given total
+force. The matrices I + ΔG of Newton's method, with Δ = W − W₀, differ from the identity only where the slope W of a law
+differs from W₀. They are self-adjoint in the inner product a·G b, so conjugate gradients solve the equations: in single
+precision, since a Newton step needs few digits. Residuals and stiffness are in double precision. ``rise`` is z₁, the z
+under a unit total force; ``flexibility`` is c = ∂δ/∂F (``Reference``). The tests compare the solver with a readable
+NumPy version.
 """
 
 from __future__ import annotations
@@ -30,10 +31,10 @@ from gearbench.contact._lane_kernels import (
     steepen,
 )
 
-#: Relative residual at which the conjugate gradients of a Newton step end: coarsest, and finest close to the solution.
-LEAST_PRECISION, MOST_PRECISION = 1e-1, 1e-4
+#: Relative residual at which the conjugate gradients of a Newton step end: far from the solution, and close to it.
+COARSEST, FINEST = 1e-1, 1e-4
 #: Maximum number of conjugate gradient steps of a Newton step; the Newton step then uses the solution reached so far.
-MOST_CONJUGATE = 60
+MOST_CONJUGATE_STEPS = 60
 #: Residuals and search directions of smaller magnitude are set to zero; forces are of order 1. Segments without load
 #: converge at once, and products of the rounding left in their residuals would be denormal numbers, which are slow.
 SMALLEST = np.float32(1e-20)
@@ -172,7 +173,8 @@ def conjugate_gradients(G, work):
     first_direction(r, Gr, d, Gd, product)
     for j in range(number):
         enough[j] = precision[j] * precision[j] * product[j]
-    for step in range(MOST_CONJUGATE):
+    for step in range(MOST_CONJUGATE_STEPS):
+        # alpha holds the curvature until the length of the step replaces it
         curvature(change, d, Gd, alpha)
         for j in range(number):
             alpha[j] = product[j] / alpha[j] if product[j] > enough[j] else np.float32(0.0)
@@ -187,12 +189,12 @@ def conjugate_gradients(G, work):
         if unfinished == 0:
             return step + 1
         next_direction(r, Gr, d, Gd, beta)
-    return MOST_CONJUGATE
+    return MOST_CONJUGATE_STEPS
 
 
 @part(FUSED)
 def stiffness_from(change, rise, flexibility, v, Gv, stiffness):
-    """∂F/∂δ = 1/(c − Σ (v·G v + Δ ζ²)) with ζ = z₁ + G v, where v solves v + ΔG v = −Δ z₁.
+    """∂F/∂δ = 1/(c − v·G v − Σ Δ ζ²) with ζ = z₁ + G v, where v solves v + ΔG v = −Δ z₁.
 
     Its error is of second order in the error of v.
     """
@@ -210,7 +212,7 @@ def stiffness_from(change, rise, flexibility, v, Gv, stiffness):
 
 @part(FUSED)
 def fill_compressions(G, u, rise, load, lanes, z):
-    """z ← G u, and fill the compressions s = z + rise · load − e of all segments."""
+    """z ← G u, and fill the compressions s = z + rise · load − gap of all segments."""
     number = load.size
     np.dot(G, u, z)
     for i in range(len(u)):
@@ -239,7 +241,7 @@ def solve_coupled_lanes(t, G, G32, linear, laws, lanes, u, z, work, stiffness, l
         for j in range(number):
             done[j] = 1.0 if total[j] <= tolerance else 0.0
             count += done[j]
-            precision = np.float32(min(max(total[j], MOST_PRECISION), LEAST_PRECISION))
+            precision = np.float32(min(max(total[j], FINEST), COARSEST))
             # above 1: a converged lane takes no step
             work.precision[j] = np.float32(2.0) if total[j] <= tolerance else precision
         if count == number or iteration == limit:
@@ -251,7 +253,8 @@ def solve_coupled_lanes(t, G, G32, linear, laws, lanes, u, z, work, stiffness, l
         for i in range(n):
             for j in range(number):
                 u[i, j] += work.v[i, j]
-    # the stiffness, from the mean slopes over the cells, (C11) of docs/algorithms.md
+    # the stiffness takes the slopes of the mean of the law over each cell: steepen makes them from w, (C11) of
+    # docs/algorithms.md
     steepen(n, laws, lanes)
     for i in range(n):
         for j in range(number):
@@ -297,7 +300,7 @@ def solve_coupled_chunk(gaps, linear, draws, lanes, accuracy, limit, results):
             small[0], small[1], small[2], small[3], small[4], small[5],
         )  # fmt: skip
         for i in range(m):
-            # gap at the mean errors, of the end of the cell that touches first
+            # gap at the mean errors, at the end of the cell that touches first
             at_mean = gaps.gap[t, i] - abs(gaps.tilt[t, i])
             for j in range(number):
                 first = linear.start[t, i] + linear.weight[t, i] * (lanes.gap[i, j] - at_mean)

@@ -1,9 +1,9 @@
 """Compiled Newton solver whose unknowns are the forces of loaded segments, for problems with many amplitudes.
 
-``solver`` calls it. Its steps are those of ``gearbench.contact._kernels``, for the same convex J(q, δ), (C4) of
-docs/algorithms.md. After a step the amplitudes are q = Ψᵀ v with forces v; J needs only z = Ψ q = H v and |q|². The
-matrix has one row for each loaded segment (C9 of docs/algorithms.md). Close to the solution its factor is reused for
-several steps.
+``solver`` calls it if all segments share their amplitudes, that is, if there is one block. The Newton steps are those
+of ``gearbench.contact._kernels``, for the same convex J(q, δ), (C4) of docs/algorithms.md. After a step the amplitudes
+are q = Ψᵀ v with forces v; J needs only z = Ψ q = H v and |q|². The matrix has one row for each loaded segment (C9 of
+docs/algorithms.md). Close to the solution its Cholesky factor is reused for several steps.
 """
 
 from __future__ import annotations
@@ -29,16 +29,16 @@ from gearbench.contact._law_kernels import CONSTANTS, SCRATCH, apply_laws, law_c
 #: Residuals divided by the greatest deflection. Up to the first they are rounding; up to the second they are rounding
 #: if the last step did not halve them.
 ROUNDING, NEAR_ROUNDING = 1e-15, 1e-13
-#: The factor is reused if the residual is at most the first number, and at most the second number times that before the
-#: last step.
+#: The factor is reused if the residual is at most the first number, and at most the second number times its value
+#: before the previous step.
 REUSED, FALLING = 1e-3, 0.003
-#: Greatest relative error of the stiffness in a solution to rounding, and after a last step.
+#: Greatest relative error of the stiffness: of a solution to rounding, and of one that ends at a tolerance.
 STIFFNESS_ROUNDING, ROUGH_STIFFNESS = 1e-14, 1e-6
-#: Number of the arrays (segment,) of real numbers in ``Rows``.
-ROWS = 9
+#: Number of the arrays (segment,) of real numbers in ``Work``.
+SEGMENT_ARRAYS = 9
 
 
-class Rows(NamedTuple):
+class Work(NamedTuple):
     """Scratch arrays of a position (segment,), of the contact law (…, segment), and B (segment, segment + 1).
 
     B holds the Cholesky factor U and the column U⁻ᵀ S 1 of ``factorise``. ``weight`` holds the slopes dP/ds,
@@ -89,9 +89,10 @@ def eliminate(B, n):
 
 @part(SUMS)
 def factorise(H, weight, B, loaded, root):
-    """Cholesky factor U of 1 + S H S over the loaded segments, with S = √(dP/ds); returns their number, and ∂F/∂δ.
+    """Cholesky factor U of I + S H S over the loaded segments, with S = √(dP/ds); returns their number, and ∂F/∂δ.
 
-    Fills ``loaded``, and ``root`` with the diagonal of S. The column of B after U is U⁻ᵀ S 1, of squared norm ∂F/∂δ.
+    Fills ``loaded``, and ``root`` with the diagonal of S. The column of B after U is U⁻ᵀ S 1, with the vector 1 of
+    ones; its squared norm is ∂F/∂δ.
     """
     n = 0
     for j in range(weight.size):
@@ -135,7 +136,7 @@ def back(B, n, x):
 def force_direction(total, residual_z, B, n, loaded, root, stiffness, x, d):
     """Return the Newton step dδ; fill the step d of the forces, zero for segments that are not loaded.
 
-    With the residual g = H P − z: (1 + S H S) S⁻¹ d = S (dδ − g) and Σd = 1 − ΣP.
+    With the residual g = H P − z: (I + S H S) S⁻¹ d = S (dδ − g) and Σd = 1 − ΣP.
     """
     d[:] = 0.0
     for k in range(n):
@@ -176,6 +177,7 @@ def stiffness_at(H, weight, B, n, loaded, root, x, v, offset, deflected, most):
     the estimate 2 Σv − v·(1/W + H) v has the error rᵀ(1/W + H)⁻¹ r ≤ Σ W r². If this bound is too large, or other
     segments are loaded, B is computed again.
     """
+    # newly loaded segments; one that has lost its load makes the error infinite below
     changed = 0
     for j in range(weight.size):
         changed += weight[j] > 0.0
@@ -235,13 +237,15 @@ def search(z, dz, delta, step, norms, previous, descent, gap, constants, scratch
 
 
 @part()
-def solve_forces(H, gap, z, square, delta, force, rows, tolerance, limit):
+def solve_forces(H, gap, z, square, delta, force, work, tolerance, limit):
     """Newton's method with line search, starting from δ and from deflections z of amplitudes with |q|² = ``square``.
 
-    Fills ``force``; returns δ, ∂F/∂δ and the number of steps. A step that is expected to leave a residual of at most
-    ``tolerance``² is the last. The law is not evaluated after it, so ``force`` follows from the linearised law.
+    Fills ``force``; returns δ, ∂F/∂δ and the number of steps. From a residual r a step with a new factor leaves about
+    r², one with a reused factor r times the ratio of r to its value before the previous step. The first step that is
+    expected to leave at most ``tolerance``² is the last. The law is not evaluated after it: ``force`` follows from the
+    linearised law.
     """
-    weight, residual_z, d, dz, root, x, v, offset, deflected, loaded, constants, scratch, B = rows
+    weight, residual_z, d, dz, root, x, v, offset, deflected, loaded, constants, scratch, B = work
     stiffness, best, stalled, idle, iteration, n, previous = 0.0, math.inf, 0, 0, 0, 0, math.inf
     dz[:] = 0.0
     total, slope, value = forces(z, dz, 0.0, delta, gap, constants, scratch, force, weight)
@@ -267,7 +271,8 @@ def solve_forces(H, gap, z, square, delta, force, rows, tolerance, limit):
             step = force_direction(total, residual_z, B, n, loaded, root, stiffness, x, d)
             deflect(H, d, residual_z, dz)
         else:
-            # no segment is loaded: drop all deflections, and raise the approach until a segment is compressed by 1
+            # no segment is loaded: drop all deflections, and raise the approach by the distance of the nearest segment
+            # and by 1, the unit of displacement
             n, step = 0, math.inf
             for j in range(z.size):
                 step, d[j], dz[j] = min(step, gap[j] + z[j] - delta + 1.0), 0.0, -z[j]
@@ -277,6 +282,7 @@ def solve_forces(H, gap, z, square, delta, force, rows, tolerance, limit):
             final_stiffness = stiffness_at(H, weight, B, n, loaded, root, x, v, offset, deflected, ROUGH_STIFFNESS)
             return delta + step, final_stiffness, iteration + 1
         previous = residual
+        # dJ = (ΣP − 1) dδ − P·dz + q·(q_new − q), with q·q_new = v·z and |q_new|² = v·(z + dz) for the new forces v
         descent, product, whole = total * step - square, 0.0, 0.0
         for j in range(z.size):
             v_j = force[j] + d[j]
@@ -313,11 +319,11 @@ def solve_for_forces(problem, q, delta, tolerance, limit, force, stiffness, step
 
     q and δ hold the guess (δ = −∞ for none), and the solution afterwards. Fills forces, ∂F/∂δ and the numbers of steps.
     If ``tolerance`` is positive, a position without guess starts from the forces of the previous position, which saves
-    steps; a solution to rounding does not depend on its neighbour to the last bit.
+    steps. A solution to rounding (0) does not, so that no bit of it depends on the previous position.
     """
     p = problem
     positions, n = p.gap.shape
-    B, work, unguessed = np.empty((n, n + 1)), np.empty((ROWS + 1, n)), delta == -math.inf
+    B, arrays, unguessed = np.empty((n, n + 1)), np.empty((SEGMENT_ARRAYS + 1, n)), delta == -math.inf
     H, all_constants = np.empty((n, n)), np.empty((CONSTANTS, n))
     all_scratch, loaded = np.empty((SCRATCH + 1, n)), np.empty(n, dtype=np.int64)
     for i in range(positions):
@@ -338,12 +344,12 @@ def solve_for_forces(problem, q, delta, tolerance, limit, force, stiffness, step
                 amplitudes(psi, block, previous / total, q[i])
             else:
                 delta[i] = first_approach(gap, a, h, sigma, active, psi)
-        z, square = work[ROWS, :m], deflections(psi, block, q[i], work[ROWS, :m])
-        rows = Rows(
-            work[0, :m], work[1, :m], work[2, :m], work[3, :m], work[4, :m], work[5, :m], work[6, :m], work[7, :m],
-            work[8, :m], loaded, constants, all_scratch[:, :m], B[:m],
+        z, square = arrays[SEGMENT_ARRAYS, :m], deflections(psi, block, q[i], arrays[SEGMENT_ARRAYS, :m])
+        work = Work(
+            arrays[0, :m], arrays[1, :m], arrays[2, :m], arrays[3, :m], arrays[4, :m], arrays[5, :m], arrays[6, :m],
+            arrays[7, :m], arrays[8, :m], loaded, constants, all_scratch[:, :m], B[:m],
         )  # fmt: skip
-        delta[i], stiffness[i], steps[i] = solve_forces(C, gap, z, square, delta[i], loads, rows, tolerance, limit)
+        delta[i], stiffness[i], steps[i] = solve_forces(C, gap, z, square, delta[i], loads, work, tolerance, limit)
         amplitudes(psi, block, loads, q[i])
         force[i] = 0.0
         for j in range(m):

@@ -1,7 +1,7 @@
 """Compiled loops of the dynamics: stability (D7) for ``stability``, integration over time (D10) for ``nonlinear``.
 
-p and v are modal motions and speeds. A row is a relative motion of the gears of a mesh: the approach, then tilt and
-bending (``ForceCurve``). The tests compare the loops with readable NumPy versions.
+p and v are modal displacements and velocities. A row is a relative motion of the gears of a mesh: the approach, then
+tilt and bending (``ForceCurve``). The tests compare the loops with readable NumPy versions.
 """
 
 from __future__ import annotations
@@ -62,9 +62,9 @@ def _free(coefficients, s, count, p, v):
     for r in range(count):
         pp, pv, vp, vv = coefficients[0, s, r], coefficients[1, s, r], coefficients[2, s, r], coefficients[3, s, r]
         for j in range(p.shape[1]):
-            position, speed = p[r, j], v[r, j]
-            p[r, j] = pp * position + pv * speed
-            v[r, j] = vp * position + vv * speed
+            position, velocity = p[r, j], v[r, j]
+            p[r, j] = pp * position + pv * velocity
+            v[r, j] = vp * position + vv * velocity
 
 
 @part()
@@ -89,7 +89,7 @@ def monodromy(full, half, a, kick, dt, r, counts):
     """Matrix (speed, 2·mode, 2·mode) that maps (p, v/ω_r) over one period: free motion alternates with kicks.
 
     ``full`` and ``half`` (4, speed, mode) are ``stability.free_motion`` over a step and half a step, a (row, mode) the
-    relative motions per modal motion, ``kick`` (1 or speed, step, row, row) is K(t) − K̄, dt (speed,) the step, r
+    relative motions per modal displacement, ``kick`` (1 or speed, step, row, row) is K(t) − K̄, dt (speed,) the step, r
     (mode,) is ω_r. At each speed the first ``counts`` modes (speed,) move; the others stand still.
     """
     rows, size = a.shape
@@ -224,7 +224,7 @@ def _solve(A, b):
 
 @part()
 def _step(p, v, free, damper_factors, kick, scratch):
-    """Advance the modes by one step: kick the speeds, reduce them by the dampers, then move freely."""
+    """Advance the modes by one step: kick the velocities, reduce them by the dampers, then move freely."""
     n = len(p)
     for j in range(n):
         v[j] += kick[j]
@@ -235,8 +235,8 @@ def _step(p, v, free, damper_factors, kick, scratch):
                 scratch[j] += damper_factors[j, i] * v[i]
         v[:] = scratch
     for j in range(n):
-        position, speed = p[j], v[j]
-        p[j], v[j] = free[0, j] * position + free[1, j] * speed, free[2, j] * position + free[3, j] * speed
+        position, velocity = p[j], v[j]
+        p[j], v[j] = free[0, j] * position + free[1, j] * velocity, free[2, j] * position + free[3, j] * velocity
 
 
 @part()
@@ -259,12 +259,12 @@ def run(state, free, damper_factors, mesh_motion, curve, mean_state, record, lim
     Parameters
     ----------
     state
-        Modal motions and speeds (2, mode), changed in place.
+        Modal displacements and velocities (2, mode), changed in place.
     free, damper_factors
-        Free motion over a step and 1/ω (5, mode); matrix by which dampers reduce the speeds in a step (mode, mode), or
-        an empty array (0, 0).
+        Free motion over a step and 1/ω (5, mode); matrix by which dampers reduce the velocities in a step (mode, mode),
+        or an empty array (0, 0).
     mesh_motion
-        Relative motion of the mesh rows per modal motion, a (row, mode).
+        Relative motion of the mesh rows per modal displacement, a (row, mode).
     curve, mean_state
         ``ForceTable`` and ``MeanState``.
     record

@@ -9,7 +9,7 @@ from gearbench.compiled import FUSED, entry, part
 #: Number of samples solved side by side, few enough for the processor's cache.
 LANES = 64
 #: Smallest divisor [N²], the square of a norm, so that a zero vector gives no NaN.
-LEAST = np.float32(1e-37)
+SMALLEST_DIVISOR = np.float32(1e-37)
 
 
 @part(FUSED)
@@ -94,7 +94,7 @@ def balance_samples(motion, force_orders, there, back, deviation, blocked, settl
                 _product(image, image, size)
                 _product(image, r, factor)
                 for lane in range(LANES):
-                    size[lane] = max(size[lane], LEAST)
+                    size[lane] = max(size[lane], SMALLEST_DIVISOR)
                     # a settled sample stays as it is, so that it does not depend on the others
                     factor[lane] *= (left[lane] > allowed[lane]) / size[lane]
                 _subtract(factor, image, r)
