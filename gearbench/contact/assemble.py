@@ -10,7 +10,6 @@ all segments still share one approach.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -19,7 +18,7 @@ from numpy.typing import NDArray
 
 from gearbench.contact.gaps import gap_and_variation, gaps_along
 from gearbench.contact.interpolation import interpolation_to_cells
-from gearbench.contact.lines import smooth_nodes
+from gearbench.contact.lines import points_ratio, smooth_nodes
 from gearbench.contact.problem import (
     TRUNCATION,
     Cells,
@@ -85,8 +84,8 @@ def assemble(
     problem = _problem(scene, lines, without_smooth, laws, gap, sigma, truncation, smooth.length_scale)
     factor = smooth.factor.reshape(*smooth_lines.shape, -1)
     interpolation = interpolation_to_cells(smooth_lines, lines)
-    # √2 times the points for twice the segments, as in ``smooth_nodes``; callers that pass ``nodes`` solve coarsely
-    per_panel = NODES_PER_PANEL * (1.0 if nodes else max(1.0, math.sqrt(lines.shape[2] / 15)))
+    # callers that pass ``nodes`` solve coarsely
+    per_panel = NODES_PER_PANEL * (1.0 if nodes else max(1.0, points_ratio(lines.shape[2])))
     cells = Cells(
         effects=tuple(acting), lines=lines, gaps=gaps, smooth_lines=smooth_lines, factor=factor,
         interpolation=interpolation, laws=compliance.laws, share=np.ones(len(gaps)),

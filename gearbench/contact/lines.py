@@ -53,10 +53,18 @@ def smooth_nodes(lines: ContactLines) -> int:
 
     At 15 segments there are 8, plus one for every two modules of the line's width, its extent along the face. The error
     of harmonics of gears in use is then below 0.2 of the allowed error (``tests/accuracy/test_resolution.py``).
-    Convergence is exponential, so √2 times the points suffice for twice the segments. Each kink of the deflections
-    needs ``NODES_PER_KINK`` more points.
+    ``points_ratio`` gives the growth with the segments. Each kink of the deflections needs ``NODES_PER_KINK`` more
+    points.
     """
     return _nodes(lines.pair, lines.shape[2], len(lines.deflection_kinks))
+
+
+def points_ratio(segments: int) -> float:
+    """Number of points on a line of ``segments``, divided by that on a line of 15 segments.
+
+    Convergence is exponential, so √2 times the points suffice for twice the segments.
+    """
+    return math.sqrt(segments / 15)
 
 
 def _nodes(pair: Pair, segments: int, deflection_kinks: int = 0) -> int:
@@ -66,4 +74,4 @@ def _nodes(pair: Pair, segments: int, deflection_kinks: int = 0) -> int:
     path = meshing.path_end - meshing.path_start
     width = min(meshing.face_width, path / tan_b) if tan_b > 0 else meshing.face_width
     at_15_segments = 8 + width / pair.normal_module / 2 + NODES_PER_KINK * deflection_kinks
-    return max(2, math.ceil(at_15_segments * math.sqrt(segments / 15)))
+    return max(2, math.ceil(at_15_segments * points_ratio(segments)))
