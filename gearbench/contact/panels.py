@@ -14,8 +14,8 @@ from collections.abc import Iterable, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
-#: Distance within which transitions are merged [mesh periods], for the ranks 0, 1 and −1 in this order, so that ranks
-#: are indices. A jump of the stiffness that is misplaced by d changes each harmonic by up to 2d of the jump.
+#: Distance within which transitions are merged [mesh periods], indexed by rank: of ranks 0 and 1, and last of rank −1.
+#: A jump of the stiffness that is misplaced by d changes each harmonic by up to 2d of the jump.
 CLOSE = (5e-4, 5e-3, 2e-4)
 #: Maximum length of a panel next to a load transfer [mesh periods].
 FIRST_PANEL = 0.04
@@ -28,9 +28,9 @@ LONGEST = 0.25
 class Transition(NamedTuple):
     """A change of the contact at a mesh phase; the lower its rank, the more exactly a panel must begin there.
 
-    ``rank`` is 0 if a pair takes up or sheds its load or a line passes an end of the path, −1 at both ends of a ramp,
-    and 1 otherwise. A ramp reaches from the first touch of a line to contact over its whole length. ``side`` tells
-    where curves are steep: 1 after the transition, −1 before it, 0 neither.
+    ``rank`` is 0 if a pair takes up or sheds its load or a contact line passes an end of the path of contact, −1 at
+    both ends of a ramp, and 1 otherwise. A ramp reaches from the first touch of a contact line to contact over its
+    whole length. ``side`` tells where STE and stiffness are steep: 1 after the transition, −1 before it, 0 neither.
     """
 
     phase: float
@@ -44,7 +44,7 @@ def panel_starts(
     close: tuple[float, float, float] = CLOSE,
     length: int = 1,
 ) -> list[float]:
-    """Starts of the panels of a cycle of ``length`` mesh periods: phases in [0, ``length``), ascending, with 0.
+    """Starts of the panels of a cycle of ``length`` mesh periods: phases in [0, ``length``), ascending, including 0.
 
     Panels begin at the ``transitions`` and are split if they are longer than ``longest`` or too long for their distance
     from a load transfer. Of several transitions within ``close`` (as ``CLOSE``), the one of the lowest rank is kept.
@@ -52,9 +52,10 @@ def panel_starts(
     transitions = list(transitions)
     kept = [0.0]
     for phase, rank, _ in sorted(transitions, key=lambda transition: (transition.rank, transition.phase)):
-        start, *others = (abs(_distance_after(phase, other, length, length / 2)) for other in kept)
-        # 0 always begins a panel; a load transfer or the end of a ramp is merged with phase 0 only within close[-1]
-        if start > close[rank if rank > 0 else -1] and min(others, default=1.0) > close[rank]:
+        from_0, *others = (abs(_distance_after(phase, other, length, length / 2)) for other in kept)
+        # phase 0 begins a panel but need not be a transition: merged with it, a load transfer is misplaced by their
+        # distance, which must be at most close[-1]
+        if from_0 > close[rank if rank > 0 else -1] and min(others, default=1.0) > close[rank]:
             kept.append(phase)
     after, before = ([transition.phase for transition in transitions if transition.side == side] for side in (1, -1))
     starts: list[float] = []
@@ -66,12 +67,12 @@ def panel_starts(
     return starts
 
 
-def _distance_after(phase: float, other: float, length: int, least: float = CLOSE[1]) -> float:
-    """``phase`` minus ``other`` on the cycle, in [−least, length − least).
+def _distance_after(phase: float, other: float, length: int, margin: float = CLOSE[1]) -> float:
+    """``phase`` minus ``other`` on the cycle, in [−margin, length − margin).
 
-    It is slightly negative, instead of almost a whole cycle, if ``phase`` lies just before ``other``.
+    It is negative, instead of almost a whole cycle, if ``phase`` lies at most ``margin`` before ``other``.
     """
-    return (phase - other + least) % length - least
+    return (phase - other + margin) % length - margin
 
 
 def _split(a: float, b: float, left: float, right: float, longest: float) -> list[float]:

@@ -54,15 +54,15 @@ class Excitation:
 
 
 def convolution(stiffness: NDArray, index: NDArray | None = None, along: int = 0) -> NDArray:
-    """Real matrix (…, 2S−1, 2S−1) that multiplies a function by k(t), truncated at S orders (D6).
+    """Real matrix (…, 2S−1, 2S−1) that multiplies a function with S orders by k(t); other orders are dropped (D6).
 
     Parameters
     ----------
     stiffness
         Orders 0 … 2H of k(t), (…, 2H + 1).
     index
-        Orders as multiples of several frequencies (S, frequency); by default 0 … H of one frequency. The first order is
-        zero. Of two orders s and −s only one is listed.
+        Orders as multiples of several frequencies (S, frequency); by default the H + 1 orders 0 … H of one frequency.
+        The first order is zero. Of two orders s and −s only one is listed.
     along
         Index of the frequency at which k(t) varies.
     """
@@ -137,7 +137,8 @@ def solve(
     mean
         Mean stiffness K̄ (row, row) [N/mm].
     quasi_static
-        Excitation whose order 0 is in static balance with the external loads; by default ``excitation`` itself.
+        Excitation whose order 0 is in static balance with the external loads; by default ``excitation`` itself. Another
+        one if ``excitation`` is linearised about a motion (``train_nonlinear``).
     """
     K, x_s, at_rest = excitation.convolution, excitation.motion, quasi_static or excitation
     M, N = K.shape[0], K.shape[-1]  # rows, and real numbers of each row

@@ -56,7 +56,7 @@ def sample_problem(model: Model) -> RobustProblem:
     """
     mesh = model.loaded_meshes[0]
     if require_errors(mesh.scene).centre_distance is not None:
-        raise InputError("effects.manufacturing_errors.centre_distance", "given", "is supported by robust only")
+        raise InputError("effects.manufacturing_errors.centre_distance", "given", "only robust supports it")
     phases = mesh.cycle.phases
     scene = replace(mesh.scene, resolution=replace(mesh.scene.resolution, gauss_points=phases.size))
     return prepare_problem(scene, mesh.lines, phases.weight, mesh.solved.problem)
@@ -109,7 +109,7 @@ def train_excitations(
 
 
 def _without_padding(chunks: Iterable[Excitation], samples: int) -> list[Excitation]:
-    """Drop the padding of the last chunk, so that ``samples`` remain in all."""
+    """Drop the samples that ``batch.chunks`` repeats in the last chunk, so that ``samples`` remain in all."""
     *full, last = chunks
     return [*full, last.part(slice(samples - sum(len(chunk.motion) for chunk in full)))]
 
@@ -123,6 +123,7 @@ def force_rms(
     """
     rows = model.rows_of(group.meshes)
     h = receptances(model.modes, rows, model.omega(group, speed), samples[0].orders)
+    # the first row of each mesh is its approach
     approach = range(0, len(rows), len(rows) // len(group.meshes))
     balance = SampleBalance.of(samples[0], h, model.stiffness_of(group.meshes), approach)
 
@@ -146,10 +147,11 @@ def robust_response(
 ) -> xr.Dataset:
     """Mesh force over speed under random manufacturing errors.
 
-    The mean over samples and speeds is accurate to 1 %, but to 2 % if the gears are on shafts or have no relief; single
-    samples to 5 %, on shafts to 20 %. The reference is ``response`` of a scene with the errors of the sample. The notes
-    of the result say so. They also say where the RMS of a sample exceeds the mean force. Flanks separate earlier: if
-    the force is sinusoidal, at an RMS of 0.71 times the mean force.
+    Contact is solved as for ``robust``, at the mesh phases of the scene without errors. Compared with ``response`` of
+    one scene for each sample, the mean over samples and speeds agrees to 1 %, or to 2 % if the gears are on shafts or
+    have no relief; single samples agree to 5 %, on shafts to 20 %. The notes of the result repeat this, and name the
+    speeds at which the RMS of a sample exceeds the mean force. Flanks separate earlier: under a sinusoidal force, at an
+    RMS of 0.71 times the mean force.
 
     Parameters
     ----------
@@ -184,7 +186,7 @@ def robust_response(
     model = train_model(scene.single_load) if scene.coupled else Model(scene=scene)
     group, workers = model.groups[0], threads or default_threads()
     if isinstance(model, Model) and len(group.meshes) > 1:
-        raise InputError("system.meshes", "of the same mesh frequency", OWN_FREQUENCY)
+        raise InputError("system.meshes", "several of one mesh frequency", OWN_FREQUENCY)
     orders, rows, block = len(group.orders(harmonics)) - 1, len(model.rows_of(group.meshes)), min(BLOCK, len(speeds))
     size = f"{orders} orders and {block} speeds at a time"
     require_each(sample_memory(orders, block, rows), samples, "sample", size)
@@ -204,15 +206,15 @@ def robust_response(
 def remarks(model: LinearModel, group: Group, harmonics: int, speeds: NDArray, largest: NDArray) -> list[str]:
     """Notes for the reader of the scatter, one line each, from the ``largest`` RMS of all samples (speed,) [N]."""
     on_shafts = isinstance(model, Model) and model.loaded_meshes[0].rows > 1
-    mean, single = ("2 %", 20) if on_shafts else ("1 %, without relief to 2 %", 5)
-    lines = [f"the mean over samples and speeds is accurate to {mean}; single samples to {single} %"]
+    mean, single = ("2 %", 20) if on_shafts else ("1 % (2 % without relief)", 5)
+    lines = [f"the mean over samples and speeds is accurate to {mean}, single samples to {single} %"]
     if len(group.meshes) > 1:
         lines.append("at each speed the RMS is that of the mesh where it is largest")
     if (grows := growth(model, group, speeds, harmonics) > 1 + GROWTH_TOLERANCE).any():
         lines.append(
             f"parametric instability of the scene without errors at {spans(speeds, grows)} 1/min: no steady response"
         )
-    # samples have no peaks, only RMS values: the note comes late
+    # flanks separate at a lower RMS already, but only RMS values of samples are known, not peaks
     separated = largest > model.force[group.meshes].min()
     if separated.any():
         at_speeds = spans(speeds, separated)

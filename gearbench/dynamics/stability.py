@@ -42,7 +42,7 @@ def is_proven_stable(modes: Modes, rows: NDArray, stiffness: NDArray) -> bool:
     stiffness_gain = np.linalg.norm((stiffness - mean) / scale[:, None] / scale, 2, axis=(-2, -1)).max()
     resonant = (r > 0) & (modes.participation.max(axis=0) > 2 * zeta * PEAK)
     peaks = r[resonant]
-    if not len(peaks):
+    if not len(peaks):  # no frequencies to search
         return False
     # frequencies: 17 across each resonance peak, whose half width is ζω, and 200 over the whole range
     refined = (peaks * (1 + zeta[resonant] * np.linspace(-2, 2, 17)[:, None])).ravel()
@@ -68,7 +68,7 @@ def multipliers(modes: Modes, rows: NDArray, omega: NDArray, stiffness: NDArray)
     omega
         Mesh frequency (speed,) [rad/s].
     stiffness
-        K(t) in the middle of equal steps of the period, (speed or 1, step, row, row) [N/mm].
+        K(t) at equal steps of a period that begins at any phase, (speed or 1, step, row, row) [N/mm].
     """
     from gearbench.dynamics._kernels import monodromy
 
@@ -89,7 +89,7 @@ def multipliers(modes: Modes, rows: NDArray, omega: NDArray, stiffness: NDArray)
 
 
 def free_motion(r: NDArray, zeta: NDArray, dt: NDArray) -> NDArray:
-    """Coefficients (4, speed, mode) by which the free motion of modes over Δt maps their coordinates p and speeds v.
+    """Coefficients (4, speed, mode) by which free motion over Δt maps modal coordinates p and velocities v.
 
     In this order: of p in the new p, of v in the new p, of p in the new v, of v in the new v.
     """

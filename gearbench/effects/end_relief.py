@@ -78,7 +78,7 @@ class OneFace:
             raise InputError(f"{name}.length", max(lengths), allowed)
 
     def shapes(self, index: int | None, b: float) -> list[Shape]:
-        """The reliefs of nonzero amount and length on a face of the width b [mm]."""
+        """Reliefs, if not zero, on a face of the width b [mm]; ``index`` is that of the gear, None for the pair."""
         shapes = []
         for end, edge, inwards in zip(self.ends, (0.0, b), (1, -1), strict=True):
             if end is not None and end.amount and end.length:
@@ -125,5 +125,5 @@ class EndRelief(OverFace):
     def __post_init__(self) -> None:
         if self.pinion is None and self.wheel is None:
             one_or_each(self, ("amount", "length"), names=_ENDS)
-        else:
-            one_or_each(self, ("amount", "length"), _ENDS)
+        else:  # no common key beside the table of a gear
+            one_or_each(self, ("amount", "length"), more=_ENDS)

@@ -112,7 +112,7 @@ def read_grid(key: str, name: str, data: bytes) -> FlankGrid:
     Raises
     ------
     InputError
-        With the key ``key``; it names the file and the row (CSV) or variable (netCDF).
+        For the key ``key``; the message names the file ``name`` and its row (CSV) or variable (netCDF).
     """
     return _checked(key, name, _from_netcdf(key, name, data) if is_netcdf(data) else _from_csv(key, name, data))
 

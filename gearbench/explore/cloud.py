@@ -1,4 +1,7 @@
-"""Plot of all designs and the fronts: at first RMS of the transmission error over RMS of the mesh stiffness."""
+"""Plot of all designs and the fronts over two quantities that the user chooses.
+
+The first choice is the RMS of the transmission error over the RMS of the mesh stiffness.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +18,7 @@ from gearbench.explore.look import INK, PICK, chart, colour, fixed, spaced
 
 #: Bokeh sources by name. In "designs", the columns of the catalogue have the keys c0, c1, …
 Sources = dict[str, ColumnDataSource]
-#: Maximum number of boxes drawn: more of them would hide their neighbours on the front.
+#: Maximum number of ±σ boxes drawn: more would hide their neighbours on the front.
 BOXES = 24
 #: Pixels of the image of all designs, vertically and horizontally.
 PIXELS = (404, 560)
@@ -41,7 +44,8 @@ def sources(catalogue: Catalogue) -> Sources:
 def front_data(catalogue: Catalogue, designs: NDArray) -> dict[str, Any]:
     """Columns of the fronts: values, σ, width and height of the ±σ boxes (0 if not drawn), results, numbers, colours.
 
-    ``designs`` are the indices of their designs in the catalogue, (design,).
+    ``designs`` are the indices of the designs on the fronts in the catalogue, (design,). A result is given by its index
+    in ``Catalogue.results``.
     """
     box_step = max(1, math.ceil(len(designs) / BOXES))
     drawn, labelled = (np.arange(len(designs)) % step == 0 for step in (box_step, 3 * box_step))

@@ -111,7 +111,7 @@ def _apply(asked_by: dict[str, str], function: Callable[[Design], Result], desig
 def identity() -> dict[str, str]:
     """Software of this process: versions of Python and packages, and the SHA-256 of the sources.
 
-    The sources are those of gearbench, fem_reference, and the effects of installed packages.
+    The sources are those of gearbench, fem_reference (finite elements), and the effects of other installed packages.
     """
     package = Path(__file__).parents[1]
     paths = [*package.rglob("*.py"), *(package.parent / "fem_reference").rglob("*.py")]
@@ -139,4 +139,4 @@ def require_same(asked_by: dict[str, str]) -> None:
     difference = "has other source files of gearbench"
     if asked_by["versions"] != this_process["versions"]:
         difference = f"has {this_process['versions']}, the search {asked_by['versions']}"
-    raise InputError("worker", f"on {platform.node()}", f"{difference}: install the same there, and restart it")
+    raise InputError("worker", platform.node(), f"{difference}: install the same there and restart the worker")

@@ -23,18 +23,20 @@ from gearbench.explore.page import answer_data
 from gearbench.scene import Scene
 
 #: Maximum number of variants kept for comparison, one per colour.
-MOST = 6
+MOST_VARIANTS = 6
 
 
 class BenchPage:
-    """Parts of the page, connected by scripts in the browser; the caller answers its questions.
+    """Parts of the page, connected by scripts in the browser.
+
+    A script writes the scene that the user wants solved to ``question``; the caller writes its results to ``answer``.
 
     Parameters
     ----------
     scene
-        The first gear, which is also the baseline.
+        Scene shown first, which is also the baseline.
     first_tables
-        Tables of the first gear.
+        Its plot data.
     variants
         Initial variants, see ``session.variants``.
     """
@@ -66,11 +68,12 @@ class BenchPage:
     def _begin(self, groups: tuple[Group, ...], live: bool) -> Any:
         """Make the script that runs controls, variants and numbers."""
         added = {group.path: dict(group.example) for group in flat(groups) if group.optional}
+        shown = ("baseline", "now") if live else (self.scene.name or "scene",)
         return script(
             "light", "compare", "download", "bench",
             question=self.question, phase=self.gear.phase, examples=json.dumps(added),
             plots=[self.figures[name] for name in self._shown()],
-            **self.gear.compare(("baseline", "now") if live else (self.scene.name or "scene",), MOST, self.variants),
+            **self.gear.compare(shown, MOST_VARIANTS, self.variants),
         )  # fmt: skip
 
     def _shown(self) -> list[str]:

@@ -26,18 +26,18 @@ REST = 0.12
 
 
 class BenchSession:
-    """One open bench. A question of its page holds the tables of a scene; ``Answers`` solves that scene.
+    """One open bench. A question of its page is a scene as a mapping; ``Answers`` solves it.
 
     Parameters
     ----------
     scene
-        The first gear.
+        Scene shown first.
     first_results
-        Results of the first gear.
+        Its results.
     document
         The open page.
     variant_results
-        Results of other gears, which are the initial variants.
+        Results of other scenes, which are the initial variants.
     """
 
     def __init__(
@@ -87,7 +87,7 @@ def _check(scene: Scene, others: Sequence[Scene]) -> None:
     _ = scene.single_load  # raises if there are several
     for other in others:
         if other.coupled != scene.coupled:
-            raise InputError("", other.name or "a scene", "pairs and trains have separate pages: open them one by one")
+            raise InputError("", other.name or "a scene", "pairs and trains have separate pages: open them separately")
 
 
 def variants(variant_results: Sequence[ShownResults]) -> list[dict[str, Any]]:
