@@ -212,22 +212,20 @@ inertia = 0.011
 
 All meshes are one contact problem, which elastic bodies (`[effects.gear_body]`) couple. `simulate` computes
 `load_sharing` of each mesh, `mesh_load_factor` K_γ, `train_transmission_error`, motions of floating members, and forces
-and torques on every member with their harmonics. `robust` computes their scatter under `[planetary.scatter]` and errors
-of the flanks, `response` all of these over speed.
+and torques on every member with their harmonics; `robust` their scatter under `[planetary.scatter]` and errors of the
+flanks; `response` all of these over speed.
 
-With stepped planets the meshes of sun and ring have different frequencies. Results run over the cycle after which both
-phases repeat: `mesh_phase` counts mesh periods of the sun, and `harmonic` holds the orders of both, as multiples of
-the sun's mesh frequency. A sample of random errors has the same `single_pitch` errors in every mesh period of this
-cycle. Example: `examples/stepped_planets.toml`.
+With stepped planets (`examples/stepped_planets.toml`) results run over the cycle after which the phases of both meshes
+repeat: `mesh_phase` counts mesh periods of the sun, and `harmonic` holds the orders of both meshes as multiples of the
+sun's mesh frequency. A sample of random errors has the same `single_pitch` errors in every mesh period of this cycle.
 
-Planets that mesh in pairs are given by `[gears.NAME]` and `[[meshes]]`, in the frame of the carrier. Two sets in a row
-are two scenes: the second takes its torque from the carrier of the first, as `examples/second_set.toml` does.
+Planets that mesh in pairs are given by `[gears.NAME]` and `[[meshes]]`, in the frame of the carrier.
 
 {key_tables(Planetary)}
 ## Several loads
 
-`simulate`, `sweep`, `robust` and `optimise` compute every load of a spectrum, and the weighted mean, `…_load_mean`, and
-maximum, `…_load_max`, of each metric.
+`simulate`, `sweep`, `robust` and `optimise` compute every load, and weighted mean (`…_load_mean`) and maximum
+(`…_load_max`) of each metric.
 
 ```toml
 [[loads]]

@@ -42,7 +42,7 @@ class Load:
 class DrivingScene:
     """Instead of ``torque``, ``[load]`` takes another scene and its member that drives this one.
 
-    Two planetary sets in a row are two such scenes. Each is a contact problem with its own mesh cycle. The shaft
+    Two planetary sets in a row are two scenes, each with its own mesh cycle (``examples/second_set.toml``). The shaft
     between them passes on the mean torque, but no vibration.
 
     Parameters

@@ -89,8 +89,8 @@ class Planetary:
     the sun is held.
 
     Stepped planets carry a second gear, which meshes with the ring: ``[planetary.planet_at_ring]``, with the keys of a
-    gear, and its own module and angles, which the ring shares. On all planets a tooth of the
-    first gear is in line with a tooth of the second. Results name the second gears "planet 1 at ring", ….
+    gear, and its own module and angles, which the ring shares. A tooth of the first gear is in line with a tooth of the
+    second. Results name the second gears "planet 1 at ring", ….
 
     Parameters
     ----------
