@@ -84,7 +84,7 @@ def _opened(
 
 
 def _scenes(results: list[Path], stage: str | None) -> list[Scene]:
-    """Scenes of a bench from scene files, REXS files and results of one gear; an example without files.
+    """Scenes of a bench from scene files, REXS files and results of one gear; the example if no file is named.
 
     The list is empty if all files are optimisations.
 

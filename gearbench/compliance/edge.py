@@ -1,9 +1,10 @@
 """Free edge of a tooth tip in the contact law, which is softer than a half-space.
 
 A contact law contains the compression of a half-space; the tooth's compliance contains the rest, projected by Π onto a
-few polynomials of R. Near the tip the tooth is a wedge, which is softer than a half-space by W(r, r₀). At the edge W
-has a logarithm that the polynomials cannot represent. The tooth contains Π W Π, so the law adds W − Π W Π (E4 of
-docs/theory.md). Smooth parts, such as the distant support of the wedge, cancel.
+few polynomials of R. Near the tip the tooth is a wedge: a unit line load at the distance r₀ from the edge moves its
+surface at r further than that of a half-space, by W(r, r₀). At the edge W has a logarithm that the polynomials cannot
+represent. The tooth contains Π W Π, so the law adds W − Π W Π (E4 of docs/theory.md). Smooth parts, such as the distant
+support of the wedge, cancel.
 """
 
 from __future__ import annotations
@@ -35,12 +36,13 @@ def tip_angle(gear: Gear) -> float:
 def edge_distance(gear: Gear, roll: NDArray) -> NDArray:
     """Length [mm] of the flank from the roll length ℓ to the edge, without the rounding of a rounded tip."""
     end = gear.tip_radius if gear.tip_rounding else gear.tip_form_radius
+    # an involute of roll length ℓ = √(R² − r_b²) has the arc length ℓ²/(2 r_b)
     return np.maximum((end**2 - gear.base_radius**2 - roll**2) / (2 * gear.base_radius), 0.0)
 
 
 @lru_cache(maxsize=64)
 def held_by_polynomials(gear: Gear, count: int) -> NDArray:
-    """W (E1) projected onto ``count`` polynomials of the flank, ∬ φ_a W φ_b dR dR₀ divided by c₁, (count, count)."""
+    """W (E1) projected onto ``count`` polynomials φ of R, ∬ φ_a W φ_b dR dR₀ divided by c₁, (count, count)."""
     r_b, angle = gear.base_radius, tip_angle(gear)
     low, high = gear.form_radius, gear.tip_radius
     length = float(edge_distance(gear, gear.roll_length(low)))

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from gearbench.compliance.bases import spline_weights
 from gearbench.compliance.flank import FlankCompliance
 from gearbench.compliance.lapack import addresses, cholesky, solve_lower
-from gearbench.compliance.lugs import LugReduction, Lugs, often, tractions
+from gearbench.compliance.lugs import LugReduction, Lugs, multiplicity, tractions
 from gearbench.compliance.ring import APART as RING_APART
 from gearbench.compliance.ring import APART_ON_SPRINGS, FIRM, Ring, harmonic_weights, rigid_motions
 from gearbench.compliance.solid_tooth import SolidTooth
@@ -260,7 +260,7 @@ class ToothedRing:
         sign = np.real(self._phase) + np.imag(self._phase)
         S, phi = self.tooth_parts[0] * sign[:, None] * sign, self.tooth_parts[1] * self._phase
         parts = self._joint(S, waves)
-        weight = often(z)[:, None, None]
+        weight = multiplicity(z)[:, None, None]
         C -= z * _work(weight * waves, _applied(S, parts))
         turn = np.exp(2j * math.pi / z * np.outer(np.arange(z), np.arange(z // 2 + 1)))
         reach = np.real(np.tensordot(turn, weight * (phi @ parts), 1))

@@ -2,7 +2,8 @@
 
 At first the ring has no lugs: springs κ hold its rigid motions, and all teeth have the same compliance. Lugs then act
 on it with tractions, which are polynomials along arc and axis. The vector t has their amplitudes, and the forces that
-cancel the springs κ; s are the corresponding displacements. Loads P on the flanks and the stiffness K determine both:
+cancel the springs κ; s are the displacements on which these do work, one functional of the ring's motion for each
+element of t. Loads P on the flanks and the stiffness K determine both:
 
     s = Rᵀ P + C t,    s = −K⁻¹ t    ⇒    the flanks move in addition by − R (C + K⁻¹)⁻¹ Rᵀ P (R12 of docs/theory.md).
 
@@ -51,7 +52,7 @@ class Lugs:
     springs: tuple[float, float] | None = None
 
     def parted(self, radius: float, longest: float) -> Lugs:
-        """Divide the lugs into adjoining parts no longer than ``longest`` [mm]; ``radius`` of the ring's outside [mm].
+        """Divide the lugs into adjoining parts no longer than ``longest`` [mm], on an outside of the ``radius`` [mm].
 
         On a long lug three polynomials cannot follow the tractions near a loaded tooth.
         """
@@ -63,7 +64,7 @@ class Lugs:
 
     @property
     def yields(self) -> NDArray:
-        """Diagonal of K⁻¹ for the functionals (lug, field, k, j), with the fields θ, R, z; flat."""
+        """Diagonal of K⁻¹, (functional,): by lug, direction θ, R or z, and polynomials along arc and axis [mm³/N]."""
         if self.springs is None:
             return np.zeros(len(self.angles) * EACH)
         radial, along = self.springs
@@ -77,7 +78,8 @@ class LugReduction:
     Parameters
     ----------
     reach
-        R: displacements s under loads that are flank polynomials on one tooth, (tooth, p·q, functional) [mm/N].
+        R: displacements s under loads on one tooth that are one of p·q flank polynomials, (tooth, p·q, functional)
+        [mm/N].
     own
         C + K⁻¹, (functional, functional).
     """
@@ -87,7 +89,7 @@ class LugReduction:
 
     @lazy
     def grip(self) -> NDArray:
-        """(C + K⁻¹)⁻¹; zero for tractions that do no work on the few functions of the ring along its axis."""
+        """(C + K⁻¹)⁻¹, zero for tractions that do no work on the few functions of the ring along its axis."""
         size = np.abs(self.own).max(axis=1)
         working = np.flatnonzero(size > 1e-9 * size.max())
         scale = 1 / np.sqrt(size[working])
@@ -102,11 +104,11 @@ class LugReduction:
         return -self.reach[i % z] @ self.grip @ self.reach[j % z].T
 
     def turned(self, teeth: int) -> LugReduction:
-        """The same reduction with the teeth renumbered: tooth ``teeth`` becomes tooth 0."""
+        """The same reduction with the teeth numbered anew: the tooth with the number ``teeth`` becomes tooth 0."""
         return LugReduction(reach=np.roll(self.reach, -teeth, axis=0), own=self.own) if teeth else self
 
 
-def often(z: int) -> NDArray:
+def multiplicity(z: int) -> NDArray:
     """Multiplicity (m,) of the waves m = 0 … z/2: 2 if m also represents its conjugate −m, else 1."""
     m = np.arange(z // 2 + 1)
     return np.where((m == 0) | (2 * m == z), 1.0, 2.0)

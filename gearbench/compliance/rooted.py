@@ -15,12 +15,15 @@ from gearbench.compliance.solid import Class, Functionals, Solid
 
 @dataclass(frozen=True, kw_only=True)
 class RootParts:
-    """Tooth condensed to flank and root (R5 of docs/theory.md), with polynomials r = (field, k, j) of the root.
+    """Tooth condensed to flank and root (R5 of docs/theory.md).
+
+    The root moves by polynomials r: in each direction, of degree k over the thickness and j along the axis. ``flank``
+    stands for the load polynomials of the flank (``Functionals``).
 
     Parameters
     ----------
     held
-        Displacement of the flank along each functional under a unit load along each, root held, (flank, flank).
+        Compliance of the flank while the root is held, (flank, flank).
     stiffness
         Stiffness against motions of the root, (r, r).
     moved
@@ -33,7 +36,7 @@ class RootParts:
 
 
 def root_parts(solid: Solid, flank: Functionals, count: int) -> RootParts:
-    """Parts of a ``solid`` with free root, its ``flank`` functionals, and ``count`` polynomials in z."""
+    """Condense a ``solid`` with moving root to its ``flank`` and root polynomials, ``count`` of them along the axis."""
     field, across, along, axis = solid.shape
     number = np.arange(field * across * count).reshape(field * across, count)
     S, phi = _of_root(solid, flank, count)
@@ -44,7 +47,7 @@ def root_parts(solid: Solid, flank: Functionals, count: int) -> RootParts:
         S[position[:, None], position] -= condensed[:n, :n]
         phi[:, position] -= condensed[n:, :n]
         clamped += condensed[n:, n:]
-    # the root moves as the first functions along the axis; polynomials of degree j are sums of the first j + 1 of them
+    # from motions by functions along the axis to polynomials: that of degree j is a sum of the first j + 1 functions
     polynomials = np.tril(_in_axis_functions(count, axis))[:, :count].T
     S = (S.reshape(-1, count) @ polynomials).reshape(S.shape).T
     S = (S.reshape(-1, count) @ polynomials).reshape(S.shape)

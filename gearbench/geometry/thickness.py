@@ -99,7 +99,7 @@ class Thickness:
         m, alpha, change = section.normal_module, section.alpha_n, _MICROMETRE * deviation
         if self.span is not None and self.span_teeth is not None:
             if section.teeth < 0:
-                raise InputError("span", self.span, "is for external gears: give over_balls (between balls)")
+                raise InputError("span", self.span, "belongs to an external gear: give over_balls")
             unshifted = span(section, 0.0, self.span_teeth)
             return (self.span + change - unshifted) / (2 * m * math.sin(alpha))
         if self._over is not None and self.measuring_diameter is not None:
@@ -113,7 +113,7 @@ class Thickness:
         radius = (math.copysign(size, section.teeth) - diameter) / 2 / chord
         if abs(radius) <= abs(section.base_radius):
             least = abs(2 * section.base_radius * chord + diameter)
-            raise InputError(key, size, f"must exceed {least:.6g} mm, where the balls touch at the base circle")
+            raise InputError(key, size, f"must exceed {least:.6g} mm, at which balls or pins touch the base circle")
         z, m, alpha = section.teeth, section.normal_module, section.alpha_n
         # (G14) solved for x
         half = (
@@ -151,7 +151,7 @@ def over_balls(section: TransverseSection, shift: float, diameter: float, *, pin
         diameter / (m * z * math.cos(alpha)) - (math.pi / 2 - 2 * shift * math.tan(alpha)) / z + inv(section.alpha_t)
     )
     if value <= 0:
-        raise InputError("measuring_diameter", diameter, "too thin: must touch both flanks of a space")
+        raise InputError("measuring_diameter", diameter, "must be larger, to touch both flanks of a space")
     radius = section.base_radius / math.cos(inverse_involute(value))
     return 2 * radius * _chord(section, pins=pins) + diameter
 

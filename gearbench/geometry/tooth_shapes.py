@@ -1,9 +1,10 @@
 """Outlines of the teeth of both gears in mesh, for drawings: transverse section at the middle of the face width.
 
 The pinion's centre is the origin, the wheel's lies a′ above it. The pinion turns clockwise and drives; the contact
-moves along the line of action, P(u) = r_b1 (−sin α_wt, cos α_wt) + u (cos α_wt, sin α_wt). A tooth of the pinion that
-touches at u is turned clockwise by u/r_b1 − α_wt − ψ_b1 from the line of centres; ψ_b is its half-angle at the base
-circle. The same holds for the wheel, seen from its centre, with T1T2 − u instead of u.
+moves along the line of action, P(u) = r_b1 (−sin α_wt, cos α_wt) + u (cos α_wt, sin α_wt), from T₁ at u = 0, where this
+line touches the base circle of the pinion, towards T₂ on that of the wheel. A tooth of the pinion that touches at u is
+turned clockwise by u/r_b1 − α_wt − ψ_b1 from the line of centres; ψ_b1 is its half-angle at the base circle. The same
+holds for the wheel, seen from its centre, with T₁T₂ − u instead of u.
 """
 
 from __future__ import annotations
@@ -33,8 +34,10 @@ class TeethInMesh:
         Base radii r_b1, r_b2 [mm]: at phase τ the pinion has turned clockwise by τ p_bt/r_b1.
     pitch, angle, distance
         Base pitch p_bt [mm], α_wt [rad], a′ [mm].
-    first, path
-        u of the pair k = 0 at phase 0 [mm]; u_A and u_E [mm].
+    first
+        u at which tooth pair 0 touches at phase 0, in the middle of the face [mm].
+    path
+        Ends u_A and u_E of the path of contact [mm].
     """
 
     pinion: NDArray
@@ -67,7 +70,7 @@ class TeethInMesh:
 
 
 def mesh(pair: Pair) -> TeethInMesh:
-    """Teeth of ``pair`` about the pitch point."""
+    """Teeth of ``pair`` near the pitch point."""
     pinion, wheel = pair.gears
     alpha = pair.meshing.alpha_wt
     first = pair.meshing.path_start + pair.meshing.face_width / 2 * math.tan(pair.meshing.beta_b)
@@ -91,7 +94,7 @@ def mesh(pair: Pair) -> TeethInMesh:
 
 
 def outline(gear: Gear, around: int = AROUND) -> NDArray:
-    """Closed outline of 2·around + 1 teeth with a strip of the body, middle tooth on +y, (point, 2) [mm]."""
+    """Closed outline of 2·around + 1 teeth (at most all) on a strip of the body, middle one on +y, (point, 2) [mm]."""
     count = min(2 * around + 1, abs(gear.teeth))
     right = gear.flank_points(16, 10)
     tooth = np.concatenate([right * [-1, 1], right[::-1]])  # left root, tip, right root

@@ -19,7 +19,7 @@ class Web:
     hub_radius
         Outer radius of the hub; the bore radius of a gear without one [mm].
     start, stop
-        Beginning and end of the web along the face width [mm].
+        Positions y over the face at which the web begins and ends [mm].
     """
 
     rim_radius: float
@@ -42,7 +42,10 @@ THINNEST = 0.05
 
 
 def make_web(gear: Gear, bore: float, rim_thickness: float, thickness: float, offset: float, hub: float | None) -> Web:
-    """The web of a gear, from the diameters of bore and hub, and thickness of rim and web, and the web's offset [mm].
+    """The web of a ``gear``, checked.
+
+    ``bore`` and ``hub`` are diameters; without a hub (None) the web reaches the bore. ``thickness`` and ``offset`` are
+    those of the web, the offset from the middle of the face towards y = b. All are in mm.
 
     Raises
     ------

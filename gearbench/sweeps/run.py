@@ -67,8 +67,8 @@ def sweep(
     outputs, threads
         As for ``simulate``.
     samples
-        If given, every point is computed like ``robust``, with the same samples at all points, and ``outputs`` are
-        responses. ``seed`` and ``sampler`` may be given too, as for ``robust``.
+        If above 0, every point is computed like ``robust``, with the same samples at all points, and ``outputs`` are
+        its ``responses``. ``seed`` and ``sampler`` may be given too, as for ``robust``.
     progress, keep
         ``progress`` is called with the number of points done and of all points. ``keep`` is called from time to time
         with the Dataset so far, so that an interruption loses little.
@@ -117,14 +117,24 @@ def sweep(
 
 @dataclass(kw_only=True)
 class _Keeper:
-    """Saves the partial Dataset from time to time."""
+    """Saves the partial Dataset from time to time.
+
+    Parameters
+    ----------
+    keep
+        Function that saves a Dataset; None: nothing is saved.
+    whole
+        Function that makes the Dataset of the points solved so far.
+    due
+        Time of the next save [s].
+    """
 
     keep: Callable[[xr.Dataset], object] | None
     whole: Callable[[Mapping[tuple[float, ...], Point]], xr.Dataset]
     due: float = field(default_factory=lambda: time.perf_counter() + KEEP_LEAST)
 
-    def look(self, solved: Mapping[tuple[float, ...], Point]) -> None:
-        """Save the points ``solved`` if the pause since the last save is over."""
+    def save_if_due(self, solved: Mapping[tuple[float, ...], Point]) -> None:
+        """Save the points ``solved`` if a save is due."""
         if self.keep is None or (begun := time.perf_counter()) < self.due:
             return
         self.keep(self.whole(solved))
@@ -143,7 +153,7 @@ def _solved(
             for position, point in zip(group, solver.solve(list(group.values())), strict=True):
                 solved[position] = point
                 advance(len(solved))
-                keeper.look(solved)
+                keeper.save_if_due(solved)
     except KeyboardInterrupt:
         if not solved:
             raise
@@ -245,7 +255,7 @@ def _solver(scene: Scene, outputs: Sequence[str], draws: dict[str, Any], threads
     if (samples := draws["samples"]) < 0:
         raise InputError("samples", samples, "must be at least 0")
     if samples and scene.resolution.accuracy is not None:
-        raise InputError("samples", samples, "conflicts with resolution.accuracy, for which robust chooses both")
+        raise InputError("samples", samples, "conflicts with resolution.accuracy: use robust")
     if samples:
         outputs = () if outputs is DEFAULT_OUTPUTS else tuple(filter(is_response, outputs))
     return _Solver(outputs=outputs, draws=draws if samples else {}, threads=threads or default_threads())
@@ -269,11 +279,12 @@ def _groups(scene: Scene, axes: Sequence[SweepAxis], *, sampled: bool) -> list[d
                 groups.append({tuple(values[a.path] for a in axes): scene_at(at_point, {TORQUE: torque})})
             continue
         for name, of_mesh in at_point.meshes.items():
+            # torque of the mesh over that of the scene, which is the value along the axis
             share = of_mesh.load.torque / at_point.load.torque
             groups_of_mesh = [[of_mesh]] if torques is None else under_loads(of_mesh, [share * T for T in torques])
-            on_first = iter(torques or (at_point.load.torque,))
+            of_scene = iter(torques or (at_point.load.torque,))
             for scenes in groups_of_mesh:
-                values = [point | {TORQUE: next(on_first), MESH: name} for _ in scenes]
+                values = [point | {TORQUE: next(of_scene), MESH: name} for _ in scenes]
                 groups.append({tuple(x[a.path] for a in axes): s for x, s in zip(values, scenes, strict=True)})
     return groups
 

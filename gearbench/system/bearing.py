@@ -17,7 +17,7 @@ from gearbench.system.rolling import Rolling
 #: Conversion factors: N/µm to N/mm, N·m to N·mm.
 PER_MICROMETRE, METRE = 1e3, 1e3
 Stiffness = Annotated[float, Field(ge=0.0, le=1e12)]
-Loads = tuple[Annotated[float, Field(gt=0.0)], ...]
+PositiveValues = tuple[Annotated[float, Field(gt=0.0)], ...]
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -32,13 +32,13 @@ class LoadDeflection:
         Loads, ascending [N].
     """
 
-    deflection: Loads
-    load: Loads
+    deflection: PositiveValues
+    load: PositiveValues
 
     def __post_init__(self) -> None:
         if len(self.load) != len(self.deflection) or not self.load:
             raise InputError(
-                "load", f"{len(self.load)} values", f"must be as many as deflection, {len(self.deflection)}"
+                "load", f"{len(self.load)} values", f"must be as many as deflections, {len(self.deflection)}"
             )
         for key in ("deflection", "load"):
             if np.any(np.diff(getattr(self, key)) <= 0):
@@ -139,6 +139,7 @@ class Bearing:
             secant = load / r if r > 0 else slope
             e = q[:2] / r if r > 0 else np.array([1.0, 0.0])
             ee = np.outer(e, e)
+            # slope of the curve along the displacement, load over deflection across it
             F[:2], K[:2, :2] = secant * q[:2], slope * ee + secant * (np.eye(2) - ee)
         if self.axial_curve is not None:
             load, slope = self.axial_curve.at(abs(float(q[2])))

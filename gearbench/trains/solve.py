@@ -168,7 +168,7 @@ class SolvedTrain:
 
 
 def check_train(scene: Scene) -> Linkage:
-    """Coupling of the meshes of a train; refuse trains that cannot be solved as one contact problem.
+    """Coupling of the meshes of a train that can be solved as one contact problem; others are refused.
 
     Raises
     ------
@@ -227,7 +227,7 @@ def solve_train(
     meshes
         Scene of each mesh by name, if it differs from ``scene.meshes``.
     phases
-        Phases of the first mesh; by default those of the scene's resolution, resolved for all meshes.
+        Phases of the first mesh; by default they follow from the resolution of the scene and suit all meshes.
 
     Raises
     ------
@@ -387,7 +387,7 @@ def _reordered(mesh: tuple[ContactLines, MeshAt], phase: NDArray) -> tuple[Conta
 
 
 def _mesh(scene: Scene, phase: NDArray, alike: bool) -> tuple[ContactLines, MeshAt]:
-    """Contact lines and problem of one mesh at its phases; if teeth differ, phase 1 and above is for the next teeth."""
+    """Contact lines and problem of a mesh at its phases; if teeth differ, phases from 1 on belong to the next teeth."""
     lines = scene_lines(scene, phase)
     cos_b = float(np.cos(scene.pair.meshing.beta_b))
     problem = assemble(with_equal_teeth(scene) if alike else scene, lines)
