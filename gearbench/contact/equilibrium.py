@@ -385,6 +385,7 @@ def balance(
     guesses = [Guess.empty(mesh.problem) for mesh in meshes]
     rounds: list[MeshRound] = []
     fields: list[NDArray | None] = [None] * len(meshes)
+    next_fields: list[NDArray | None] = []
     between = np.zeros((1, len(meshes), len(meshes)))
     alike = range(len(meshes)) if alike is None else alike
     different = sorted(set(alike))
@@ -400,7 +401,8 @@ def balance(
         nonlocal number
         number += 1
         if bodies is not None and rounds:
-            fields[:] = bodies.fields(loads(force))
+            fields[:] = next_fields or bodies.fields(loads(force))
+            next_fields.clear()
 
         def next_round(m: int) -> MeshRound:
             before = rounds[m] if rounds else None
@@ -420,8 +422,9 @@ def balance(
             return math.inf
         if bodies is None:
             return 0.0
-        now = bodies.fields([one.loads for one in rounds])
-        pairs = [(a, b) for a, b in zip(now, fields, strict=True) if a is not None and b is not None]
+        # the search goes on with the same forces, if at all
+        next_fields[:] = bodies.fields([one.loads for one in rounds])
+        pairs = [(a, b) for a, b in zip(next_fields, fields, strict=True) if a is not None and b is not None]
         most = max(float(np.abs(one.approach).max()) for one in rounds)
         return max((float(np.abs(a - b).max()) for a, b in pairs), default=0.0) / most
 
