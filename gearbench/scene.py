@@ -288,7 +288,9 @@ class Scene:
         """
         if self.train is not None and self.system is None:
             if self.coupled:
-                allowed = "are for simulate without --report, sweep, robust, hunting, optimise, response: here give one"
+                allowed = (
+                    "are for simulate without --report, sweep, robust, hunting, optimise, response, cost: here give one"
+                )
             else:
                 allowed = "in a row are for simulate without --report, sweep and, with [system], response"
             raise InputError("meshes", f"{len(self.meshes)} meshes", allowed)

@@ -16,6 +16,7 @@ from typing import Any
 from gearbench.errors import GearbenchError
 from gearbench.processes import Processes
 from gearbench.scene import Scene
+from gearbench.scene_file import scene_at
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,7 +99,12 @@ def most_megabytes() -> float:
 
 
 def unseen(scene: Scene, i: int) -> Scene:
-    """Scene with the face width enlarged by a relative i · 10⁻⁹, so that no cached result of its pair can be used."""
+    """Scene with the face width enlarged by a relative i · 10⁻⁹, so that no cached result of its pair can be used.
+
+    For a train the torque is enlarged; cached results that do not depend on the load can be used.
+    """
+    if scene.train is not None:
+        return scene_at(scene, {"load.torque": scene.load.torque * (1 + 1e-9 * i)})
     return replace(scene, pair=replace(scene.pair, face_width=scene.pair.face_width * (1 + 1e-9 * i)))
 
 

@@ -10,7 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.accuracy.measure import MEASURED, relative_errors
+from gearbench.accuracy.measure import measured as numbers
 from gearbench.accuracy.settings import Setting, label
+from gearbench.contact.smooth import clear_compliance_cache
 from gearbench.effects.teeth import clear_tooth_cache
 from gearbench.effects.tooth_bending import tooth_bending
 from gearbench.effort.clock import Cost, apart, measured, most_megabytes, timed, unseen
@@ -91,9 +93,18 @@ def observed_order(sizes: NDArray, errors: NDArray, bar: float, points: int = 6)
     return float(-np.polyfit(np.log(sizes[clear]), np.log(errors[clear]), 1)[0])
 
 
+def values_of(scene: Scene) -> NDArray:
+    """Compute the four numbers of a pair, or of a whole train, (4,); see ``accuracy.measure``."""
+    if not scene.coupled:
+        return cycle_values(scene)
+    from gearbench.trains.solve import solve_train
+
+    return numbers(solve_train(scene).cycles[0])
+
+
 def setting_curve(scene: Scene, setting: Setting, repeats: int) -> WorkPrecision:
     """Measure error and cost at the levels of ``setting``; ``setting.finest`` gives the reference and its error bar."""
-    before, exact = (cycle_values(finest) for finest in setting.finest(scene))
+    before, exact = (values_of(finest) for finest in setting.finest(scene))
     points = []
     for level in setting.tried(scene):
         values, cost = run(setting.with_level(scene, level), repeats, prepares=setting.prepares)
@@ -107,9 +118,9 @@ def setting_curve(scene: Scene, setting: Setting, repeats: int) -> WorkPrecision
 def run(scene: Scene, repeats: int, *, prepares: bool = False) -> tuple[NDArray, Cost]:
     """Compute the four numbers of ``scene``, (4,), and the cost of a run.
 
-    With ``prepares``, every run has a pair that no cache knows, so its cost includes the teeth; else they are known.
+    With ``prepares``, every run computes the teeth anew; else they are known.
     """
-    values = cycle_values(scene)
+    values = values_of(scene)
     if prepares and tooth_bending(scene.effects_by_name, "finite_elements"):
         return values, Cost(**apart(finite_element_run, scene))  # in this process they would come from the disk
     fresh = iter([unseen(scene, i + 1) if prepares else scene for i in range(repeats + 1)])
@@ -117,7 +128,8 @@ def run(scene: Scene, repeats: int, *, prepares: bool = False) -> tuple[NDArray,
     def once() -> None:
         if prepares:
             clear_tooth_cache()  # cached teeth of high order would also fill the memory
-        cycle_values(next(fresh))
+            clear_compliance_cache()
+        values_of(next(fresh))
 
     return values, measured(once, repeats)
 
@@ -130,7 +142,7 @@ def finite_element_run(scene: Scene) -> dict[str, float]:
 
     import_gmsh()
     before = most_megabytes()
-    _, cost = timed(lambda: cycle_values(scene))
+    _, cost = timed(lambda: values_of(scene))
     return asdict(cost) | {"megabytes": most_megabytes() - before}
 
 

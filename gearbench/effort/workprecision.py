@@ -6,13 +6,15 @@ scene. The error bar of a reference is its difference to the level before it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gearbench.accuracy.measure import relative_errors, scales
-from gearbench.accuracy.settings import SETTINGS
+from gearbench.accuracy.settings import GAUSS_POINTS, SETTINGS, Setting
 from gearbench.effort.clock import measured, timed
 from gearbench.effort.curves import Point, WorkPrecision, as_dataset, setting_curve
 from gearbench.errors import InputError
@@ -67,10 +69,30 @@ def sample_curves(
 
 #: Number of repeats of a timed run.
 REPEATS = 7
+#: Greatest sizes of the levels of a train by setting: each mesh is solved at the phases of all.
+LARGEST_OF_TRAIN = {"segments": 128, "gauss_points": 24, "positions": 180, "solid order": 20}
+
+
+def settings_of(scene: Scene) -> Iterator[Setting]:
+    """Settings of ``scene``; those of a train have no levels beyond ``LARGEST_OF_TRAIN``."""
+
+    def cut(setting: Setting) -> Setting:
+        most = LARGEST_OF_TRAIN.get(setting.name, math.inf) if scene.coupled else math.inf
+        return replace(
+            setting,
+            levels=lambda scene: tuple(level for level in setting.levels(scene) if setting.size(level) <= most),
+            limit=setting.limit and cut(GAUSS_POINTS).finest,
+        )
+
+    return (cut(setting) for setting in SETTINGS.values() if setting.applies(scene))
 
 
 def cost(scene: Scene, repeats: int = REPEATS, seeds: int = 8) -> xr.Dataset:
     """Measure the work–precision of all settings of ``scene``: ``settings.SETTINGS`` and error samples.
+
+    A planetary set, or a train of parallel paths, is measured by the transmission error and the stiffness of the whole
+    train, at the levels that ``LARGEST_OF_TRAIN`` allows and without error samples, for which ``robust`` gives the
+    standard errors.
 
     Parameters
     ----------
@@ -92,15 +114,15 @@ def cost(scene: Scene, repeats: int = REPEATS, seeds: int = 8) -> xr.Dataset:
     InputError
         If the scene asks for an accuracy instead of a resolution, or has several loads.
     """
-    scene = scene.one_load
+    scene = scene.single_load if scene.coupled else scene.one_load
     if (accuracy := scene.resolution.accuracy) is not None:
         raise InputError("resolution.accuracy", accuracy, "is for simulate and robust: give segments")
 
     def curves() -> list[WorkPrecision]:
         """Curves of all settings of the scene."""
         return [
-            *(setting_curve(scene, setting, repeats) for setting in SETTINGS.values() if setting.applies(scene)),
-            *sample_curves(scene, repeats, seeds),
+            *(setting_curve(scene, setting, repeats) for setting in settings_of(scene)),
+            *(() if scene.coupled else sample_curves(scene, repeats, seeds)),
         ]
 
     measured, cost = timed(curves)

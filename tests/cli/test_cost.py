@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from gearbench import read_scene, simulate
 from gearbench.accuracy.measure import MEASURED
-from gearbench.accuracy.settings import PLATE_ORDER, SEGMENTS, with_resolution
+from gearbench.accuracy.settings import GAUSS_POINTS, PLATE_ORDER, SEGMENTS, with_resolution
 from gearbench.effects.helix_slope import HelixSlope
 from gearbench.effort import workprecision
 from gearbench.effort.curves import WorkPrecision, observed_order, setting_curve
@@ -85,6 +86,45 @@ def test_cost_refuses_a_scene_that_leaves_its_resolution_open(run, tmp_path):
     code, _, err = run("cost", scene)
     assert (code, err.count("\n")) == (2, 1)
     assert "resolution.accuracy" in err
+
+
+PLANETARY = """
+[planetary]
+normal_module = 2.0
+face_width = 20.0
+planets = 3
+sun = { teeth = 37 }
+planet = { teeth = 32 }
+ring = { teeth = -101, addendum = 0.9 }
+[load]
+torque = 200.0
+[effects.tooth_bending]
+basis = "paper"
+[effects.hertz]
+[resolution]
+gauss_points = 2
+segments = 8
+"""
+
+
+def test_cost_of_a_planetary_set_is_that_of_its_transmission_error(run, tmp_path, monkeypatch):
+    few = replace(GAUSS_POINTS, levels=lambda _: (1, 2, 3, 96))  # a train ends at 24
+    plate = replace(PLATE_ORDER, levels=lambda _: ("paper", (2, 2), (3, 3)))  # teeth that are computed anew
+    monkeypatch.setattr(workprecision, "SETTINGS", {each.name: each for each in (few, plate)})
+    scene = tmp_path / "set.toml"
+    scene.write_text(PLANETARY, encoding="utf-8")
+    code, out, _ = run("cost", scene, "-o", tmp_path / "cost", "--repeats", 1, "--json")
+    summary = json.loads(out)
+    rows = [row for row in summary["settings"] if row["knob"] == "gauss_points"]
+    assert (code, len(rows), len(summary["settings"])) == (0, 1, 2)
+    assert all(row["seconds"] > 0 and row["megabytes"] > 0 for row in summary["settings"])
+    loaded = read_scene(scene)
+    coarse, exact = (simulate(with_resolution(loaded, gauss_points=n)) for n in (1, 3))
+    names = ("train_transmission_error_mean", "train_transmission_error_rms")
+    expected = [abs(float(coarse[name]) / float(exact[name]) - 1) for name in names]
+    assert expected[0] > 1e-4
+    # relative differences of the two numbers; their rounding is 1e-12
+    np.testing.assert_allclose([rows[0]["error"][name] for name in MEASURED[:2]], expected, rtol=1e-6)
 
 
 def slanted(slope: float) -> WorkPrecision:
