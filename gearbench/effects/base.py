@@ -76,10 +76,11 @@ class FlankPair:
 
     def on(self, lines: ContactLines) -> LowRank | Dense:
         """Compliance of the segments of ``lines``."""
-        from gearbench.compliance.flank import flank_factor, flank_matrix
+        from gearbench.compliance.flank import flank_factor
+        from gearbench.compliance.over_phases import matrix_at_phases
 
         if self.coupled:
-            return Dense(matrix=flank_matrix(self.both, lines), positive=True)
+            return Dense(matrix=matrix_at_phases(self.both, lines), positive=True)
         return LowRank(factor=flank_factor(self.both, lines))
 
 
