@@ -16,6 +16,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gearbench.contact.batch import on_threads
+from gearbench.threads import default_threads
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Side:
@@ -84,16 +87,22 @@ class Bodies:
         Gap of each mesh (position, pair, node) [mm]; None for meshes that no body connects with others.
         """
         generalised = self._generalised_loads(loads)
-        displaced = [np.zeros_like(loaded) for loaded in generalised]
-        for link in self.links:
-            one, other = link.sides
-            for positions, C in link.groups:
-                displaced[one][positions] += generalised[other][positions] @ C.T
-                displaced[other][positions] += generalised[one][positions] @ C
+
+        def gap_at(number: int) -> NDArray:
+            """Gap at the nodes of a side."""
+            displaced = np.zeros_like(generalised[number])
+            for link in self.links:
+                one, other = link.sides
+                for positions, C in link.groups if number in link.sides else ():
+                    by = generalised[other][positions] @ C.T if number == one else generalised[one][positions] @ C
+                    displaced[positions] += by
+            polynomials = self.sides[number].polynomials
+            return (polynomials @ displaced.reshape(*polynomials.shape[:2], -1, 1))[..., 0]
+
         gaps: dict[int, NDArray] = {}
-        for side, u in zip(self.sides, displaced, strict=True):
-            by_pair = u.reshape(*side.polynomials.shape[:2], -1, 1)
-            gaps[side.mesh] = gaps.get(side.mesh, 0.0) + (side.polynomials @ by_pair)[..., 0]
+        of_sides = on_threads(gap_at, range(len(self.sides)), default_threads())
+        for side, gap in zip(self.sides, of_sides, strict=True):
+            gaps[side.mesh] = gaps.get(side.mesh, 0.0) + gap
         return [gaps.get(m) for m in range(len(loads))]
 
     def compliance(self, loads: Sequence[NDArray]) -> NDArray:
@@ -114,9 +123,10 @@ class Bodies:
 
     def _generalised_loads(self, loads: Sequence[NDArray]) -> list[NDArray]:
         """Generalised loads Σ φ_i P_i of all tooth pairs, for every side, (position, pair × function)."""
-        generalised = []
-        for side in self.sides:
+
+        def of_side(side: Side) -> NDArray:
             at_nodes = loads[side.mesh][..., None, :]
             at_nodes = at_nodes if side.means is None else at_nodes @ side.means
-            generalised.append((at_nodes @ side.polynomials).reshape(len(side.polynomials), -1))
-        return generalised
+            return (at_nodes @ side.polynomials).reshape(len(side.polynomials), -1)
+
+        return list(on_threads(of_side, self.sides, default_threads()))

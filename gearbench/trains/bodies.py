@@ -14,12 +14,14 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
+from gearbench.contact.batch import on_threads
 from gearbench.contact.bodies import Bodies, Link, Side
 from gearbench.contact.equilibrium import MeshAt
 from gearbench.effects.gear_body import GearBody
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.train import Train
 from gearbench.scene import Scene
+from gearbench.threads import default_threads
 
 
 def yielding_bodies(
@@ -29,20 +31,26 @@ def yielding_bodies(
 
     ``scenes`` and ``contact_at`` hold the scene, and contact lines and problem, of each mesh by name.
     """
-    sides: list[Side] = []
     sides_of: dict[str, list[int]] = {}
     names: list[tuple[str, int]] = []
-    known: dict[tuple[int, int], Side] = {}
-    for number, mesh in enumerate(train.meshes):
-        body = _body(scenes[mesh.name])
-        for index, gear in enumerate(mesh.gears if body is not None else ()):
-            lines, contact = contact_at[mesh.name]
-            if (id(contact), index) not in known:
-                known[id(contact), index] = _side(scenes[mesh.name], lines, contact, index)
-            sides_of.setdefault(gear, []).append(len(sides))
-            side = known[id(contact), index]
-            sides.append(replace(side, mesh=number))
+    for mesh in train.meshes:
+        for index, gear in enumerate(mesh.gears if _body(scenes[mesh.name]) is not None else ()):
+            sides_of.setdefault(gear, []).append(len(names))
             names.append((mesh.name, index))
+    shared = [of_gear for of_gear in sides_of.values() if len(of_gear) > 1]
+    if not shared:
+        return None
+    # meshes in phase share one contact problem, and with it their sides
+    contact_of = {(name, index): (id(contact_at[name][1]), index) for name, index in names}
+    first_of = {contact: side for side, contact in reversed(contact_of.items())}
+
+    def side(name_and_index: tuple[str, int]) -> Side:
+        name, index = name_and_index
+        return _side(scenes[name], *contact_at[name], index)
+
+    known = dict(zip(first_of, on_threads(side, first_of.values(), default_threads()), strict=True))
+    numbers = {mesh.name: number for number, mesh in enumerate(train.meshes)}
+    sides = tuple(replace(known[contact], mesh=numbers[name]) for (name, _), contact in contact_of.items())
 
     def link(one: int, other: int) -> Link:
         """Compliance between two sides of a gear, for the teeth that are in contact at both."""
@@ -65,12 +73,9 @@ def yielding_bodies(
             groups.append((np.flatnonzero(pitches == d), between.reshape(math.prod(between.shape[:2]), -1)))
         return Link(sides=(one, other), groups=tuple(groups))
 
-    shared = [of_gear for of_gear in sides_of.values() if len(of_gear) > 1]
-    if not shared:
-        return None
     # a gear that drives in one mesh and is driven in another is treated as driving: that side comes first
     pairs = [sorted(both, key=lambda s: names[s][1]) for of_gear in shared for both in combinations(of_gear, 2)]
-    return Bodies(sides=tuple(sides), links=tuple(link(*both) for both in pairs))
+    return Bodies(sides=sides, links=tuple(link(*both) for both in pairs))
 
 
 def _body(scene: Scene) -> GearBody | None:
