@@ -43,9 +43,9 @@ def cost(
 
         written = [save(dataset, folder / "cost.nc"), *draw_cost(dataset, folder)]
     lines = (
-        "error: the largest of mean STE, RMS STE, mean k, RMS k, relative; ±: of its reference",
-        "order: of each of the four, – where errors are not clear of their reference",
-        "time, memory: of a run with the other settings as in the scene; medians",
+        "error: largest relative error of mean and RMS of STE and k; ±: error of the reference",
+        "order: convergence of each of the four; –: errors too close to that of the reference",
+        "time, memory: median of runs with all other settings as in the scene",
     )
     data = as_json(loaded, dataset, **_tables(dataset), files=written)
     answer(data, lines, lambda: _print_table(pair_line(loaded), dataset))

@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 PERCENTILES = (5.0, 25.0, 50.0, 75.0, 95.0, 99.0)
 #: Condition on the pair whose mesh force over speed is computed.
 OWN_FREQUENCY = "the force over speed needs a pair whose mesh frequency no other mesh shares"
-#: Speeds solved together.
+#: Number of speeds solved together.
 BLOCK = 200
 
 

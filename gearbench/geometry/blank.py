@@ -105,7 +105,7 @@ class RackCut:
         shift, r = gear.profile_shift * gear.normal_module, gear.pitch_radius
         curve = Fillet(rack=_rack(gear), teeth=gear.teeth, pitch_radius=r, shift=shift, beta=gear.beta)
         if not curve.is_monotone():
-            allowed = "must differ from the dedendum where the rack tip is sharp (no root fillet)"
+            allowed = "must differ from the dedendum: the tip of the rack is sharp and cuts no fillet"
             raise InputError("profile_shift", gear.profile_shift, allowed)
         return curve
 
@@ -136,7 +136,7 @@ class RackCut:
             if not inside.size:
                 return low if undercut else end
             if inside[-1] == len(grid) - 1:
-                allowed = "over the grinding stock: must be smaller, or the fillet cuts the flank away"
+                allowed = "must be closer to the grinding stock: the fillet cuts the flank away"
                 raise InputError("protuberance", gear.protuberance, allowed)
             low, end = grid[inside[-1]], grid[inside[-1] + 1]
         elif excess(low) >= 0:  # undercut only by numerical rounding: the junction is the base circle

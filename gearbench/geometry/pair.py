@@ -322,9 +322,7 @@ class Pair:
 
     @cached_property
     def profile_shifts(self) -> tuple[float, float]:
-        """Profile shifts x_1, x_2 [normal modules], derived from the centre distance where not given.
-
-        They follow from (G3) of docs/theory.md.
+        """Profile shifts x_1, x_2 [normal modules]; (G3) of docs/theory.md gives those that are not given.
 
         The backlash does not change them: it thins the teeth but leaves the tip circles.
         """
@@ -491,7 +489,8 @@ class Pair:
             shift = self.profile_shifts[index]
             if self._given_shifts[index] is None and abs(shift) > LARGEST_SHIFT:
                 plain = abs(sum(section.pitch_radius for section in self.sections))
-                allowed = f"needs a sum of profile shifts of {shift:.3g}: without profile shift it is {plain:.6g} mm"
+                total = sum(self.profile_shifts)
+                allowed = f"needs a sum of profile shifts of {total:.3g}: without profile shift it is {plain:.6g} mm"
                 raise InputError("centre_distance", abs(self.centre_distance), allowed) from None
             raise error.within(GEARS[index]) from None
 

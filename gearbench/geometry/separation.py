@@ -21,7 +21,7 @@ from gearbench.geometry.touching import Plane, TouchingCurve
 
 #: Number of nodes per base pitch; cubic Hermite polynomials between them are accurate to 1e-10 mm.
 NODES = 400
-#: Nodes are refined where the radius of curvature is below ``SHARP`` [T1T2], or the error of the cubics exceeds
+#: Nodes are refined where the radius of curvature is below ``SHARP`` times T₁T₂, or the error of the cubics exceeds
 #: ``ERROR`` [mm]; by at most the factor ``FINER``.
 SHARP, ERROR, FINER = 0.1, 5e-10, 16
 #: Tolerance at the ends of intervals [mm].
@@ -184,9 +184,9 @@ class Separation:
         values = np.stack([hermite(c, grid) for c in curves])
         least = values.min(axis=0)
         # if curves are equal, smooth contact takes precedence over an edge
-        order = np.array([c.edge >= 0 for c in curves])[:, None] * 1.0
+        is_edge = np.array([c.edge >= 0 for c in curves])[:, None] * 1.0
         near = values <= least + 1e-13 * self.plane.size
-        lowest = np.argmin(np.where(near, order, np.inf), axis=0)
+        lowest = np.argmin(np.where(near, is_edge, np.inf), axis=0)
         lowest = np.where(np.isfinite(least), lowest, -1)
         pieces, start = [], grid[0]
         for i in np.flatnonzero(np.diff(lowest)):

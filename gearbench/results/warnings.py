@@ -27,15 +27,13 @@ LEAST_TIP = 0.2
 #: Range in which solid teeth on a ring were compared with finite elements (``studies/s11_gears_in_use``): largest helix
 #: angle [°], largest face width and smallest rim thickness [normal modules].
 STEEPEST, WIDEST, THINNEST_RIM = 40.0, 25.0, 1.5
-#: Overlap ratio above which peak-to-peak values in this comparison differed by more than 3 % beyond the error bar, 4.1
-#: % at most.
+#: Overlap ratio above which peak-to-peak values in this comparison differed by more than 3 % beyond the error bar, by
+#: 4.1 % at most.
 MOST_OVERLAP = 2.8
-_OFF_LINE = "add [effects.off_line_contact]"
-
-
-#: Largest half-width of contact over the difference of the radii of curvature of a ring and its mate: above it, the
-#: contact law of half-spaces is doubtful.
+#: Half-width of contact over the difference of the radii of curvature of a ring and its mate, above which the contact
+#: law of half-spaces is doubtful.
 CONFORMING = 0.1
+_OFF_LINE = "add [effects.off_line_contact]"
 
 
 def warnings(scene: Scene, dataset: xr.Dataset | None = None) -> tuple[str, ...]:
@@ -91,12 +89,12 @@ def _of_ring(pair: Pair, dataset: xr.Dataset | None) -> list[str]:
     if dataset is None or "flank_pressure_max" not in dataset:
         return lines
     meshing, pressure = pair.meshing, float(dataset["flank_pressure_max"].max())
-    # a_H = 2pρ/E*; along the path |ρ_2| − ρ_1 stays |T1T2|
+    # a_H = 2pρ/E*; along the path |ρ_2| − ρ_1 is |T₁T₂| everywhere
     rho = float(meshing.curvature_radius(np.linspace(meshing.path_start, meshing.path_end, 9)).max())
     width, difference = 2 * pressure * rho / pair.contact_modulus, abs(meshing.tangent_length)
     if width > CONFORMING * difference:
         sizes = f"half-width of contact up to {width:.2g} mm, radii of curvature differ by {difference:.3g} mm"
-        lines.append(f"conforming flanks: {sizes}; the law of half-spaces is meant below {CONFORMING:g} of that")
+        lines.append(f"conforming flanks: {sizes}; the contact law assumes at most {CONFORMING:g} of this difference")
     return lines
 
 
@@ -112,7 +110,7 @@ def _at_their_means(errors: Effect, pair: Pair) -> list[str]:
 
 def _unproven(pair: Pair) -> list[str]:
     """Warnings for gears outside the range in which solid teeth were compared with finite elements."""
-    lines, proof = [], "held against finite elements"
+    lines, proof = [], "compared with finite elements"
     if pair.helix_angle > STEEPEST:
         lines.append(f"helix angle {pair.helix_angle:g}°: teeth on a ring were {proof} up to {STEEPEST:g}°")
     if (overlap := pair.meshing.overlap_ratio) > MOST_OVERLAP:

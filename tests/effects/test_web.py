@@ -100,7 +100,7 @@ def test_gears_beyond_those_held_against_finite_elements_are_warned_of():
 
     assert of_bodies(webbed()) == ()
     assert of_bodies(webbed(rim_thickness=2.0)) == (
-        "rim of the wheel 1 m_n thick: teeth on a ring were held against finite elements from 1.5",
+        "rim of the wheel 1 m_n thick: teeth on a ring were compared with finite elements from 1.5",
     )
     wide = replace(webbed(), pair=replace(webbed().pair, face_width=54.0))
     assert [line[:29] for line in of_bodies(wide)] == ["face of the pinion 27 m_n wid", "face of the wheel 27 m_n wide"]
