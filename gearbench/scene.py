@@ -146,7 +146,9 @@ class Scene:
     system
         Shafts, bearings or inertias around the pair, if given.
     further
-        Scenes of the further meshes, in their order.
+        Scenes of the other meshes, in their order.
+    own
+        Name of the scene's mesh among those of the system.
     gear_names
         Names of the driver and the driven gear of the pair.
     train
@@ -169,6 +171,7 @@ class Scene:
     operation: Operation | None = None
     system: System | None = None
     further: tuple[Scene, ...] = ()
+    own: str = PAIR
     gear_names: tuple[str, str] = GEARS
     train: TrainTables | None = None
 
@@ -379,10 +382,16 @@ class Scene:
         return self.system is not None and bool(self.system.shafts)
 
     @property
+    def _on_shafts(self) -> dict[str, Scene]:
+        """Name of a mesh of the system → its scene."""
+        names = (PAIR,) if self.system is None else (PAIR, *(mesh.name for mesh in self.system.meshes))
+        others = iter(self.further)
+        return {name: self if name == self.own else next(others) for name in names}
+
+    @property
     def pairs(self) -> dict[str, Pair]:
-        """Name of a mesh of the system → its pair; the pair of the scene comes first."""
-        names = () if self.system is None else (mesh.name for mesh in self.system.meshes)
-        return {PAIR: self.pair} | {name: scene.pair for name, scene in zip(names, self.further, strict=True)}
+        """Name of a mesh of the system → its pair."""
+        return {name: scene.pair for name, scene in self._on_shafts.items()}
 
     @cached_property
     def gearbox(self) -> Gearbox:
@@ -390,9 +399,8 @@ class Scene:
         from gearbench.system.gearbox import Gearbox
 
         assert self.system is not None, "a gearbox is that of [system]"
-        meshes = zip(self.system.meshes, self.further, strict=True)
-        preferred = {mesh.name: scene.load.torque for mesh, scene in meshes}
-        return Gearbox(system=self.system, pairs=self.pairs, torque=self.load.torque, preferred=preferred)
+        preferred = {name: scene.load.torque for name, scene in self._on_shafts.items()}
+        return Gearbox(system=self.system, pairs=self.pairs, torque=self.load.torque, preferred=preferred, own=self.own)
 
     @property
     def mesh_names(self) -> tuple[str, ...]:
@@ -402,15 +410,15 @@ class Scene:
     def seen_from(self, mesh: str) -> Scene:
         """Return the same gearbox with another mesh as the scene's pair, with the torque at that mesh."""
         alone = changed(self, train=None) if self.train is not None else self
-        if mesh == PAIR:
+        if mesh == self.own:
             return alone
-        box = self.gearbox
+        torques = self.gearbox.torques
         scenes = {
-            name: changed(scene, system=None, further=(), load=Load(torque=box.torques[name]))
-            for name, scene in zip(box.names, (alone, *self.further), strict=True)
+            name: changed(scene, system=None, further=(), own=PAIR, load=Load(torque=torques[name]))
+            for name, scene in alone._on_shafts.items()
         }
-        others = tuple(scene for name, scene in scenes.items() if name != mesh)
-        return changed(scenes[mesh], system=box.seen_from(mesh), further=others)
+        scene = scenes.pop(mesh)
+        return changed(scene, system=self.system, own=mesh, further=tuple(scenes.values()))
 
     def shaft_effects(self, own: Any = None, near: Any = ()) -> tuple[Effect, ...]:
         """Effects of the shafts with bearings in equilibrium under ``own``; see ``effects.shafts.system_effects``."""
@@ -444,7 +452,8 @@ class Scene:
     def to_mapping(self) -> dict[str, Any]:
         """Scene as nested tables, as in a file, without defaults."""
         tables = given(self)
-        tables.pop("further", None)
+        for key in ("further", "own"):
+            tables.pop(key, None)
         if self.train is not None:
             common = {key: tables[key] for key in tables.keys() - {"pair", "effects", "coast", "gear_names", "train"}}
             return {**common, **{key: table for key, table in self.train.written.items() if table}}

@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 
 from gearbench.effects.base import ComplianceEffect, Effect, Effects, GapEffect, LowRank
 from gearbench.geometry.action import ContactLines
-from gearbench.geometry.names import PAIR
 from gearbench.system.gearbox import FACE_POINTS, Gearbox
 from gearbench.system.mechanics import static_equilibrium
 from gearbench.system.shaft_model import ShaftModel
@@ -42,7 +41,7 @@ class SeatedGear:
     @property
     def number(self) -> int:
         """Number of the shaft."""
-        return self.box.seats[(PAIR, self.gear)][0]
+        return self.box.seats[(self.box.own, self.gear)][0]
 
     @property
     def model(self) -> ShaftModel:
@@ -52,7 +51,7 @@ class SeatedGear:
     @property
     def nodes(self) -> NDArray:
         """Numbers of the nodes of the shaft under the face."""
-        return self.box.face_nodes(PAIR, self.gear, self.model)
+        return self.box.face_nodes(self.box.own, self.gear, self.model)
 
     def rows(self, lines: ContactLines) -> NDArray:
         """Matrix from the motions of all nodes of the shaft to the deflection normal to the flank.
@@ -68,7 +67,7 @@ class SeatedGear:
 
     def _places(self, lines: ContactLines) -> tuple[NDArray, NDArray]:
         """Position on the shaft, and wrench (…, 6) of a unit force normal to the flank, for each segment."""
-        frame = self.box.frames[PAIR]
+        frame = self.box.frames[self.box.own]
         wrench = math.cos(frame.pair.meshing.beta_b) * frame.wrench(self.gear, lines.u)
         return frame.position(self.gear, lines.y), wrench
 
@@ -80,7 +79,7 @@ class SeatedGear:
     @property
     def twist_compliance(self) -> NDArray:
         """Torsional compliance between the nodes under the face (node, node)."""
-        return twist(self.model, self.nodes, self.box.torque_from(PAIR, self.gear))
+        return twist(self.model, self.nodes, self.box.torque_from(self.box.own, self.gear))
 
     def motion(self, of_all: NDArray) -> NDArray:
         """The entries (size,) of this shaft in the motions ``of_all`` of all coupled shafts."""
@@ -114,7 +113,7 @@ def factor(gears: Sequence[SeatedGear], rows_of_gears: Sequence[NDArray]) -> NDA
         twist_coordinates = 6 * (len(scale) + np.arange(len(gear.nodes))) + 5
         G[np.ix_(twist_coordinates, twist_coordinates)] += gear.twist_compliance
         # rotations [rad] are scaled by half the face width to compare with displacements [mm]
-        width = gear.box.pairs[PAIR].meshing.face_width
+        width = gear.box.pairs[gear.box.own].meshing.face_width
         scale += [np.array([1, 1, 1, *([2 / width] * 3)])] * len(gear.nodes)
     scales = np.concatenate(scale)
     values, vectors = np.linalg.eigh(G / scales[:, None] / scales)
@@ -147,10 +146,10 @@ def mesh_spread(gears: tuple[SeatedGear, SeatedGear], stiffness: NDArray) -> tup
         Stiffness S of the resultants (position, resultant, resultant) [N/mm], including the shafts.
     """
     box = gears[0].box
-    pair, (η, weight) = box.pairs[PAIR], FACE_POINTS
+    pair, (η, weight) = box.pairs[box.own], FACE_POINTS
     H = np.zeros((len(η), len(η)))
     for group in _grouped(gears):
-        psi = factor(group, [box.face_rows(PAIR, gear.gear, gear.model) for gear in group])
+        psi = factor(group, [box.face_rows(box.own, gear.gear, gear.model) for gear in group])
         H += psi @ psi.T
     R = legvander(η, stiffness.shape[-1] - 1)
     E = min(material.E for material in pair.materials)
@@ -245,7 +244,7 @@ def flank_loads(
 def system_effects(
     box: Gearbox, of_flanks: tuple[NDArray, NDArray] | None = None, near: Sequence[SeatedGear] = ()
 ) -> tuple[Effect, ...]:
-    """Effects of the shafts of ``box`` on the contact of the scene's pair.
+    """Effects of the shafts of ``box`` on the contact of its own mesh.
 
     Parameters
     ----------
@@ -266,9 +265,11 @@ def system_effects(
     InputError
         If the shafts and pairs do not fit, or the bearings do not hold a shaft.
     """
-    loaded = {} if of_flanks is None else {PAIR: of_flanks}
+    loaded = {} if of_flanks is None else {box.own: of_flanks}
     settled = static_equilibrium(box, loaded, {gear.number: gear.settled for gear in near})
-    pinion, wheel = (SeatedGear(box=box, gear=index, settled=settled[box.seats[(PAIR, index)][0]]) for index in (0, 1))
+    pinion, wheel = (
+        SeatedGear(box=box, gear=index, settled=settled[box.seats[(box.own, index)][0]]) for index in (0, 1)
+    )
     effects: tuple[Effect, ...] = (Shafts(gears=(pinion, wheel)),)
     shafts = [model.shaft for gear in (pinion, wheel) for model in gear.settled.structure.shafts.values()]
     linear = all(bearing.is_linear for shaft in shafts for bearing in shaft.bearings)
@@ -276,7 +277,9 @@ def system_effects(
     # linear shafts without other loads: ``Shafts`` contains all their motion
     if linear and only_these and all(len(shaft.gears) == 1 and not shaft.loads for shaft in shafts):
         return effects
-    loads = of_flanks or tuple(box.force(PAIR) * box.wrench(PAIR, gear.gear, gear.model) for gear in (pinion, wheel))
+    loads = of_flanks or tuple(
+        box.force(box.own) * box.wrench(box.own, gear.gear, gear.model) for gear in (pinion, wheel)
+    )
     return (
         *effects,
         ShaftMotion(gears=(pinion, wheel), motions=_motion_without((pinion, wheel), (loads[0], loads[1]))),

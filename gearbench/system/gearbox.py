@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -13,7 +13,7 @@ from gearbench.geometry.names import GEARS, PAIR
 from gearbench.geometry.pair import Pair
 from gearbench.geometry.train import Mesh, Train
 from gearbench.system.frame import MeshFrame
-from gearbench.system.schema import FurtherMesh, Hand, Seat, System
+from gearbench.system.schema import Hand, Seat, System
 from gearbench.system.shaft_model import Face, ShaftModel
 from gearbench.system.structure import Structure, structures
 
@@ -30,11 +30,13 @@ class Gearbox:
     system
         Table ``[system]`` of the scene, with shafts.
     pairs
-        Name of a mesh → its pair. The first, "pair", is the pair of the scene itself.
+        Name of a mesh → its pair. The table ``[system]`` counts from the first, "pair".
     torque
-        Torque on the pinion of "pair" [N·m].
+        Torque on the pinion of the mesh ``own`` [N·m].
     preferred
-        Preferred torque on the pinion of each further mesh [N·m], used if the shafts leave a choice.
+        Preferred torque on the pinion of each other mesh [N·m], used if the shafts leave a choice.
+    own
+        Name of the mesh whose contact is solved; the others load its shafts.
 
     Raises
     ------
@@ -46,6 +48,7 @@ class Gearbox:
     pairs: Mapping[str, Pair]
     torque: float
     preferred: Mapping[str, float] = field(default_factory=dict)
+    own: str = PAIR
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -143,31 +146,10 @@ class Gearbox:
         If this leaves a choice, as with split paths, the torques are as close as possible to ``preferred``.
         """
         free = [shaft.name for shaft in self.system.shafts if shaft.coupling is not None]
-        preferred = {name: abs(torque / self.torque) for name, torque in self.preferred.items()}
-        return {name: share * self.torque for name, share in self.train.torques(free, preferred).items()}
-
-    def seen_from(self, mesh: str) -> System:
-        """The system with the pair of a further ``mesh`` in the role of "pair", and "pair" as a further mesh."""
-        scene_pair = "the scene's own pair"
-        names = dict(zip(self.names, self.names, strict=True)) | {PAIR: scene_pair, mesh: PAIR}
-        hands = self._hands
-        shafts = tuple(
-            replace(
-                shaft,
-                axis=tuple(map(float, self.train.places[shaft.name])),
-                gears=tuple(replace(seat, mesh=names[seat.mesh]) for seat in shaft.gears),
-            )
-            for shaft in self.system.shafts
-        )
-        return replace(
-            self.system,
-            shafts=shafts,
-            hand=hands[mesh],
-            rotation="clockwise" if self.train.turn(mesh) > 0 else "counterclockwise",
-            meshes=tuple(
-                FurtherMesh(name=names[name], scene="", hand=hands[name]) for name in self.names if name != mesh
-            ),
-        )
+        loads = {**self.preferred, self.own: self.torque}
+        preferred = {name: abs(torque / loads[PAIR]) for name, torque in loads.items()}
+        shares = self.train.torques(free, preferred)
+        return {name: share / shares[self.own] * self.torque for name, share in shares.items()}
 
     def force(self, mesh: str) -> float:
         """Transverse force along the line of action of a mesh [N]."""
