@@ -27,9 +27,6 @@ LEAST_TIP = 0.2
 #: Range in which solid teeth on a ring were compared with finite elements (``studies/s11_gears_in_use``): largest helix
 #: angle [°], largest face width and smallest rim thickness [normal modules].
 STEEPEST, WIDEST, THINNEST_RIM = 40.0, 25.0, 1.5
-#: Overlap ratio above which peak-to-peak values in this comparison differed by more than 3 % beyond the error bar, by
-#: 4.1 % at most.
-MOST_OVERLAP = 2.8
 #: Half-width of contact over the difference of the radii of curvature of a ring and its mate, above which the contact
 #: law of half-spaces is doubtful.
 CONFORMING = 0.1
@@ -113,9 +110,6 @@ def _unproven(pair: Pair) -> list[str]:
     lines, proof = [], "compared with finite elements"
     if pair.helix_angle > STEEPEST:
         lines.append(f"helix angle {pair.helix_angle:g}°: teeth on a ring were {proof} up to {STEEPEST:g}°")
-    if (overlap := pair.meshing.overlap_ratio) > MOST_OVERLAP:
-        off = f"peak-to-peak values of teeth on a ring were up to 4 % off finite elements above {MOST_OVERLAP:g}"
-        lines.append(f"overlap ratio {overlap:.3g}: {off}")
     for name, member, gear in zip(GEARS, pair.members, pair.gears, strict=True):
         wide = gear.face_width / gear.normal_module
         if wide > WIDEST:
