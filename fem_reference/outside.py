@@ -15,7 +15,7 @@ from fem_reference.axis import FaceFunctions
 from fem_reference.sector import Section, lagrange
 from fem_reference.waves import tooth_weights
 from gearbench.compliance.bases import gauss, legendre_functions
-from gearbench.compliance.lugs import ACROSS, ALONG, EACH, LugReduction, often
+from gearbench.compliance.lugs import ACROSS, ALONG, EACH, LugReduction, multiplicity
 
 #: Integration of the tractions on a lug: number of pieces along its arc, Gauss points per piece, points along the axis.
 _PIECES, _POINTS, _STATIONS = 12, 4, 16
@@ -180,7 +180,7 @@ class Outside:
         for i in (2, 4):  # cosine and sine of the waves ±1
             held[1, i - 6, [i, i + 1]] = np.array([1, 1j]) * math.sqrt(z / 2)
             held[1, i - 5, [i, i + 1]] = np.array([1j, -1]) * sign * math.sqrt(z / 2)
-        moved = often(z)[:2, None, None] / z * (waves[:2] @ held)
+        moved = multiplicity(z)[:2, None, None] / z * (waves[:2] @ held)
         turn = np.exp(2j * math.pi / z * np.outer(np.arange(z), [0, 1]))
         reach[..., -6:] = np.real(np.tensordot(turn, moved[:, :loads], 1))
         for lug, tooth, at in parts:

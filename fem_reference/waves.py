@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import CubicSpline
 from scipy.linalg import block_diag
 
-from gearbench.compliance.lugs import often
+from gearbench.compliance.lugs import multiplicity
 
 
 def wave_numbers(z: int, dense: int = 12, growth: float = 1.15) -> NDArray:
@@ -26,7 +26,7 @@ def tooth_weights(z: int, teeth: ArrayLike) -> NDArray:
     The compliance is smooth in log k beyond the first few waves: those left out are interpolated.
     """
     k, waves = np.arange(z // 2 + 1), wave_numbers(z)
-    weights = np.exp(2j * math.pi / z * np.outer(np.asarray(teeth), k)) * often(z) / z
+    weights = np.exp(2j * math.pi / z * np.outer(np.asarray(teeth), k)) * multiplicity(z) / z
     if len(waves) == len(k):
         return weights
     between = CubicSpline(np.log(waves[1:]), np.eye(len(waves) - 1), bc_type="natural")(np.log(k[1:]))
