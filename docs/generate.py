@@ -38,8 +38,8 @@ def system() -> str:
 
     return f"""# System
 
-The table `[system]` describes the shafts, bearings and inertias around a pair, for `gearbench response`; shafts also
-affect the contact in `gearbench simulate`. Example: [From a gearbox to its whine](tutorial_response.md).
+The table `[system]` is for `gearbench response`; its shafts also affect the contact in `gearbench simulate`. Example:
+[From a gearbox to its whine](tutorial_response.md).
 
 {prose(System)}
 {key_tables(System, {Material: "[the pair](pair.md)"})}"""

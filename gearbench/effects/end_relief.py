@@ -91,8 +91,6 @@ class OneFace:
 class EndRelief(OverFace):
     """End relief, for the pair over the common face or in a table for each gear.
 
-    It is the same at both ends, or has a table for each end.
-
     Parameters
     ----------
     amount

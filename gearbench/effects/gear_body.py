@@ -30,8 +30,8 @@ class GearBody(ToothCompliance):
     """Elastic gear bodies below the teeth, held at their bores. Both gears need ``bore_diameter``.
 
     A body is as wide as the face, or a rim on a web (``rim_thickness``, ``web_thickness``). An internal gear is held at
-    its ``outer_diameter`` or by the springs of its ``support``. With finite elements of the teeth the body is of finite
-    elements too, and this table has no keys.
+    its ``outer_diameter`` or by the springs of its ``support``. With finite elements of the teeth, they cover
+    the whole gear down to the bore, and this table has no keys.
 
     Parameters
     ----------

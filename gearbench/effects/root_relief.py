@@ -15,8 +15,6 @@ from gearbench.schema import STRICT
 class RootRelief(ProfileRelief):
     """Root relief: full at the start of the active profile (r_SAP), zero at r_SAP + length.
 
-    Either ``amount`` and ``length`` for both gears or one of them, or a table for each gear.
-
     Parameters
     ----------
     amount

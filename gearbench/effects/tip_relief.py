@@ -15,8 +15,7 @@ from gearbench.schema import STRICT
 class TipRelief(ProfileRelief):
     """Tip relief: e = amount · (R − (r_a − length))/length above its start at R = r_a − length, if linear.
 
-    A parabolic relief has the square of the fraction. Either ``amount`` and ``length`` for both gears or one of them,
-    or a table for each gear.
+    A parabolic relief has the square of the fraction.
 
     Parameters
     ----------

@@ -33,7 +33,7 @@ _DIRECTIONS = {"plate": ("height", "face width"), "solid": ("thickness", "height
 class ToothBending(Tooth):
     """Tooth clamped at its root: plate or solid by the Ritz method, or finite elements.
 
-    The effect gear_body adds the body below the root. Finite elements then cover the whole gear down to the bore.
+    The effect gear_body adds the body below the root.
 
     Parameters
     ----------
@@ -65,9 +65,7 @@ class ToothBending(Tooth):
 
     name: ClassVar[str] = "tooth_bending"
     summary: ClassVar[str] = "compliance: bending and shear of both teeth, clamped at the root"
-    source: ClassVar[str] = (
-        "Plate of Garambois et al. 2017; plate and solid by the Ritz method; finite elements of high degree"
-    )
+    source: ClassVar[str] = "Plate of Garambois et al. 2017; finite elements of high degree"
     use: ClassVar[str] = (
         "Always: the solid for results to trust, the plate to compare with Garambois et al., "
         "finite elements as the reference."
