@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gearbench.results.cycle import peak_to_peak
 from gearbench.results.origin import with_grids
 from gearbench.results.outputs import DEFAULT_OUTPUTS, check_outputs, output
 from gearbench.results.solved import Solved
@@ -81,14 +80,16 @@ def simulate(scene: Scene, *, outputs: Sequence[str] = DEFAULT_OUTPUTS) -> xr.Da
 
         choice = choose(scene, solve_scene, lambda solved: covered(solved.cycle))
         solved, chosen = choice.run, choice.attrs
-    return with_grids(dataset(solved, outputs, start).assign_attrs(chosen), scene)
+    result = dataset(solved, outputs, start)
+    result.attrs |= chosen
+    return with_grids(result, scene)
 
 
 def _warn_of_noise(solved: Solved) -> None:
     """Warn if harmonics or peak-to-peak values are uncertain by more than ``NOISE`` or ``EXTREMES`` of peak-to-peak."""
     loud, extremes = [], []
     for curve in ("transmission_error", "mesh_stiffness"):
-        extent = float(peak_to_peak(solved.phases, getattr(solved.cycle, curve)))
+        extent = float(output(solved, f"{curve}_peak_to_peak")[1])
         floor = float(np.fmax.reduce(output(solved, f"{curve}_amplitude_noise_floor")[1], axis=None))
         # a curve that hardly fluctuates has no harmonics worth a warning
         level = abs(float(getattr(solved.cycle, curve).mean()))

@@ -85,10 +85,10 @@ def output(solved: Solved, name: str) -> tuple[tuple[str, ...], NDArray]:
         warn(f"{name} is now {of}, with the dimension gear", DeprecationWarning, stacklevel=2)
         dims, values = output(solved, of)
         return dims[1:], values.take(gear, axis=-len(dims))
-    if name in OUTPUTS:
-        dims, compute = OUTPUTS[name]
-        return dims, compute(solved)
-    return (), response(name).reduce(solved.cycle)
+    if name not in solved.outputs:
+        dims, compute = OUTPUTS[name] if name in OUTPUTS else ((), lambda s: response(name).reduce(s.cycle))
+        solved.outputs[name] = dims, compute(solved)
+    return solved.outputs[name]
 
 
 def check_outputs(names: tuple[str, ...]) -> None:
@@ -106,14 +106,12 @@ def check_outputs(names: tuple[str, ...]) -> None:
 
 def _noise_floor(solved: Solved, curve: str) -> NDArray:
     """Estimate the errors of the amplitudes of a curve, in its unit, (…, harmonic)."""
-    if curve not in solved.floors:
-        solution = solved.solution
-        coarse = MeshCycle.of(solved.scene, solved.phases, solution.coarse_approach, solution.coarse_stiffness)
-        values = getattr(solved.cycle, curve)
-        cut = TRUNCATION_ERROR * values.mean(axis=-1) if curve == "mesh_stiffness" else 0.0
-        cut = np.hypot(cut, solved.unresolved.get(curve, 0.0))
-        solved.floors[curve] = curve_floor([solved], values, values - getattr(coarse, curve), cut)
-    return solved.floors[curve]
+    solution = solved.solution
+    coarse = MeshCycle.of(solved.scene, solved.phases, solution.coarse_approach, solution.coarse_stiffness)
+    values = getattr(solved.cycle, curve)
+    cut = TRUNCATION_ERROR * values.mean(axis=-1) if curve == "mesh_stiffness" else 0.0
+    cut = np.hypot(cut, solved.unresolved.get(curve, 0.0))
+    return curve_floor([solved], values, values - getattr(coarse, curve), cut)
 
 
 def curve_floor(meshes: Sequence[Solved], values: NDArray, change: NDArray, cut: NDArray | float = 0.0) -> NDArray:
@@ -127,7 +125,8 @@ def curve_floor(meshes: Sequence[Solved], values: NDArray, change: NDArray, cut:
 
 def _peak_to_peak_floor(solved: Solved, curve: str) -> NDArray:
     """Estimate the error of the peak-to-peak value of a curve, in its unit."""
-    return peak_to_peak_floor(solved.phases, getattr(solved.cycle, curve), _noise_floor(solved, curve))
+    floor = output(solved, f"{curve}_amplitude_noise_floor")[1]
+    return peak_to_peak_floor(solved.phases, getattr(solved.cycle, curve), floor)
 
 
 def _harmonics(solved: Solved, curve: str) -> NDArray:

@@ -96,8 +96,8 @@ class Solved:
         return MeshCycle.of(self.scene, self.phases, self.solution.approach, self.solution.stiffness)
 
     @cached_property
-    def floors(self) -> dict[str, NDArray]:
-        """Noise floors of the harmonics that were computed so far, by curve."""
+    def outputs(self) -> dict[str, tuple[tuple[str, ...], NDArray]]:
+        """Outputs and responses that were computed so far: name → dimensions and values."""
         return {}
 
     @cached_property
