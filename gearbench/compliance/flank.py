@@ -149,8 +149,25 @@ class FlankCompliance:
             self._between[pairs, least, first] = basis, matrix.reshape(pairs, k, pairs, k)
         return self._between[pairs, least, first]
 
+    def coupling(self, pairs: int, tolerance: float = 0.0, first: int = 0) -> tuple[NDArray, NDArray]:
+        """Directions B (p·q, r) in which teeth deflect each other, and Bᵀ C_{i−j} B (pair, r, pair, r) for i ≠ j.
+
+        They are fewer than those of ``between``, because loads of short wavelength only deflect their own tooth.
+        Directions whose coupling is within a tenth of ``tolerance``, or ``rank_tolerance``, of zero are dropped.
+        """
+        least, first = max(tolerance, self.rank_tolerance), 0 if self.anchors is None else first
+        if (pairs, least, first) not in self._coupling:
+            basis, matrix = self.between(pairs, tolerance, first)
+            others = matrix.copy()
+            others[range(pairs), :, range(pairs)] = 0.0
+            of_all = others.swapaxes(0, 1).reshape(len(others[0]), -1)
+            square, direction = np.linalg.eigh(of_all @ of_all.T)
+            B = direction[:, square > (0.1 * least * matrix.max()) ** 2]
+            self._coupling[pairs, least, first] = basis @ B, np.einsum("ka,ikjl,lb->iajb", B, others, B, optimize=True)
+        return self._coupling[pairs, least, first]
+
     def same_tooth(self, pairs: int, tolerance: float = 0.0, first: int = 0) -> list[NDArray]:
-        """Square roots (k, rank) of the Bᵀ C_ii B of ``between``, by pair; (p·q, rank) with ``own`` added, if given.
+        """Square roots (p·q, rank) of the compliances C_ii of ``between`` by pair, with ``own`` added, if given.
 
         Negative directions, as small as those dropped between teeth, are dropped.
         """
@@ -166,9 +183,8 @@ class FlankCompliance:
         """``same_tooth`` of one pair, from its block (k, k) of ``between``."""
         if self.own is not None:
             return _positive_root(self.own + basis @ block @ basis.T, self.rank_tolerance)
-        if _is_diagonal(block):
-            return np.sqrt(np.maximum(block, 0.0))
-        return _positive_root(block, self.rank_tolerance)
+        diagonal = _is_diagonal(block)
+        return basis @ (np.sqrt(np.maximum(block, 0.0)) if diagonal else _positive_root(block, self.rank_tolerance))
 
     def _significant(self, tolerance: float, *, negative: bool = False) -> tuple[NDArray, NDArray]:
         """Compliances above ``tolerance`` of the largest, (rank,), and their directions, (p·q, rank).
@@ -185,6 +201,10 @@ class FlankCompliance:
 
     @lazy
     def _between(self) -> dict[tuple[int, float, int], tuple[NDArray, NDArray]]:
+        return {}
+
+    @lazy
+    def _coupling(self) -> dict[tuple[int, float, int], tuple[NDArray, NDArray]]:
         return {}
 
     @lazy
@@ -293,26 +313,25 @@ def _fill(H: NDArray, flanks: Sequence[FlankCompliance], lines: ContactLines) ->
             if i == j:
                 block = sum(gram(S[of_i]) for _, _, S in both_gears)
             else:
-                block = sum(_times(X[of_i], C[i, :, j]) @ np.swapaxes(X[of_j], 1, 2) for X, C, _ in both_gears)
+                block = sum(X[of_i] @ C[i, :, j] @ np.swapaxes(X[of_j], 1, 2) for X, C, _ in both_gears)
             H[shared, i, :, j] = block
             if i != j:
                 H[shared, j, :, i] = np.swapaxes(block, 1, 2)
 
 
 def _directions_on_lines(flank: FlankCompliance, lines: ContactLines, index: int) -> tuple[NDArray, NDArray, NDArray]:
-    """Significant directions X (line, segment, k) on the lines, C (pair, k, pair, k) between them, and Ψ.
+    """Directions X (line, segment, r) of the ``coupling`` on the lines, C (pair, r, pair, r) between them, and Ψ.
 
     Ψ (line, segment, rank) is the square root of the compliance under loads on the same tooth.
     """
     shapes, pairs, first = _on_lines(flank, lines, index), lines.shape[1], int(lines.index[0])
     tolerance = NEGLIGIBLE if flank.own is None else NEGLIGIBLE_SHARED
-    basis, matrix = flank.between(pairs, tolerance, first)
+    basis, matrix = flank.coupling(pairs, tolerance, first)
     X, roots = _times(shapes, basis), flank.same_tooth(pairs, tolerance, first)
-    seen = X if flank.own is None else shapes
     if flank.anchors is None:
-        return X, matrix, _times(seen, roots[0])
+        return X, matrix, _times(shapes, roots[0])
     ends = np.cumsum(np.count_nonzero(lines.active, axis=0))[:-1]
-    width, parts = max(root.shape[1] for root in roots), np.split(seen, ends)
+    width, parts = max(root.shape[1] for root in roots), np.split(shapes, ends)
     return (
         X,
         matrix,

@@ -32,8 +32,8 @@ ROUNDING, NEAR_ROUNDING = 1e-15, 1e-13
 #: The factor is reused if the residual is at most the first number, and at most the second number times its value
 #: before the previous step.
 REUSED, FALLING = 1e-3, 0.003
-#: Greatest relative error of the stiffness: of a solution to rounding, and of one that ends at a tolerance.
-STIFFNESS_ROUNDING, ROUGH_STIFFNESS = 1e-14, 1e-6
+#: Greatest relative error of the stiffness of a solution to rounding; a tolerance is that of one that ends there.
+STIFFNESS_ROUNDING = 1e-14
 #: Number of the arrays (segment,) of real numbers in ``Work``.
 SEGMENT_ARRAYS = 9
 
@@ -279,7 +279,7 @@ def solve_forces(H, gap, z, square, delta, force, work, tolerance, limit):
         if last:
             for j in range(z.size):
                 force[j] += d[j]
-            final_stiffness = stiffness_at(H, weight, B, n, loaded, root, x, v, offset, deflected, ROUGH_STIFFNESS)
+            final_stiffness = stiffness_at(H, weight, B, n, loaded, root, x, v, offset, deflected, tolerance)
             return delta + step, final_stiffness, iteration + 1
         previous = residual
         # dJ = (ΣP − 1) dδ − P·dz + q·(q_new − q), with q·q_new = v·z and |q_new|² = v·(z + dz) for the new forces v

@@ -154,10 +154,13 @@ def _problem(
     elif unit is None:
         unit = typical_compression(law, scene)
     if lines.touch is not None:  # off the line of action
-        factor, matrix, law = by_lever(lines.touch.levers[0], factor, matrix, law)
+        factor, law = by_lever(lines.touch.levers[0], factor, law)
     problem = scale_problem(lines, gap, factor, law, sigma, scene.F_bn, unit, coupled=matrix is not None)
     if matrix is not None:
-        matrix = matrix * (problem.force / problem.length_scale)
-        return replace(problem, factor=truncated_root(matrix, stiffness_of_law(problem), truncation))
+        # the factor of D H D is D times that of H, with D = diag(scale)
+        scale = np.sqrt(problem.force / problem.length_scale) / np.broadcast_to(lines.lever, lines.shape)
+        scale = scale.reshape(problem.gap.shape)
+        factor = truncated_root(matrix, stiffness_of_law(problem) * scale**2, truncation)
+        return replace(problem, factor=scale[..., None] * factor)
     # Ψ may have more columns than a line has segments, which then are not independent
     return problem if factor.shape[-1] <= lines.shape[2] else reduce_rank(problem, truncation)

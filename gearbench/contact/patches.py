@@ -21,16 +21,25 @@ from gearbench.contact.gaps import total_gap
 from gearbench.contact.interpolation import interpolation_matrix
 from gearbench.contact.problem import ContactProblem, ContactSolution, under_shares
 from gearbench.contact.scaling import by_lever, scale_problem
-from gearbench.contact.solver import ConvergenceError, Guess, law_forces, smooth_deflections, solve, solve_roughly
+from gearbench.contact.solver import (
+    ROUGH,
+    ConvergenceError,
+    Guess,
+    law_forces,
+    smooth_deflections,
+    solve,
+    solve_roughly,
+)
 from gearbench.effects.base import LineLaw
 from gearbench.geometry.action import NEGLIGIBLE_WIDTH, ContactLines
 from gearbench.geometry.quadrature import gauss
 
 #: Number of times that the ends of patches are computed; each time squares the error of loads and deflections.
 ROUNDS = 3
-#: Once the residual on cells is below this, Newton's method takes one more step and ends. The residual is then far
-#: below the error of the patch ends found on cells, so that the initial guess changes the result of the last round by
-#: less than 1e-12.
+#: Residuals below which Newton's method takes its last step, in the first round (on cells) and in those before the last.
+#: The step squares them; patch ends on cells are off by about 1e-2, and by 1e-3 after the next round.
+FIRST, SECOND = 1e-3, 1e-4
+#: The same for samples of random errors: their guess changes the result of the last round by less than 1e-12.
 ON_CELLS = 1e-5
 #: Number of points on a line, besides those of patches, at which the compression is computed for the next round.
 PROBES = 4
@@ -56,7 +65,7 @@ def solve_patches(problem: ContactProblem, guess: Guess | None = None) -> Contac
         return solve(problem, guess)
     found = first_round(problem, guess)
     for _ in range(ROUNDS - 1):
-        found = next_round(problem, guess, found.patches)
+        found = next_round(problem, guess, found.patches, SECOND)
     return last_round(problem, guess, found)[0]
 
 
@@ -70,16 +79,16 @@ class Round(NamedTuple):
 
 def first_round(problem: ContactProblem, guess: Guess) -> Round:
     """Rough solution of ``problem`` on cells, accurate enough to find the ends of patches."""
-    return Round(*solve_roughly(problem, guess, ON_CELLS), None)
+    return Round(*solve_roughly(problem, guess, FIRST), None)
 
 
-def next_round(problem: ContactProblem, guess: Guess, previous: Patches | None) -> Round:
-    """Rough solution of ``problem`` on new patches, which follow from the solution in ``guess``.
+def next_round(problem: ContactProblem, guess: Guess, previous: Patches | None, tolerance: float = ROUGH) -> Round:
+    """Rough solution of ``problem`` to a ``tolerance`` on new patches, which follow from the solution in ``guess``.
 
     That solution is on the ``previous`` patches; None: on cells. Afterwards ``guess`` holds the new one.
     """
     patches = on_patches(problem, guess, previous)
-    return Round(*solve_roughly(patches[0], guess), patches)
+    return Round(*solve_roughly(patches[0], guess, tolerance), patches)
 
 
 def last_round(problem: ContactProblem, guess: Guess, before: Round) -> tuple[ContactSolution, Round]:
@@ -221,7 +230,7 @@ def on_patches(problem: ContactProblem, guess: Guess, previous: Patches | None =
     law = LineLaw.total([part for part in parts if isinstance(part, LineLaw)], nodes.shape)
     if nodes.touch is not None:
         # only the law: the smooth compliance in ``cells.factor`` is already divided by the levers
-        *_, law = by_lever(nodes.touch.levers[0], zeros[..., None], None, law)
+        _, law = by_lever(nodes.touch.levers[0], zeros[..., None], law)
     rows = interpolation_matrix(cells.smooth_lines, nodes.y)
     factor, gap = rows @ cells.factor, total_gap(cells.effects, nodes)
     if cells.field is not None:

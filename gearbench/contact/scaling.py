@@ -14,18 +14,13 @@ from gearbench.geometry.action import ContactLines
 from gearbench.scene import Scene
 
 
-def by_lever(
-    w: NDArray, factor: NDArray, matrix: NDArray | None, law: LineLaw
-) -> tuple[NDArray, NDArray | None, LineLaw]:
-    """Ψ, H and contact law for moments P̃ = w P in place of forces P, with levers w (T5 of docs/theory.md).
+def by_lever(w: NDArray, factor: NDArray, law: LineLaw) -> tuple[NDArray, LineLaw]:
+    """Ψ and contact law for moments P̃ = w P in place of forces P, with levers w (T5 of docs/theory.md).
 
     The moments are about the pinion's axis, divided by its base radius. A lever is a lever arm divided by this radius.
     With compressions s = w (δ − e) the equations keep their form and symmetry.
     """
-    if matrix is not None:
-        flat = w.reshape(len(w), -1)
-        matrix = matrix / (flat[:, :, None] * flat[:, None, :])
-    return factor / w[..., None], matrix, LineLaw(a=(law.a + law.h * np.log(w)) / w**2, h=law.h / w**2)
+    return factor / w[..., None], LineLaw(a=(law.a + law.h * np.log(w)) / w**2, h=law.h / w**2)
 
 
 def typical_compression(law: LineLaw, scene: Scene) -> float:

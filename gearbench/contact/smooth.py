@@ -139,8 +139,8 @@ def _coupled_matrix(parts: Sequence[LowRank | Dense], lines: ContactLines) -> ND
                 whole[np.ix_(alike, rows, rows)] += gram(factor[np.ix_(alike, rows)])
         else:
             H[position, pair, :, pair] += gram(part.factor[position, pair])
-    active = np.repeat(lines.active, segments, axis=1)
-    whole *= active[:, :, None] & active[:, None, :]
+    absent = np.nonzero(~lines.active)
+    H[absent], H[absent[0], :, :, absent[1]] = 0.0, 0.0
     return whole
 
 
