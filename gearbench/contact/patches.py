@@ -36,8 +36,8 @@ from gearbench.geometry.quadrature import gauss
 
 #: Number of times that the ends of patches are computed; each time squares the error of loads and deflections.
 ROUNDS = 3
-#: Residuals below which Newton's method takes its last step, in the first round (on cells) and in those before the last.
-#: The step squares them; patch ends on cells are off by about 1e-2, and by 1e-3 after the next round.
+#: Residuals below which Newton's method takes its last step, in the first round (on cells) and in those between it and
+#: the last. The step squares them; patch ends on cells are off by about 1e-2, and by 1e-3 after the next round.
 FIRST, SECOND = 1e-3, 1e-4
 #: The same for samples of random errors: their guess changes the result of the last round by less than 1e-12.
 ON_CELLS = 1e-5

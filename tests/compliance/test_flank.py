@@ -152,3 +152,16 @@ def test_a_matrix_that_is_negative_somewhere_loses_that_part():
     assert_allclose(whole, psi @ psi.T, rtol=0, atol=1e-12 * np.abs(whole).max())
     exact = np.block([[found.block(i - j) for j in range(3)] for i in range(3)])
     assert np.linalg.eigvalsh(exact)[0] < -0.1 * np.linalg.eigvalsh(exact)[-1]
+
+
+def test_neighbours_deflect_each_other_in_few_directions():
+    C = blocks(1)
+    some = np.linalg.qr(np.random.default_rng(3).normal(size=(len(C[0]), 2)))[0]
+    C[0] = 0.1 * some @ (some.T @ C[0] @ some) @ some.T
+    C[2] = C[0].T
+    found = flank(C)
+    basis, matrix = found.coupling(3)
+    assert basis.shape == (len(C[0]), 2)
+    for i, j in ((0, 1), (1, 0), (1, 2), (2, 0)):
+        # the teeth of ``blocks(1)`` deflect only the next ones
+        assert_allclose(basis @ matrix[i, :, j] @ basis.T, found.block(i - j), rtol=0, atol=1e-12 * C[1].max())
