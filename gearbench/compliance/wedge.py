@@ -127,11 +127,16 @@ def _strips() -> CubicSpline:
 
 @lru_cache(maxsize=64)
 def _strip_table(angle: float) -> tuple[float, NDArray]:
-    """Λ at the first offset, and the coefficients (falling power, interval) of monotone cubics between the offsets."""
-    from scipy.interpolate import PchipInterpolator
+    """Λ at the first offset, and the coefficients (falling power, interval) of monotone cubics between the offsets.
+
+    At both ends the cubics continue the laws beyond, with their slopes.
+    """
+    from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
 
     values = _strips()(min(max(angle, _ANGLES[0]), _ANGLES[-1]))
-    return float(values[0]), PchipInterpolator(_OFFSETS, values).c
+    slopes, B = PchipInterpolator(_OFFSETS, values)(_OFFSETS, 1), softness(angle)
+    slopes[[0, -1]] = -2 * B / _OFFSETS[0], (4 + 2 * B) / _OFFSETS[-1]
+    return float(values[0]), CubicHermiteSpline(_OFFSETS, values, slopes).c
 
 
 def strip_softening(angle: float, offset: NDArray) -> tuple[NDArray, NDArray]:

@@ -65,7 +65,7 @@ def test_softening_is_smooth_where_its_parts_join(degrees: float) -> None:
     for joint in (-12.0, 24.0):
         values, slopes = strip_softening(angle, joint * np.array([1 - 1e-6, 1 + 1e-6]))
         assert values[0] == pytest.approx(values[1], abs=1e-4)
-        assert slopes[0] == pytest.approx(slopes[1], rel=0.1)
+        assert slopes[0] == pytest.approx(slopes[1], rel=1e-4)
     offset = np.linspace(-11, 23, 100)
     h = 1e-5
     up, down = (strip_softening(angle, offset + d)[0] for d in (h, -h))
