@@ -212,7 +212,7 @@ def _rows(dataset: xr.Dataset) -> Iterator[tuple[str, str, str]]:
     import numpy as np
 
     from gearbench.cli.summary import duration
-    from gearbench.dynamics.train_nonlinear import SWEEPS
+    from gearbench.dynamics.nonlinear import SWEEPS
 
     if "percentile" in dataset.dims:
         high = dataset["mesh_force_percentile"].sel(percentile=95.0)

@@ -18,25 +18,30 @@ MOST_STEPS, RESIDUAL = 20, 1e-9
 
 
 class ForceTable(NamedTuple):
-    """Force of a mesh over approach and phase, for compiled code.
+    """Forces of the meshes over approach and phase, for compiled code; the first axis of most arrays is the mesh.
 
-    Fields of ``ForceCurve`` and ``TiltAndBending`` under the same names, and the ``mean`` force of the mesh [N].
+    Fields of ``ForceCurve`` and ``TiltAndBending`` under the same names, with the number of ``phases`` in a period of
+    each mesh, which divides that of the cycle, and the ``mean`` forces [N]. ``offset`` g [mm] (phase, mesh) and
+    ``between`` C [mm/N] (phase, mesh, mesh) couple the meshes over the phases of the cycle; without C it has no phases.
     """
 
     begin: NDArray
     table: NDArray
-    spacing: float
-    backlash: float
+    spacing: NDArray
+    backlash: NDArray
     back_phase: NDArray
-    mean: float
     coupling: NDArray
     motion: NDArray
     force: NDArray
     stiffness: NDArray
+    phases: NDArray
+    mean: NDArray
+    offset: NDArray
+    between: NDArray
 
 
 class MeanState(NamedTuple):
-    """Mean state of a mesh, about which its motion is integrated.
+    """Mean state of the meshes, about which their motion is integrated.
 
     x̄ [mm] and f̄ [N] (row,), K̄ [N/mm] and the compliance of the modes that follow quasi-statically [mm/N] (row, row),
     and the mean deflection [mm].
@@ -50,7 +55,11 @@ class MeanState(NamedTuple):
 
 
 class Workspace(NamedTuple):
-    """Scratch arrays: x, f, the residual of the balance and f − f̄ − K̄ (x − x̄) as rows (4, row); two matrices."""
+    """Scratch arrays.
+
+    ``vectors`` (6, row): the motion d seen by the teeth, f, x, the residual of the balance, f − f̄ − K̄ (x − x̄), g.
+    ``matrices`` (4, row, row): ∂f/∂d, ∂x/∂d, the derivative of the residual, C.
+    """
 
     vectors: NDArray
     matrices: NDArray
@@ -114,96 +123,146 @@ def monodromy(full, half, a, kick, dt, r, counts):
 
 
 @part()
-def _flank(table, spacing, row, x):
-    """Force of a flank and its slope at the approach x beyond first contact, at the phase ``row`` of the ``table``.
+def _flank(table, spacing, x):
+    """Force of a flank and its slope at the approach x beyond first contact, from the ``table`` (point,) of its phase.
 
     The force is linear between the points of the table and beyond them.
     """
     position = x / spacing
     if position <= 0.0:
         return 0.0, 0.0
-    interval = min(int(position), table.shape[1] - 2)
-    slope = table[row, interval + 1] - table[row, interval]
-    return table[row, interval] + (position - interval) * slope, slope / spacing
+    interval = min(int(position), len(table) - 2)
+    slope = table[interval + 1] - table[interval]
+    return table[interval] + (position - interval) * slope, slope / spacing
 
 
 @part()
-def _approached(curve, row, x):
-    """Force and stiffness of drive and back flanks together, at the phase ``row`` and the approach x."""
-    begin, back = curve.begin, curve.back_phase
-    f, k = _flank(curve.table, curve.spacing, row, x - begin[row])
-    steps = len(begin)
-    below = int(back[row])
+def _approached(curve, m, row, x):
+    """Force and stiffness of drive and back flanks of mesh m together, at its phase ``row`` and the approach x."""
+    begin, back = curve.begin[m], curve.back_phase[m, row]
+    f, k = _flank(curve.table[m, row], curve.spacing[m], x - begin[row])
+    below = int(back)
     for side in range(2):
-        weight = back[row] - below if side else 1.0 - back[row] + below
-        phase = (below + side) % steps
-        fb, kb = _flank(curve.table, curve.spacing, phase, -x - curve.backlash - begin[phase])
+        weight = back - below if side else 1.0 - back + below
+        phase = (below + side) % curve.phases[m]
+        fb, kb = _flank(curve.table[m, phase], curve.spacing[m], -x - curve.backlash[m] - begin[phase])
         f, k = f - weight * fb, k + weight * kb
     return f, k
 
 
 @part()
-def _add_force(curve, row, x, weight, f, J):
-    """Add the resultants at the phase ``row`` and motions x to f, their derivatives to J, times ``weight`` (D9)."""
-    mean, coupling, mean_motion = curve.mean, curve.coupling[row], curve.motion[row]
-    approach = x[0]
+def _add_force(curve, m, cycle_row, x, weight, f, J):
+    """Add the resultants of mesh m at a phase of the cycle and motions x to f, their derivatives to J: (D9), (D13).
+
+    Both are multiplied by ``weight``.
+    """
+    row, mean = cycle_row % curve.phases[m], curve.mean[m]
+    coupling, mean_motion = curve.coupling[m, row], curve.motion[m, row]
+    first = m * (1 + len(coupling))
+    approach = x[first]
     for j in range(len(coupling)):
-        approach += coupling[j] * (x[j + 1] - mean_motion[j])
-    force, k = _approached(curve, row, approach)
+        approach += coupling[j] * (x[first + j + 1] - mean_motion[j])
+    force, k = _approached(curve, m, row, approach)
     loaded = min(max(force / mean, 0.0), 1.0)
-    f[0] += weight * force
-    J[0, 0] += weight * k
+    f[first] += weight * force
+    J[first, first] += weight * k
     for j in range(len(coupling)):
         # m_j(F) and its slope
-        resultant, slope = curve.force[row, j] + coupling[j] * (force - mean), coupling[j]
+        resultant, slope = curve.force[m, row, j] + coupling[j] * (force - mean), coupling[j]
         if loaded < 1.0:
             # below the mean force: a parabola through zero that keeps the slope at the mean force
-            bend = coupling[j] - curve.force[row, j] / mean
+            bend = coupling[j] - curve.force[m, row, j] / mean
             slope = slope - 2.0 * bend * (1.0 - loaded) if loaded > 0.0 else 0.0
-            resultant = loaded * (curve.force[row, j] + bend * (force - mean))
-        f[j + 1] += weight * resultant
-        J[0, j + 1] += weight * k * coupling[j]
-        J[j + 1, 0] += weight * slope * k
+            resultant = loaded * (curve.force[m, row, j] + bend * (force - mean))
+        here = first + j + 1
+        f[here] += weight * resultant
+        J[first, here] += weight * k * coupling[j]
+        J[here, first] += weight * slope * k
         for i in range(len(coupling)):
-            stiffness = loaded * curve.stiffness[row, j, i]
-            f[j + 1] += weight * stiffness * (x[i + 1] - mean_motion[i])
-            J[j + 1, i + 1] += weight * (stiffness + slope * k * coupling[i])
+            stiffness = loaded * curve.stiffness[m, row, j, i]
+            f[here] += weight * stiffness * (x[first + i + 1] - mean_motion[i])
+            J[here, first + i + 1] += weight * (stiffness + slope * k * coupling[i])
+
+
+@part()
+def _couple(curve, row, share, work):
+    """Write g and C of the meshes between two phases of the cycle to ``work``, at the rows of their approach."""
+    g, C = work.vectors[5], work.matrices[3]
+    next_row, meshes = (row + 1) % len(curve.offset), len(curve.mean)
+    size = len(g) // meshes
+    for m in range(meshes):
+        g[size * m] = (1.0 - share) * curve.offset[row, m] + share * curve.offset[next_row, m]
+        for n in range(meshes if len(curve.between) else 0):
+            between = (1.0 - share) * curve.between[row, m, n] + share * curve.between[next_row, m, n]
+            C[size * m, size * n] = between
+
+
+@part()
+def _residual(curve, mean_state, row, share, free_motion, work):
+    """Residual of the balance of ``_motion`` at d, and what it follows from, written to ``work``; return its size."""
+    d, f, x, residual, excess, g = work.vectors
+    J, C, size, largest = work.matrices[0], work.matrices[3], len(free_motion), 0.0
+    f[:], J[:] = 0.0, 0.0
+    for m in range(len(curve.mean)):
+        _add_force(curve, m, row, d, 1.0 - share, f, J)
+        if share > 0.0:
+            _add_force(curve, m, (row + 1) % len(curve.offset), d, share, f, J)
+    for i in range(size):
+        x[i] = d[i] - g[i]
+        for j in range(size):
+            x[i] += C[i, j] * f[j]
+    for i in range(size):
+        excess[i] = f[i] - mean_state.force[i]
+        for j in range(size):
+            excess[i] -= mean_state.stiffness[i, j] * (x[j] - mean_state.motion[j])
+    for i in range(size):
+        residual[i] = free_motion[i] - x[i]
+        for j in range(size):
+            residual[i] -= mean_state.residual_compliance[i, j] * excess[j]
+        largest = max(largest, abs(residual[i]))
+    return largest
+
+
+@part()
+def _add_product(A, B, weight, out):
+    """Add ``weight`` A B of square matrices to ``out``."""
+    size = len(A)
+    for i in range(size):
+        for n in range(size):
+            for j in range(size):
+                out[i, j] += weight * A[i, n] * B[n, j]
 
 
 @part()
 def _motion(curve, mean_state, row, share, free_motion, work):
-    """Solve x = x_free − c (f(x) − f̄ − K̄ (x − x̄)) for x by Newton's method, starting from x_free.
+    """Solve x = x_free − c (f(d) − f̄ − K̄ (x − x̄)) with d = x + g − C f(d) by Newton's method for d, (D14).
 
-    c is the residual compliance. f is interpolated between the phase ``row`` and the next one, to which the weight
-    ``share`` belongs. The results are in ``work``.
+    c is the residual compliance, C the compliance of the gear bodies between the meshes. f is interpolated between the
+    phase ``row`` of the cycle and the next one, to which the weight ``share`` belongs. The results are in ``work``,
+    whose f of the step before gives the first guess.
     """
-    x, f, residual, excess = work.vectors[0], work.vectors[1], work.vectors[2], work.vectors[3]
-    J, A = work.matrices
-    next_row, size = (row + 1) % len(curve.begin), len(free_motion)
-    x[:] = free_motion
+    d, f, residual, g = work.vectors[0], work.vectors[1], work.vectors[3], work.vectors[5]
+    J, moved, A, C = work.matrices
+    size = len(free_motion)
+    _couple(curve, row, share, work)
+    for i in range(size):
+        d[i] = free_motion[i] + g[i]
+        for j in range(size):
+            d[i] -= C[i, j] * f[j]
     for _ in range(MOST_STEPS):
-        f[:], J[:] = 0.0, 0.0
-        _add_force(curve, row, x, 1.0 - share, f, J)
-        if share > 0.0:
-            _add_force(curve, next_row, x, share, f, J)
-        largest = 0.0
-        for i in range(size):
-            excess[i] = f[i] - mean_state.force[i]
-            for j in range(size):
-                excess[i] -= mean_state.stiffness[i, j] * (x[j] - mean_state.motion[j])
-        for i in range(size):
-            residual[i] = free_motion[i] - x[i]
-            for j in range(size):
-                residual[i] -= mean_state.residual_compliance[i, j] * excess[j]
-                A[i, j] = 1.0 if i == j else 0.0
-                for m in range(size):
-                    A[i, j] += mean_state.residual_compliance[i, m] * (J[m, j] - mean_state.stiffness[m, j])
-            largest = max(largest, abs(residual[i]))
-        if largest <= RESIDUAL * mean_state.deflection:
+        if _residual(curve, mean_state, row, share, free_motion, work) <= RESIDUAL * mean_state.deflection:
             break
+        # ∂x/∂d = 1 + C J, and A = ∂x/∂d + c (J − K̄ ∂x/∂d)
+        moved[:] = 0.0
+        for i in range(size):
+            moved[i, i] = 1.0
+        _add_product(C, J, 1.0, moved)
+        _add_product(mean_state.stiffness, moved, -1.0, J)
+        A[:] = moved
+        _add_product(mean_state.residual_compliance, J, 1.0, A)
         _solve(A, residual)
         for i in range(size):
-            x[i] += residual[i]
+            d[i] += residual[i]
 
 
 @part()
@@ -241,14 +300,16 @@ def _step(p, v, free, damper_factors, kick, scratch):
 
 @part()
 def _change(ends, mesh_motion, inverse, repeats):
-    """Largest change of a mode over the last ``repeats`` periods, as the approach [mm] of the mesh that it causes.
+    """Largest change of a mode over the last ``repeats`` periods, as the approach [mm] of a mesh that it causes.
 
-    ``ends`` (period, 2, mode) holds p and v at the ends of periods; ``inverse`` (mode,) is 1/ω.
+    ``ends`` (period, 2, mode) holds p and v at the ends of periods; ``inverse`` (mode,) is 1/ω, ``mesh_motion`` (mesh,
+    mode) the approach per modal displacement.
     """
     change = 0.0
-    for j in range(mesh_motion.shape[1]):
-        change = max(change, abs(mesh_motion[0, j] * (ends[-1, 0, j] - ends[-1 - repeats, 0, j])))
-        change = max(change, abs(mesh_motion[0, j] * inverse[j] * (ends[-1, 1, j] - ends[-1 - repeats, 1, j])))
+    for m in range(len(mesh_motion)):
+        for j in range(mesh_motion.shape[1]):
+            change = max(change, abs(mesh_motion[m, j] * (ends[-1, 0, j] - ends[-1 - repeats, 0, j])))
+            change = max(change, abs(mesh_motion[m, j] * inverse[j] * (ends[-1, 1, j] - ends[-1 - repeats, 1, j])))
     return change
 
 
@@ -274,11 +335,11 @@ def run(state, free, damper_factors, mesh_motion, curve, mean_state, record, lim
         below the first the motion repeats, and the integration ends; after the last period the second is enough.
     """
     rows, modes = mesh_motion.shape
-    phases, kept, substeps = len(curve.begin), record.shape[2], int(limits[1])
+    phases, kept, substeps = len(curve.offset), record.shape[2], int(limits[1])
     dt, same, near = limits[0], limits[3], limits[4]
     p, v = state
-    work = Workspace(np.zeros((4, rows)), np.zeros((2, rows, rows)))
-    kick, free_motion = np.zeros(modes), np.zeros(rows)
+    work = Workspace(np.zeros((6, rows)), np.zeros((4, rows, rows)))
+    kick, free_motion, approaches = np.zeros(modes), np.zeros(rows), mesh_motion[:: rows // len(curve.mean)]
     ends, scratch, period_count = np.zeros((kept + 1, 2, len(p))), np.zeros(len(p)), 0
     for period in range(int(limits[2])):
         record[:, :, :-1] = record[:, :, 1:].copy()
@@ -290,18 +351,18 @@ def run(state, free, damper_factors, mesh_motion, curve, mean_state, record, lim
                     free_motion[i] -= mesh_motion[i, j] * p[j]
             _motion(curve, mean_state, row, share, free_motion, work)
             if share == 0.0:
-                record[0, :, -1, row], record[1, :, -1, row] = work.vectors[0], work.vectors[1]
-            for j in range(modes):
-                kick[j] = 0.0
-                for i in range(rows):
-                    kick[j] += dt * mesh_motion[i, j] * work.vectors[3, i]
+                record[0, :, -1, row], record[1, :, -1, row] = work.vectors[2], work.vectors[1]
+            kick[:] = 0.0
+            for i in range(rows):
+                for j in range(modes):
+                    kick[j] += dt * mesh_motion[i, j] * work.vectors[4, i]
             _step(p, v, free, damper_factors, kick, scratch)
         ends[:-1] = ends[1:].copy()
         ends[-1] = state
         period_count = 0
         # the shortest period counts: a motion that settles slowly may by chance agree better with a longer one
         for repeats in range(1, min(kept, period) + 1):
-            change = _change(ends, mesh_motion, free[4], repeats) / mean_state.deflection
+            change = _change(ends, approaches, free[4], repeats) / mean_state.deflection
             if change <= near:
                 period_count = repeats
                 if change <= same:

@@ -16,7 +16,7 @@ from gearbench.dynamics.balance import Excitation
 from gearbench.dynamics.model import Group, LinearModel, Model, Variables, Vibration
 from gearbench.dynamics.size import bearings
 from gearbench.dynamics.stability import is_proven_stable, multipliers
-from gearbench.dynamics.steady import MOST_COMBINATIONS, SETTLED, Steady, steady
+from gearbench.dynamics.steady import MOST_COMBINATIONS, SETTLED, steady
 from gearbench.dynamics.train_model import train_model
 from gearbench.errors import InputError
 from gearbench.hunting.cycles import tooth_to_tooth_effects
@@ -113,19 +113,13 @@ def check_harmonics(harmonics: int) -> None:
         raise InputError("harmonics", harmonics, f"must be a whole number, 1 to {MOST_HARMONICS}")
 
 
-def speed_variables(
-    model: LinearModel, speeds: NDArray, harmonics: int, steady_motion: tuple[Steady, NDArray] | None = None
-) -> Variables:
-    """Variables of the Dataset that depend on speed, by name.
-
-    ``steady_motion`` holds the motion and its largest Floquet multipliers (speed, mesh); by default those of the linear
-    model. ``train_nonlinear`` passes a motion with loss of contact.
-    """
+def speed_variables(model: LinearModel, speeds: NDArray, harmonics: int) -> Variables:
+    """Variables of the Dataset that depend on speed, by name."""
     # with several frequencies the truncated products make the last orders inaccurate: solve a few more than returned
     solved = harmonics + (EXTRA_ORDERS if len(model.groups) > 1 else 0)
     # a row is a relative motion of the flanks of a mesh; each mesh has ``rows_per_mesh``, first the approach
     rows = np.arange(len(model.stiffness))
-    solution, stability = steady_motion or (steady(model, speeds, solved), _stability(model, speeds, harmonics))
+    solution, stability = steady(model, speeds, solved), _stability(model, speeds, harmonics)
     index, equivalent_force = solution.index[1:], np.moveaxis(solution.equivalent_force, 1, 2)
     # transmission errors (speed, order, mesh), motions (speed, order, row), bearings (speed, order, bearing, 3)
     te, motion, at_bearings = model.modes.response_to_mesh_forces(solution.omega, equivalent_force, rows)
@@ -137,11 +131,12 @@ def speed_variables(
     # order zero shifts mean load from one parallel path to another
     mean = model.force + np.real(force[:, 0])
     te, force, at_bearings = (np.moveaxis(values[:, 1:], 1, -1) for values in (te, force, at_bearings))
-    vibration = Vibration(
-        harmonics=harmonics, index=index, omega=solution.omega[:, 1:], mean=mean, force=force, at_bearings=at_bearings
-    )
     points = waves.points(index.max())
     peak, least = (mean + sign * waves.highest(sign * force, index, points) for sign in (1, -1))
+    omega = solution.omega[:, 1:]
+    vibration = Vibration(
+        harmonics=harmonics, index=index, omega=omega, largest=peak, force=force, at_bearings=at_bearings
+    )
     mesh_orders, dims = _orders_of_group(model, solved, harmonics), ("speed", "mesh", "harmonic")
     mesh_index = np.arange(len(model.names))[:, None]
     te_at_mesh_orders, force_at_mesh_orders = te[:, mesh_index, mesh_orders], force[:, mesh_index, mesh_orders]

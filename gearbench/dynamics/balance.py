@@ -123,9 +123,7 @@ def block_rows(h: NDArray) -> NDArray:
     return out
 
 
-def solve(
-    excitation: Excitation, h: NDArray, mean: NDArray, quasi_static: Excitation | None = None
-) -> tuple[NDArray, NDArray]:
+def solve(excitation: Excitation, h: NDArray, mean: NDArray) -> tuple[NDArray, NDArray]:
     """Motions [mm] and forces [N] of the orders kept, (speed, row, order).
 
     Parameters
@@ -136,18 +134,15 @@ def solve(
         ĥ (speed, order, row, row) [mm/N] of the system with the mean stiffness.
     mean
         Mean stiffness K̄ (row, row) [N/mm].
-    quasi_static
-        Excitation whose order 0 is in static balance with the external loads; by default ``excitation`` itself. Another
-        one if ``excitation`` is linearised about a motion (``train_nonlinear``).
     """
-    K, x_s, at_rest = excitation.convolution, excitation.motion, quasi_static or excitation
+    K, x_s = excitation.convolution, excitation.motion
     M, N = K.shape[0], K.shape[-1]  # rows, and real numbers of each row
     varying = K - mean[..., None, None] * np.eye(N)
-    # f_s − K̄ x_s and x_s, without the order 0 that is in static balance
-    p_s, away = excitation.force - mean @ x_s, x_s.copy()
-    p_s[:, 0] -= at_rest.force[:, 0] - mean @ at_rest.motion[:, 0]
-    away[:, 0] -= at_rest.motion[:, 0]
-    driven = np.swapaxes(np.einsum("snij,jn->sni", h, p_s), 1, 2) + away
+    # f_s − K̄ x_s without order 0, which is in static balance
+    p_s = excitation.force - mean @ x_s
+    p_s[:, 0] = 0.0
+    driven = np.swapaxes(np.einsum("snij,jn->sni", h, p_s), 1, 2)
+    driven[..., 1:] += x_s[:, 1:]
     b, y = -real(driven).reshape(len(h), M * N), np.empty((len(h), M, N))
     varying = np.moveaxis(varying, 2, 1).reshape(M * N, M * N)
     for block in in_blocks(len(h), (M * N) ** 2):

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gearbench.dynamics.drawing import hertz, legend, peak, rounded, speed_label, write, write_moving
+from gearbench.dynamics.nonlinear import SWEEPS
 from gearbench.dynamics.train_figures import draw_modes, draw_ring, draw_sharing
-from gearbench.dynamics.train_nonlinear import SWEEPS
 from gearbench.files import file_parts
 
 if TYPE_CHECKING:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +15,11 @@ from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.gaps import total_gap
 from gearbench.contact.solver import solve
 from gearbench.dynamics.loaded_mesh import FlankState, LoadedMesh
+from gearbench.trains.scatter import curves
+from gearbench.trains.solve import SolvedTrain
+
+if TYPE_CHECKING:
+    from scipy.interpolate import PPoly
 
 #: Half width of the rounded corner at first contact, divided by the mean deflection: some hundredths of a micrometre.
 ROUNDING = 0.01
@@ -22,6 +29,8 @@ REACH = 8.0
 POINTS = 4000
 #: Loads at which the contact is solved, divided by the mean force.
 LEVELS = (0.003, 0.01, 0.03, 0.08, 0.16, 0.3, 0.5, 0.75, 1.0, 1.4, 2.0, 3.0, 5.0)
+#: Largest force of a mesh of a train, divided by that under equal sharing, at which its contact is solved.
+LARGEST_FORCE = 6.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -150,25 +159,64 @@ def force_curve(mesh: LoadedMesh, steps: int) -> ForceCurve:
     approaches[0] = np.minimum(approaches[0], approaches[1] - 0.1 * LEVELS[0] * deflection)
     # ascending even where rounding makes two approaches equal
     x = np.maximum.accumulate(np.array(approaches).T, axis=1) + np.arange(len(approaches)) * 1e-12
-    # the corner where flanks touch is rounded: d → (d + ε)²/4ε within ±ε
-    ε, spacing = ROUNDING * deflection, REACH * deflection / POINTS
-    d = spacing * np.arange(POINTS + 1) - ε
-    d = np.where(d < ε, (d + ε) ** 2 / (4 * ε), d)
-    table = np.empty((steps, len(d)))
-    for i in range(steps):
-        curve = PchipInterpolator(x[i], forces)
-        inside, slope = np.minimum(x[i, 0] + d, x[i, -1]), float(curve.derivative()(x[i, -1]))
-        table[i] = curve(inside) + slope * (x[i, 0] + d - inside)
+    begin, table, spacing = _rounded([PchipInterpolator(approach, forces) for approach in x], deflection)
     pinion, r_w = pair.gears[0], pair.gears[0].base_radius / math.cos(pair.meshing.alpha_wt)
     # mesh phase at which the middle of a pinion tooth is on the line of centres: the flanks mirror each other about it
     centred = (pair.meshing.pitch_point - pair.meshing.path_start) / pair.meshing.base_pitch
     centred += float(pinion.half_angle(r_w)) * pair.pinion.teeth / (2 * math.pi)
     return ForceCurve(
         tilt_and_bending=tilt_and_bending,
-        begin=x[:, 0] - ε,
+        begin=begin,
         table=table,
         spacing=spacing,
         # a negative backlash comes from rounded data, not from preload
         backlash=max(pair.actual_backlash, 0.0) * math.cos(pair.meshing.alpha_wt),
         back_phase=((2 * centred - phase) * steps) % steps,
     )
+
+
+def _rounded(curves: Sequence[PPoly], deflection: float) -> tuple[NDArray, NDArray, float]:
+    """``begin``, ``table`` and ``spacing`` of a ``ForceCurve``, from force over approach at each phase.
+
+    The corner where flanks touch is rounded: d → (d + ε)²/4ε within ±ε. ``deflection`` is that under the mean force.
+    """
+    ε, spacing = ROUNDING * deflection, REACH * deflection / POINTS
+    d = spacing * np.arange(POINTS + 1) - ε
+    d = np.where(d < ε, (d + ε) ** 2 / (4 * ε), d)
+    table = np.empty((len(curves), len(d)))
+    for row, curve in zip(table, curves, strict=True):
+        x = curve.x[0] + d
+        inside, slope = np.minimum(x, curve.x[-1]), float(curve.derivative()(curve.x[-1]))
+        row[:] = curve(inside) + slope * (x - inside)
+    return np.array([curve.x[0] for curve in curves]) - ε, table, spacing
+
+
+def train_force_curves(solved: SolvedTrain, deflection: float) -> list[ForceCurve]:
+    """Curves of the meshes of a train, each over its own period; the phases of ``solved`` are uniform.
+
+    Each is for the teeth and gear bodies of one mesh, without the deflection of its bodies under other meshes. Back
+    flanks are left out: their distance is infinite. ``deflection`` [mm] is that under the mean force.
+    """
+    from scipy.interpolate import CubicHermiteSpline
+
+    of_meshes, count, found = curves(solved, LARGEST_FORCE), len(solved.phases.phase), []
+    for m, periods in enumerate(solved.linkage.train.periods.values()):
+        own = slice(count // periods)
+        x, F, k = (values[m, own] for values in (of_meshes.approach, of_meshes.force, of_meshes.slope))
+        # the curve begins on the tangent at the smallest force
+        x = np.column_stack([x[:, 0] - F[:, 0] / k[:, 0], x])
+        F, k = np.pad(F, [(0, 0), (1, 0)]), np.column_stack([k[:, 0], k])
+        splines = [CubicHermiteSpline(*of_phase) for of_phase in zip(x, F, k, strict=True)]
+        begin, table, spacing = _rounded(splines, deflection)
+        none = np.zeros((len(x), 0))
+        found.append(
+            ForceCurve(
+                tilt_and_bending=TiltAndBending(coupling=none, motion=none, force=none, stiffness=none[..., None]),
+                begin=begin,
+                table=table,
+                spacing=spacing,
+                backlash=math.inf,
+                back_phase=np.zeros(len(x)),
+            )
+        )
+    return found

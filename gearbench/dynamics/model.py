@@ -91,8 +91,8 @@ class Vibration:
         Orders as multiples of the mesh frequencies (order, frequency), without order zero.
     omega
         Frequency of each order (speed, order) [rad/s]; a difference of two frequencies may be negative.
-    mean
-        Mean force of each mesh (speed, mesh) [N].
+    largest
+        Largest force of each mesh (speed, mesh) [N].
     force
         Complex orders of the mesh forces (speed, mesh, order) [N].
     at_bearings
@@ -103,7 +103,7 @@ class Vibration:
     harmonics: int
     index: NDArray
     omega: NDArray
-    mean: NDArray
+    largest: NDArray
     force: NDArray
     at_bearings: NDArray
 

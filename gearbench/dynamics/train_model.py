@@ -280,9 +280,7 @@ class TrainModel(LinearModel):
     def other_variables(self, vibration: Vibration, loads: NDArray, speeds: NDArray) -> Variables:
         """Transmission error of the train, load shares, torques on the supports, force waves round the ring."""
         error = np.einsum("b,sbn->sn", self._transmission_error_rows, vibration.at_bearings[:, :, 2])
-        points = waves.points(vibration.index.max())
-        largest_force = vibration.mean + waves.highest(vibration.force, vibration.index, points)
-        share = largest_force / self.solved.even  # relative to the force under equal sharing
+        share = vibration.largest / self.solved.even  # relative to the force under equal sharing
         variables: Variables = {
             "train_dynamic_transmission_error_amplitude": (("speed", "harmonic"), 2e3 * np.abs(error)),
             "train_dynamic_transmission_error_phase": (("speed", "harmonic"), np.angle(error)),

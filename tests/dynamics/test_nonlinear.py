@@ -10,9 +10,8 @@ from gearbench.contact.assemble import assemble
 from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.solver import solve
 from gearbench.dynamics.analysis import response
-from gearbench.dynamics.force_curve import force_curve
 from gearbench.dynamics.model import Model
-from gearbench.dynamics.nonlinear import NonlinearModel, integrated_modes, nonlinear_response
+from gearbench.dynamics.nonlinear import nonlinear_pair, nonlinear_response
 from gearbench.scene_file import parse_scene
 
 #: Spur rig gears of Kahraman and Blankenship, 50/50, with play.
@@ -38,16 +37,13 @@ BORED = RIG | {
 
 @cache
 def rig():
-    model = Model(scene=parse_scene(BORED), rows=1)
-    return NonlinearModel(
-        model=model, curve=force_curve(model.loaded_meshes[0], 128), kept=integrated_modes(model, np.inf)
-    )
+    return nonlinear_pair(Model(scene=parse_scene(BORED), rows=1), 128, np.inf)
 
 
 def integrated(sweep, speeds, periods=600, steps=512, last=8):
     """RMS [µm] of the motion over the ``last`` periods by the method of Runge and Kutta, speed after speed."""
     numba = pytest.importorskip("numba")
-    model, curve = sweep.model, sweep.curve
+    model, (curve,) = sweep.model, sweep.curves
     mass = 1 / np.diag(model.mechanics.mass).sum() * np.diag(model.mechanics.mass).prod()
     k, F = model.stiffness[0, 0], model.force[0]
     damping, n = 2 * model.scene.system.damping_ratio * np.sqrt(k * mass), curve.steps
@@ -127,7 +123,7 @@ def test_compiled_steps_are_those_of_numpy():
     sweep = rig()
     from gearbench.dynamics._kernels import MeanState, run
 
-    curve, (table, balance), dt = sweep.curve, sweep.compiled, 1e-6
+    (curve,), (table, balance), dt = sweep.curves, sweep.compiled, 1e-6
     k, c = balance.stiffness[0, 0], 0.2 / balance.stiffness[0, 0]
     motion, force, stiffness, _, unit = balance
     balance = MeanState(
@@ -183,7 +179,7 @@ def test_with_a_linear_law_and_contact_kept_it_is_the_linear_response(on_shafts)
 def test_force_curve_meets_the_contact():
     """F at the approach of the contact under the mean force; nothing apart; back flanks push back."""
     sweep = rig()
-    curve, cycle = sweep.curve, sweep.model.loaded_meshes[0]
+    (curve,), cycle = sweep.curves, sweep.model.loaded_meshes[0]
     scene = cycle.scene
     lines = scene_lines(scene, np.arange(curve.steps) / curve.steps)
     approach = solve(assemble(scene, lines, cycle.effects)).approach / np.cos(scene.pair.meshing.beta_b)
