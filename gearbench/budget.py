@@ -144,9 +144,8 @@ _FUNCTIONS, _SIDES, _REST = (10.0, 14.0), 7.0, 3e4
 #: Response over speed: numbers per mesh, speed and order, for curves over time, or for the variables and those per
 #: bearing.
 _CURVES, _VARIABLES, _BEARING = 48.0, 42.0, 7.0
-#: Response with loss of contact: numbers per speed and step of the period, for both sweeps, without x and f of the
-#: rows.
-_STEP = 76.0
+#: Response with loss of contact: numbers per speed, row and step of the period, for both sweeps.
+_STEP = 90.0
 #: Error samples of a response: numbers per order and speed of a block.
 _SPEED = 2.0
 
@@ -204,7 +203,7 @@ def speed_memory(orders: int, meshes: int, bearings: int) -> float:
 
 def nonlinear_memory(steps: int, harmonics: int, bearings: int, rows: int) -> float:
     """Memory of one speed in a response with loss of contact, with ``steps`` of the period [bytes]."""
-    return _NUMBER * ((_STEP + 32 * rows) * steps + 2 * _BEARING * harmonics * (1 + bearings))
+    return _NUMBER * (_STEP * rows * steps + 2 * _BEARING * harmonics * (1 + bearings))
 
 
 def sample_memory(harmonics: int, block: int, rows: int) -> float:

@@ -124,9 +124,10 @@ class NonlinearModel:
 
         def stacked(parts: Sequence[Any], *names: str) -> dict[str, NDArray]:
             # shorter periods are repeated up to the length of the longest
-            values = {name: [getattr(part, name) for part in parts] for name in names}
+            most, fields = phases.max(), {name: [getattr(part, name) for part in parts] for name in names}
             return {
-                name: np.array([np.resize(v, (phases.max(), *v.shape[1:])) for v in values[name]]) for name in names
+                name: np.stack([a if len(a) == most else np.resize(a, (most, *a.shape[1:])) for a in arrays])
+                for name, arrays in fields.items()
             }
 
         return ForceTable(
