@@ -142,21 +142,18 @@ def _write_scene(
     from gearbench.files import check_target, write_text
 
     check_target(target)
-    stage_data = stage_scene(document, find_stage(document, stage), torque=torque, load_case=load_case)
-    scene, notes = scene_of(document, stage_data), stage_data.notes
-    files = {target: scene}
     try:
-        scene_on_shafts, notes = system_scene(document, stage, torque=torque, load_case=load_case)
+        scene, notes = system_scene(document, stage, torque=torque, load_case=load_case)
     except InputError as error:
-        notes = (*notes, f"without shafts and bearings: {error.key} = {error.value}: {error.allowed}")
-    else:
-        files = {target: scene_on_shafts}
-    if (system := files[target].system) is not None:
-        scene_on_shafts = files[target]
+        stage_data = stage_scene(document, find_stage(document, stage), torque=torque, load_case=load_case)
+        scene = scene_of(document, stage_data)
+        notes = (*stage_data.notes, f"without shafts and bearings: {error.key} = {error.value}: {error.allowed}")
+    files = {target: scene}
+    if (system := scene.system) is not None:
         paths = [target.with_name(f"{target.stem}_{mesh.name.replace(' ', '_')}.toml") for mesh in system.meshes]
         meshes = tuple(replace(mesh, scene=path.name) for mesh, path in zip(system.meshes, paths, strict=True))
-        files = {target: replace(scene_on_shafts, system=replace(system, meshes=meshes))}
-        files |= dict(zip(paths, scene_on_shafts.further, strict=True))
+        files = {target: replace(scene, system=replace(system, meshes=meshes))}
+        files |= dict(zip(paths, scene.further, strict=True))
     remarks = "".join(f"# {note}\n" for note in notes)
     for path, written in files.items():
         head = remarks if path == target else ""
