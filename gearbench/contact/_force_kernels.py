@@ -301,21 +301,9 @@ def solve_forces(H, gap, z, square, delta, force, work, tolerance, limit):
         iteration += 1
 
 
-@part()
-def compliance_matrix(psi, block, H):
-    """Fill H = Ψ Ψᵀ; elements between different blocks are zero."""
-    H[:] = np.dot(psi, psi.T)
-    if block.size and block[0] == block[-1]:  # blocks are sorted: there is one
-        return
-    for i in range(block.size):
-        for j in range(block.size):
-            if block[i] != block[j]:
-                H[i, j] = 0.0
-
-
 @entry()
 def solve_for_forces(problem, q, delta, tolerance, limit, force, stiffness, steps):
-    """Solve every position of a problem for its amplitudes q (position, block, rank) and approach δ, by forces.
+    """Solve every position of a problem for its amplitudes q (position, 1, rank) and approach δ, by forces.
 
     q and δ hold the guess (δ = −∞ for none), and the solution afterwards. Fills forces, ∂F/∂δ and the numbers of steps.
     If ``tolerance`` is positive, a position without guess starts from the forces of the previous position, which saves
@@ -330,9 +318,9 @@ def solve_for_forces(problem, q, delta, tolerance, limit, force, stiffness, step
         segment = np.flatnonzero(p.active[i])
         m, loads = segment.size, np.empty(segment.size)
         a, h, sigma, gap = p.a[i][segment], p.h[i][segment], p.sigma[i][segment], p.gap[i][segment]
-        psi, block, active = p.factor[i][segment], p.block[i][segment], p.active[i][segment]
+        psi, active = p.factor[i][segment], p.active[i][segment]
         C = H[:m, :m]
-        compliance_matrix(psi, block, C)
+        C[:] = np.dot(psi, psi.T)
         constants = all_constants[:, :m]
         law_constants(a, h, sigma, constants)
         if unguessed[i]:
@@ -341,46 +329,17 @@ def solve_for_forces(problem, q, delta, tolerance, limit, force, stiffness, step
             q[i] = 0.0
             if tolerance > 0.0 and i > 0 and total > 0.0:
                 delta[i] = delta[i - 1]
-                amplitudes(psi, block, previous / total, q[i])
+                q[i, 0] = np.dot(previous / total, psi)
             else:
                 delta[i] = first_approach(gap, a, h, sigma, active, psi)
-        z, square = arrays[SEGMENT_ARRAYS, :m], deflections(psi, block, q[i], arrays[SEGMENT_ARRAYS, :m])
+        z, square = arrays[SEGMENT_ARRAYS, :m], np.dot(q[i, 0], q[i, 0])
+        z[:] = np.dot(psi, q[i, 0])
         work = Work(
             arrays[0, :m], arrays[1, :m], arrays[2, :m], arrays[3, :m], arrays[4, :m], arrays[5, :m], arrays[6, :m],
             arrays[7, :m], arrays[8, :m], loaded, constants, all_scratch[:, :m], B[:m],
         )  # fmt: skip
         delta[i], stiffness[i], steps[i] = solve_forces(C, gap, z, square, delta[i], loads, work, tolerance, limit)
-        amplitudes(psi, block, loads, q[i])
+        q[i, 0] = np.dot(loads, psi)
         force[i] = 0.0
         for j in range(m):
             force[i, segment[j]] = loads[j]
-
-
-@part(SUMS)
-def amplitudes(psi, block, force, q):
-    """Fill the amplitudes q = Ψᵀ P of each block."""
-    if q.shape[0] == 1:
-        q[0] = np.dot(force, psi)
-        return
-    q[:] = 0.0
-    for j in range(block.size):
-        if force[j] != 0.0:
-            for c in range(psi.shape[1]):
-                q[block[j], c] += psi[j, c] * force[j]
-
-
-@part(SUMS)
-def deflections(psi, block, q, z):
-    """Fill the deflections z = Ψ q; returns |q|²."""
-    if q.shape[0] == 1:
-        z[:] = np.dot(psi, q[0])
-        return np.dot(q[0], q[0])
-    for j in range(block.size):
-        z[j] = 0.0
-        for c in range(psi.shape[1]):
-            z[j] += psi[j, c] * q[block[j], c]
-    square = 0.0
-    for k in range(q.shape[0]):
-        for c in range(q.shape[1]):
-            square += q[k, c] * q[k, c]
-    return square
