@@ -153,7 +153,7 @@ class FlankCompliance:
         """Directions B (p·q, r) in which teeth deflect each other, and Bᵀ C_{i−j} B (pair, r, pair, r) for i ≠ j.
 
         They are fewer than those of ``between``, because loads of short wavelength only deflect their own tooth.
-        Directions whose coupling is within a tenth of ``tolerance``, or ``rank_tolerance``, of zero are dropped.
+        Directions whose coupling is within ``tolerance``, or ``rank_tolerance``, of zero are dropped.
         """
         least, first = max(tolerance, self.rank_tolerance), 0 if self.anchors is None else first
         if (pairs, least, first) not in self._coupling:
@@ -162,7 +162,7 @@ class FlankCompliance:
             others[range(pairs), :, range(pairs)] = 0.0
             of_all = others.swapaxes(0, 1).reshape(len(others[0]), -1)
             square, direction = np.linalg.eigh(of_all @ of_all.T)
-            B = direction[:, square > (0.1 * least * matrix.max()) ** 2]
+            B = direction[:, square > (least * matrix.max()) ** 2]
             self._coupling[pairs, least, first] = basis @ B, np.einsum("ka,ikjl,lb->iajb", B, others, B, optimize=True)
         return self._coupling[pairs, least, first]
 

@@ -25,8 +25,6 @@ from gearbench.scene import Resolution, Scene
 #: Settings of a coarse solution: numbers of uniform phases and of segments on a line, number of nodes of the smooth
 #: compliance divided by the usual number, and truncation of this compliance.
 COARSE_PHASES, COARSE_SEGMENTS, COARSE_NODES, COARSE_TRUNCATION = 24, 12, 0.7, 1e-3
-#: Residual below which Newton's method takes its last step in a coarse solution; the step squares it.
-COARSE_TOLERANCE = 1e-4
 #: Factor on the segments of helical pairs, because the ends of their patches pass kinks of the gap.
 HELICAL_SEGMENTS = 2
 #: How far lines reach beyond the path of contact while the deflection is unknown, as a share of the distance up to
@@ -103,7 +101,7 @@ class CoarseSolution:
         phases = np.tile(np.arange(count), len(shares))
         problem = under_shares(part_of(self.problem, phases), np.repeat(shares, count))
         guess = Guess(q=self.guess.q[phases], delta=self.guess.delta[phases])
-        solve_roughly(problem, guess, COARSE_TOLERANCE)
+        solve_roughly(problem, guess)
         return replace(self, lines=self.lines.part(phases), problem=problem, guess=guess, shares=shares)
 
 
@@ -127,7 +125,7 @@ def _solve_coarsely(scene: Scene, phase: NDArray, span: tuple[float, float] | No
     nodes = round(COARSE_NODES * smooth_nodes(lines) / math.sqrt(finer))
     problem = assemble(scene, lines, truncation=COARSE_TRUNCATION, nodes=nodes)
     guess = Guess.empty(problem)
-    solve_roughly(problem, guess, COARSE_TOLERANCE)
+    solve_roughly(problem, guess)
     return CoarseSolution(phase=phase, lines=lines, problem=problem, guess=guess, shares=np.ones(1))
 
 

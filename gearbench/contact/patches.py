@@ -36,11 +36,12 @@ from gearbench.geometry.quadrature import gauss
 
 #: Number of times that the ends of patches are computed; each time squares the error of loads and deflections.
 ROUNDS = 3
-#: Residuals below which Newton's method takes its last step, in the first round (on cells) and in those between it and
-#: the last. The step squares them; patch ends on cells are off by about 1e-2, and by 1e-3 after the next round.
-FIRST, SECOND = 1e-3, 1e-4
-#: The same for samples of random errors: their guess changes the result of the last round by less than 1e-12.
+#: Once the residual on cells is below this, Newton's method takes one more step and ends. The residual is then far
+#: below the error of the patch ends found on cells, so that the initial guess changes the result of the last round by
+#: less than 1e-12.
 ON_CELLS = 1e-5
+#: The same for the rounds on patches before the last.
+BEFORE_LAST = 1e-4
 #: Number of points on a line, besides those of patches, at which the compression is computed for the next round.
 PROBES = 4
 
@@ -65,7 +66,7 @@ def solve_patches(problem: ContactProblem, guess: Guess | None = None) -> Contac
         return solve(problem, guess)
     found = first_round(problem, guess)
     for _ in range(ROUNDS - 1):
-        found = next_round(problem, guess, found.patches, SECOND)
+        found = next_round(problem, guess, found.patches, BEFORE_LAST)
     return last_round(problem, guess, found)[0]
 
 
@@ -79,7 +80,7 @@ class Round(NamedTuple):
 
 def first_round(problem: ContactProblem, guess: Guess) -> Round:
     """Rough solution of ``problem`` on cells, accurate enough to find the ends of patches."""
-    return Round(*solve_roughly(problem, guess, FIRST), None)
+    return Round(*solve_roughly(problem, guess, ON_CELLS), None)
 
 
 def next_round(problem: ContactProblem, guess: Guess, previous: Patches | None, tolerance: float = ROUGH) -> Round:
