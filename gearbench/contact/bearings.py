@@ -63,7 +63,7 @@ def solve_on_shafts(
         Pair, load and effects.
     shaft_effects
         Function that gives the effects of the shafts. It takes the loads on the nodes of both shafts (by default an
-        even load over the face), and the gears in a nearby equilibrium, from which its search starts.
+        even load over the face), and the gears of the previous round, where the search for their equilibrium starts.
     lines, weight
         Contact lines, and the weights of their positions in the mean over the mesh cycle.
 

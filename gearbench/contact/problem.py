@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from gearbench.effects.base import ComplianceEffect, Effect
 from gearbench.geometry.action import ContactLines
 
-#: How much of the smooth compliance H the factor Ψ may leave out: the trace of the difference, with the compliance of
-#: the contact law as its unit (C8 of docs/algorithms.md). Compliances change by less than this fraction.
+#: Largest tr(A^{−½} (H − Ψ Ψᵀ) A^{−½}) that the factor Ψ may leave out of the smooth compliance H. A is the compliance
+#: of the contact law (C8 of docs/algorithms.md). Compliances change by less than this fraction.
 TRUNCATION = 1e-4
 #: Trace of H − Ψ Ψᵀ at the level of rounding, divided by the trace of H.
 RANK_TOLERANCE = 1e-14
@@ -195,7 +195,7 @@ def reduce_rank(problem: ContactProblem, truncation: float = 0.0) -> ContactProb
     """Problem whose factors Ψ have no more columns than their numerical rank, or fewer with a ``truncation``.
 
     On the few segments of a contact line the smooth compliance has fewer independent columns than the tooth has Ritz
-    functions: two for a spur pair with the basis of Garambois et al. (2017), six for a helical pair.
+    functions: their rank is two for a spur pair with the basis of Garambois et al. (2017), six for a helical pair.
     """
     positions, segments, columns = problem.factor.shape
     if columns == 0:
@@ -209,7 +209,7 @@ def reduce_rank(problem: ContactProblem, truncation: float = 0.0) -> ContactProb
 def stiffness_of_law(problem: ContactProblem) -> NDArray:
     """Greatest stiffness dP/dg that the law of each existing segment has under any load, (position, segment).
 
-    It is 1/h on the tangent of a logarithmic law, 1/a for a linear law, and 0 without a law.
+    It is 1/h for a logarithmic law (its slope at large forces), 1/a for a linear law, and 0 without a law.
     """
     compliance = np.where(problem.h > 0, problem.h, problem.a)
     return np.where(problem.active & (compliance > 0), 1 / np.where(compliance > 0, compliance, 1.0), 0.0)

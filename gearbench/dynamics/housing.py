@@ -66,7 +66,7 @@ def read_housing(path: str | Path) -> xr.Dataset:
 
 
 def housing_response(dataset: xr.Dataset, housing: xr.Dataset) -> xr.Dataset:
-    """Add to a ``dataset`` of ``response`` the vibration that its bearing forces cause at the points of a housing.
+    """Add to the ``dataset`` that ``response`` returned the vibration of a housing under its bearing forces.
 
     The contributions of all bearings and directions add up with their phases, for each order of each mesh. Between two
     frequencies of the file, real and imaginary part are interpolated linearly. At a resonance this is accurate to 1 %
@@ -83,7 +83,7 @@ def housing_response(dataset: xr.Dataset, housing: xr.Dataset) -> xr.Dataset:
         If the Dataset has no bearing forces by order, or the housing lacks a bearing or direction.
     """
     if "bearing_force_phase" not in dataset:
-        raise InputError("housing", "no bearing forces", "needs a linear response of a pair on shafts")
+        raise InputError("bearing_force_phase", "missing", "a housing needs a linear response of a pair on shafts")
     if "lobes" in dataset.dims:  # force waves round the ring of a planetary set
         raise InputError(
             "housing",

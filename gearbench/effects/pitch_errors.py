@@ -26,9 +26,9 @@ class PitchErrors(IndexDeviations):
     ----------
     pinion, wheel
         Index deviation of the loaded flank of each tooth [µm], an arc of the pitch circle in the transverse plane;
-        positive: material missing. On drive flanks of the pinion it is the sum of the single pitch deviations f_pi
-        (ISO 1328-1, positive for a long pitch) up to the tooth, on those of the wheel minus this sum; on coast flanks
-        the signs are the opposite.
+        positive: material missing. With Σ, the sum of the single pitch deviations f_pi up to the tooth (ISO 1328-1,
+        positive for a long pitch), it is +Σ on drive flanks of the pinion and coast flanks of the wheel, and −Σ on the
+        other two.
     pinion_tooth, wheel_tooth
         Teeth with which the mesh cycle begins.
     """

@@ -1,6 +1,7 @@
 """Results that the pages show for one scene: curves over the mesh cycle, orders, pressure or load sharing, scatter.
 
-The scene is a pair, or a train whose meshes are one contact problem. This module does not depend on the pages.
+The scene is a pair, or a train whose meshes are one contact problem. Of a gearbox on shafts the first mesh is shown.
+This module does not depend on the pages.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Results named on the command line of ``explore``: their designs with quantities and scenes."""
+"""Stored results as the pages of ``explore`` show them: feasible designs with their quantities and scenes."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def _open(path: Path) -> Stored:
 
 
 def scene_of_run(path: Path) -> Scene | None:
-    """Scene of the result of one gear; None if the file is the result of an optimisation.
+    """Scene of the result of a single scene; None if the file is the result of an optimisation.
 
     Raises
     ------
@@ -119,7 +119,7 @@ def of_designs(designs: Designs, file: str) -> Stored:
 
 
 def _teeth(designs: Designs, numbers: NDArray) -> str:
-    """Text ``teeth_of`` one of the first ten designs; a scene that names a missing file cannot be read."""
+    """Text ``teeth_of`` the first of ten designs whose scene can be read; a file that it names may be missing."""
     for number in numbers[:10]:
         try:
             return teeth_of(chosen_scene(designs, int(number)))
@@ -129,7 +129,7 @@ def _teeth(designs: Designs, numbers: NDArray) -> str:
 
 
 def _scene(dataset: xr.Dataset, file: str) -> Scene:
-    """Scene stored with the result of one gear; an error names the file."""
+    """Scene stored with the result of a single scene; an error names the file."""
     try:
         return scene_of(dataset)
     except InputError as error:

@@ -17,7 +17,7 @@ Derivation = Callable[[Mapping[str, Any], Callable[[Mapping[str, Any]], Pair], f
 
 
 def _relief_length(effect: str) -> Derivation:
-    """Return the function that converts the length of a relief, given as a fraction of the smaller tooth height h_e."""
+    """Function that converts the length of a relief, given as a fraction of the smaller tooth height r_a − r_f."""
 
     def derive(tables: Mapping[str, Any], pair_of: Callable[[Mapping[str, Any]], Pair], value: float) -> dict[str, Any]:
         pair = pair_of(tables["pair"])
@@ -28,12 +28,12 @@ def _relief_length(effect: str) -> Derivation:
 
 def _addendum(tables: Mapping[str, Any], pair_of: Callable[[Mapping[str, Any]], Pair], value: float) -> dict[str, Any]:
     """Addendum of both gears from a fraction: 0 gives ε_α = 1, 1 gives the standard addendum."""
-    lowest = unit_contact_addendum(_any_pair(tables["pair"], pair_of))
+    lowest = unit_contact_addendum(_valid_pair(tables["pair"], pair_of))
     addendum = lowest + value * (1.0 - lowest)
     return {"pair.pinion.addendum": addendum, "pair.wheel.addendum": addendum}
 
 
-def _any_pair(table: Mapping[str, Any], pair_of: Callable[[Mapping[str, Any]], Pair]) -> Pair:
+def _valid_pair(table: Mapping[str, Any], pair_of: Callable[[Mapping[str, Any]], Pair]) -> Pair:
     """Pair with the greatest valid addendum; the circles used by ``unit_contact_addendum`` do not depend on it."""
     errors = []
     for tenths in range(10, 0, -1):
@@ -66,7 +66,7 @@ def unit_contact_addendum(pair: Pair) -> float:
 
 
 def _ring_teeth(tables: Mapping[str, Any], _pair: Callable[[Mapping[str, Any]], Pair], value: float) -> dict[str, Any]:
-    """Tooth number of the ring (negative) from the number of teeth in addition to the default."""
+    """Tooth number of the ring (negative) from the number of teeth to add to the default (negative: to leave out)."""
     planetary = tables["planetary"]
     ring_without_teeth = {key: number for key, number in planetary.get("ring", {}).items() if key != "teeth"}
     default, *_ = expanded({**planetary, "ring": ring_without_teeth})

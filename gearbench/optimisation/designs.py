@@ -96,7 +96,7 @@ class Designs:
         raise InputError(key, name, f"unknown quantity; known: {', '.join(self.names)}")
 
     def values(self, name: str, numbers: NDArray) -> NDArray:
-        """Values of a quantity (full name) for the designs ``numbers``, (number,); these must be valid gear sets."""
+        """Values of a quantity (full name) for the designs ``numbers``, (number,); their gears must be valid."""
         if name in self.dataset:
             return self.dataset[name].values[numbers]
         return np.array([OF_SCENE[name](self.scene(int(number))) for number in numbers], dtype=float)
@@ -137,7 +137,7 @@ class Designs:
         return numbers
 
     def design(self, number: int) -> Design:
-        """Codes of a design by its number in the dimension ``design``."""
+        """Codes of a design by its number in the dimension ``design``: real values, or indices into the grids."""
         codes = self.dataset["code"].values[number]
         return tuple(
             float(code) if variable.kind == "real" else int(code)

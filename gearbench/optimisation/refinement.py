@@ -1,7 +1,7 @@
 """Refinement of a front: a local search over the continuous variables improves every design in all objectives at once.
 
-A search takes stepped variables only at their steps, and comes only near the optimum of real ones. From every design of
-the front, the refinement minimises Σ_j f_j/s_j, with s_j the front's extent in objective j. The limits hold, and no
+A search keeps stepped variables on their steps, and finds the optimum of real ones only approximately. From each design
+of the front, the refinement minimises Σ_j f_j/s_j, with s_j the front's extent in objective j. The limits hold, and no
 objective may get worse. The result therefore dominates the design it started from. All evaluations use the same error
 samples, so the objectives are smooth in the amounts and lengths of micro-geometry. COBYQA (Ragonneau & Zhang
 2022-2024, in SciPy) models them by quadratics in a trust region, without derivatives.
@@ -38,12 +38,12 @@ EVALUATIONS = 60
 RADIUS, LEAST_RADIUS = 0.05, 1e-4
 #: An objective may get worse by no more than this share of its extent (rounding).
 ROUNDING = 1e-12
-#: Value of every objective, divided by its extent, that stands for a design that is not feasible.
+#: Value of each objective, divided by its extent, that an infeasible design gets.
 INFEASIBLE = 1e3
 
 
 def continuous(study: OptimisationStudy) -> OptimisationStudy:
-    """Return the study with real variables in place of stepped decimal ones, and without racing.
+    """Return the study with real variables in place of stepped decimal ones, and without ``racing``.
 
     Raises
     ------
@@ -223,7 +223,7 @@ def _dataset(
     from gearbench.results.provenance import run_provenance
 
     refined = [design for design, _, _ in answers]
-    dataset = designs_dataset(study, refined, [after for _, after, _ in answers], [1] * len(answers))
+    dataset = designs_dataset(study, refined, [after for _, after, _ in answers], first=[1] * len(answers))
     before = np.array([evaluation.objectives(study) for _, _, evaluation in answers])
     after = dataset["objective"].values
     further = {

@@ -61,7 +61,7 @@ def test_orders_beyond_the_file_are_missing_and_noted(answer):
 def test_what_does_not_fit_is_one_line(answer, tmp_path):
     with pytest.raises(InputError, match="no bearing A: must contain every"):
         housing_response(answer, housing(bearings=("B", "output 1", "output 2")))
-    with pytest.raises(InputError, match="no bearing forces"):
+    with pytest.raises(InputError, match="a housing needs a linear response"):
         housing_response(response(spur_scene({}), speed=900.0, harmonics=2), housing())
     housing().drop_vars("transfer_imaginary").to_netcdf(tmp_path / "h.nc")
     with pytest.raises(InputError, match="transfer_imaginary = missing"):

@@ -175,7 +175,7 @@ def _group(kind: type, path: str, table: Mapping[str, Any]) -> Group:
     # module, pressure angle and helix angle are keys of the set; only the planet's gear at the ring may have its own
     left_out += SHARED if left_out and not path.endswith(AT_RING) else ()
     if kind in (Member, TrainGear):  # keys that only internal or only external gears have
-        left_out += foreign_keys(table.get("teeth", -1 if path == "planetary.ring" else 1))
+        left_out += foreign_keys(table.get("teeth", -1 if path == "planetary.ring" else 1))  # only the sign matters
     with_control = {name: key for name, key in keys(kind).items() if name not in left_out and not takes_files(kind)}
     shown = [_control(key, f"{path}.{name}", table.get(name)) for name, key in with_control.items()]
     if kind is Planetary:
@@ -186,13 +186,13 @@ def _group(kind: type, path: str, table: Mapping[str, Any]) -> Group:
         controls, groups = _flanks(path, table)
         of_coast_flanks = _flanks(f"{path}.coast", table.get("coast", {}))
         shown += controls
-        below = [*below, *groups, _group_of(f"{path}.coast", _COAST, *of_coast_flanks)]
+        below = [*below, *groups, _titled_group(f"{path}.coast", _COAST, *of_coast_flanks)]
     # first paragraph of the docstring
     text = " ".join(parts(kind)[0].split("\n\n")[0].replace("``", "").split())
-    return _group_of(path, text, shown, [group for group in below if group.path not in _ADDED])
+    return _titled_group(path, text, shown, [group for group in below if group.path not in _ADDED])
 
 
-def _group_of(path: str, text: str, controls: Iterable[Control | None], below: Iterable[Group]) -> Group:
+def _titled_group(path: str, text: str, controls: Iterable[Control | None], below: Iterable[Group]) -> Group:
     """Make a group; its title comes from the path: "Pinion" (pair.pinion), "Meshes: 0", "Sun: tip relief"."""
     head, *rest = path.split(".")
     shown = rest[-1:] if head == "pair" else path.split(".") if head == "meshes" else rest
@@ -237,7 +237,7 @@ def _of_planets(control: Control, number: int) -> Control:
 
 
 def takes_files(kind: type) -> bool:
-    """Whether an input class refers to files, as a key with their SHA-256 tells; the page cannot change its table."""
+    """Whether an input class refers to files (it then has a key …_sha256); the page cannot change its table."""
     return any(name.endswith("_sha256") for name in keys(kind))
 
 
