@@ -6,7 +6,7 @@ import hashlib
 import math
 import os
 from collections.abc import Mapping
-from functools import cached_property
+from functools import cached_property, lru_cache
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -24,10 +24,10 @@ from gearbench.loads import Load, WeightedLoad, greatest_load
 from gearbench.schema import STRICT, changed, given
 
 if TYPE_CHECKING:
-    from gearbench.system.gearbox import Gearbox
+    from gearbench.system.gearbox import Gearbox, MeshLoads
     from gearbench.system.schema import System
 else:  # scenes without a system do not import its classes
-    System = Any
+    MeshLoads = System = Any
 
 #: Allowed range of the line load over E m_n [–]. Below it, rounding errors dominate; above it, deflections would be
 #: many times the size of a tooth.
@@ -153,6 +153,8 @@ class Scene:
         Names of the driver and the driven gear of the pair.
     train
         Gears and meshes, if there are several; ``pair``, ``effects`` and ``coast`` are then those of the first mesh.
+    mesh_loads
+        Mean loads of the meshes on their shafts, see ``contact.mesh_loads``; never in files.
 
     Raises
     ------
@@ -174,6 +176,7 @@ class Scene:
     own: str = PAIR
     gear_names: tuple[str, str] = GEARS
     train: TrainTables | None = None
+    mesh_loads: MeshLoads | None = None
 
     def __post_init__(self) -> None:
         if self.train is not None and self.train.first != (self.pair, self.effects, self.coast, self.system):
@@ -253,7 +256,7 @@ class Scene:
         InputError
             If the load is not allowed.
         """
-        return changed(self, load=load, loads=())
+        return changed(self, load=load, loads=(), mesh_loads=None)
 
     @property
     def each_load(self) -> tuple[Scene, ...]:
@@ -396,11 +399,16 @@ class Scene:
     @cached_property
     def gearbox(self) -> Gearbox:
         """Gearbox: the shafts of the system, and the pairs that mesh on them."""
-        from gearbench.system.gearbox import Gearbox
-
         assert self.system is not None, "a gearbox is that of [system]"
-        preferred = {name: scene.load.torque for name, scene in self._on_shafts.items()}
-        return Gearbox(system=self.system, pairs=self.pairs, torque=self.load.torque, preferred=preferred, own=self.own)
+        preferred = tuple((name, scene.load.torque) for name, scene in self._on_shafts.items())
+        return _gearbox(
+            system=self.system,
+            pairs=tuple(self.pairs.items()),
+            torque=self.load.torque,
+            preferred=preferred,
+            own=self.own,
+            loads=self.mesh_loads,
+        )
 
     @property
     def mesh_names(self) -> tuple[str, ...]:
@@ -414,17 +422,18 @@ class Scene:
             return alone
         torques = self.gearbox.torques
         scenes = {
-            name: changed(scene, system=None, further=(), own=PAIR, load=Load(torque=torques[name]))
+            name: changed(scene, system=None, further=(), own=PAIR, mesh_loads=None, load=Load(torque=torques[name]))
             for name, scene in alone._on_shafts.items()
         }
         scene = scenes.pop(mesh)
-        return changed(scene, system=self.system, own=mesh, further=tuple(scenes.values()))
+        others = tuple(scenes.values())
+        return changed(scene, system=self.system, own=mesh, further=others, mesh_loads=self.mesh_loads)
 
     def shaft_effects(self, own: Any = None, near: Any = ()) -> tuple[Effect, ...]:
         """Effects of the shafts with bearings in equilibrium under ``own``; see ``effects.shafts.system_effects``."""
-        from gearbench.effects.shafts import system_effects
+        from gearbench.effects.shafts import resting_effects, system_effects
 
-        return system_effects(self.gearbox, own, near)
+        return resting_effects(self.gearbox) if own is None else system_effects(self.gearbox, own, near)
 
     @property
     def F_bt(self) -> float:
@@ -451,7 +460,7 @@ class Scene:
 
     def to_mapping(self) -> dict[str, Any]:
         """Scene as nested tables, as in a file, without defaults."""
-        tables = given(self)
+        tables = given(self if self.mesh_loads is None else changed(self, mesh_loads=None))
         for key in ("further", "own"):
             tables.pop(key, None)
         if self.train is not None:
@@ -482,6 +491,14 @@ class Scene:
         for name, table in given.items():
             rows[name] = [", ".join(f"{key} = {value}" for key, value in table.items()) or "defaults"]
         return self.pair._repr_html_() + notebook_table(self.name or "scene", (), rows)
+
+
+@lru_cache(maxsize=16)
+def _gearbox(*, pairs: tuple[tuple[str, Pair], ...], preferred: tuple[tuple[str, float], ...], **parts: Any) -> Gearbox:
+    """Gearbox that scenes share if they differ in other parts."""
+    from gearbench.system.gearbox import Gearbox
+
+    return Gearbox(pairs=dict(pairs), preferred=dict(preferred), **parts)
 
 
 def check_scene(scene: object) -> None:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from gearbench.contact.assemble import assemble
 from gearbench.contact.coarse_solution import scene_lines
+from gearbench.contact.mesh_loads import with_mesh_loads
 from gearbench.contact.patches import solve_patches
 from gearbench.contact.transitions import loaded_phases
 from gearbench.geometry.action import ContactLines
@@ -43,6 +44,7 @@ def cycle_values(scene: Scene) -> NDArray:
 
 def solve_scene(scene: Scene) -> Solved:
     """Solve the contact of ``scene`` at all its mesh phases."""
+    scene = with_mesh_loads(scene)
     phase, weight, size = loaded_phases(scene)
     return solve_lines(scene, scene_lines(scene, phase), weight, size)
 

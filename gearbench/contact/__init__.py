@@ -2,7 +2,7 @@
 
 The problem: ``assemble`` builds it from ``gaps``, ``lines``, the compliance (``smooth``) and the contact ``law``;
 ``problem`` holds its arrays, ``scaling`` makes them dimensionless, ``size`` checks the memory. ``loads`` is for several
-loads, ``bearings`` for pairs on shafts, ``equilibrium`` and ``bodies`` for whole trains.
+loads, ``bearings`` and ``mesh_loads`` for gears on shafts, ``equilibrium`` and ``bodies`` for whole trains.
 
 Quadrature over the mesh cycle: ``coarse_solution`` solves the contact coarsely, ``load_transfer`` and ``transitions``
 find the phases at which it changes, ``panels`` and ``phases`` place Gauss points between them. On contact lines,

@@ -78,15 +78,15 @@ def solve_on_shafts(
         problem = assemble(scene, lines, acting)
         guess = Guess.empty(problem)
         solution = solve_patches(problem, guess)
-        gears = next(effect for effect in effects if isinstance(effect, Shafts)).gears
-        # a second effect, ShaftMotion, exists if bearings are nonlinear or shafts carry other loads;
-        # otherwise one solution is enough
-        converged = len(effects) == 1
+        shafts = next(effect for effect in effects if isinstance(effect, Shafts))
+        converged = shafts.linear  # one solution is enough
         if previous_force is not None:
             change = np.abs(solution.force - previous_force).max()
             converged = converged or change <= TOLERANCE * previous_force.max()
         if converged:
-            return OnShafts(lines=lines, effects=acting, problem=problem, solution=solution, guess=guess, gears=gears)
+            return OnShafts(
+                lines=lines, effects=acting, problem=problem, solution=solution, guess=guess, gears=shafts.gears
+            )
         previous_force = solution.force
-        effects = shaft_effects(flank_loads(gears, lines, solution.force, weight), gears)
+        effects = shaft_effects(flank_loads(shafts.gears, lines, solution.force, weight), shafts.gears)
     raise ConvergenceError(f"bearings and contact did not converge in {MAX_ITERATIONS} iterations")

@@ -16,6 +16,7 @@ from gearbench.contact.assemble import assemble
 from gearbench.contact.batch import Batch, BatchSolution
 from gearbench.contact.bearings import OnShafts, solve_on_shafts
 from gearbench.contact.coarse_solution import scene_lines
+from gearbench.contact.mesh_loads import with_mesh_loads
 from gearbench.contact.patches import solve_patches
 from gearbench.contact.resultants import Resultants, resultants, resultants_of_samples
 from gearbench.contact.solver import Guess
@@ -226,7 +227,7 @@ def loaded_mesh(scene: Scene, mesh: str = PAIR, rows: int = 1) -> LoadedMesh:
     InputError, ConvergenceError
         As ``simulate``.
     """
-    mesh_scene, on_shafts = scene.seen_from(mesh), None
+    mesh_scene, on_shafts = with_mesh_loads(scene).seen_from(mesh), None
     phase, weight, size = loaded_phases(mesh_scene)
     lines = scene_lines(mesh_scene, phase)
     if mesh_scene.has_shafts:

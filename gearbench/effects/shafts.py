@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import ClassVar
 
 import numpy as np
@@ -18,7 +19,7 @@ from numpy.typing import NDArray
 from gearbench.effects.base import ComplianceEffect, Effect, Effects, GapEffect, LowRank
 from gearbench.geometry.action import ContactLines
 from gearbench.system.gearbox import FACE_POINTS, Gearbox
-from gearbench.system.mechanics import static_equilibrium
+from gearbench.system.mechanics import resting_states, static_equilibrium
 from gearbench.system.shaft_model import ShaftModel
 from gearbench.system.static import StaticState, twist
 
@@ -193,6 +194,16 @@ class Shafts(ComplianceEffect):
     summary: ClassVar[str] = "compliance: shafts and bearings; the shaft also bends and twists under the face"
     source: ClassVar[str] = "Timoshenko beams, ISO/TS 16281"
 
+    @property
+    def carriers(self) -> dict[int, ShaftModel]:
+        """Number of a shaft → its model, for all shafts that move with those of the two gears."""
+        return {n: model for gear in self.gears for n, model in gear.settled.structure.shafts.items()}
+
+    @property
+    def linear(self) -> bool:
+        """Whether no bearing changes its stiffness with its load."""
+        return all(bearing.is_linear for model in self.carriers.values() for bearing in model.shaft.bearings)
+
     def compliance(self, lines: ContactLines, effects: Effects) -> LowRank:
         """Factor of both shafts, shared by all tooth pairs, (position, pair, segment, rank)."""
         parts = [factor(gears, [gear.rows(lines) for gear in gears]) for gears in _grouped(self.gears)]
@@ -252,7 +263,7 @@ def system_effects(
         The gearbox.
     of_flanks
         Load of the flanks on the nodes of both shafts (size,), at which nonlinear bearings are linearised; by default
-        an even load over the face.
+        that of ``Gearbox.load``.
     near
         Gears in an equilibrium close by, from which the search for this one starts.
 
@@ -265,22 +276,22 @@ def system_effects(
     InputError
         If the shafts and pairs do not fit, or the bearings do not hold a shaft.
     """
-    loaded = {} if of_flanks is None else {box.own: of_flanks}
-    settled = static_equilibrium(box, loaded, {gear.number: gear.settled for gear in near})
+    settled = resting_states(box)
+    if of_flanks is not None:
+        settled = static_equilibrium(box, {box.own: of_flanks}, {gear.number: gear.settled for gear in near})
     pinion, wheel = (
         SeatedGear(box=box, gear=index, settled=settled[box.seats[(box.own, index)][0]]) for index in (0, 1)
     )
-    effects: tuple[Effect, ...] = (Shafts(gears=(pinion, wheel)),)
-    shafts = [model.shaft for gear in (pinion, wheel) for model in gear.settled.structure.shafts.values()]
-    linear = all(bearing.is_linear for shaft in shafts for bearing in shaft.bearings)
-    only_these = {pinion.number, wheel.number} == {n for g in (pinion, wheel) for n in g.settled.structure.shafts}
-    # linear shafts without other loads: ``Shafts`` contains all their motion
-    if linear and only_these and all(len(shaft.gears) == 1 and not shaft.loads for shaft in shafts):
-        return effects
-    loads = of_flanks or tuple(
-        box.force(box.own) * box.wrench(box.own, gear.gear, gear.model) for gear in (pinion, wheel)
-    )
-    return (
-        *effects,
-        ShaftMotion(gears=(pinion, wheel), motions=_motion_without((pinion, wheel), (loads[0], loads[1]))),
-    )
+    shafts = Shafts(gears=(pinion, wheel))
+    only_these = {pinion.number, wheel.number} == shafts.carriers.keys()
+    no_others = all(len(model.shaft.gears) == 1 and not model.shaft.loads for model in shafts.carriers.values())
+    if shafts.linear and only_these and no_others:  # ``Shafts`` contains all motion
+        return (shafts,)
+    loads = of_flanks or (box.load(box.own, 0), box.load(box.own, 1))
+    return shafts, ShaftMotion(gears=(pinion, wheel), motions=_motion_without((pinion, wheel), loads))
+
+
+@lru_cache(maxsize=16)
+def resting_effects(box: Gearbox) -> tuple[Effect, ...]:
+    """``system_effects`` under the loads of ``box`` alone."""
+    return system_effects(box)

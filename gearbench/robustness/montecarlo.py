@@ -26,6 +26,7 @@ from gearbench.contact.batch import (
     solve_one_chunk,
 )
 from gearbench.contact.coarse_solution import scene_lines
+from gearbench.contact.mesh_loads import with_mesh_loads
 from gearbench.contact.problem import ContactProblem
 from gearbench.contact.transitions import mesh_phases
 from gearbench.effects.expansion import Expansion
@@ -188,6 +189,7 @@ def prepare_scene(scene: Scene, precision: Precision = SCATTER) -> RobustProblem
     InputError
         If the scene has no random errors.
     """
+    scene = with_mesh_loads(scene)
     return prepare_phases(scene, *mesh_phases(scene), precision)
 
 

@@ -19,6 +19,7 @@ from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.gaps import conforming
 from gearbench.contact.lines import smooth_nodes
 from gearbench.contact.loads import in_full_load_units, split_positions, stack_loads, under_force
+from gearbench.contact.mesh_loads import with_mesh_loads
 from gearbench.contact.patches import solve_patches
 from gearbench.contact.problem import ContactProblem, part_of, under_shares
 from gearbench.contact.size import pairs_of_teeth
@@ -145,6 +146,7 @@ class Shared:
 
     def samples(self, scenes: Sequence[Scene]) -> Iterator[RobustProblem]:
         """Problem for error samples of each scene of a group of ``under_loads``."""
+        scenes = [with_mesh_loads(scene) for scene in scenes]
         phase, weight = mesh_phases(scenes[0])
         assembled = self.assembled(scenes[0], phase)
         return (assembled.robust(scene, weight) for scene in scenes)

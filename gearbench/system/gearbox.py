@@ -15,13 +15,32 @@ from gearbench.geometry.train import Mesh, Train
 from gearbench.system.frame import MeshFrame
 from gearbench.system.schema import Hand, Seat, System
 from gearbench.system.shaft_model import Face, ShaftModel
+from gearbench.system.static import StaticState
 from gearbench.system.structure import Structure, structures
 
 #: Gauss points η over the face, from −1 to 1, and their weights, which sum to 2.
 FACE_POINTS = np.polynomial.legendre.leggauss(32)
 
 
-@dataclass(frozen=True, kw_only=True)
+# compared by identity: part of scenes, which are keys of caches
+@dataclass(frozen=True, kw_only=True, eq=False)
+class MeshLoads:
+    """Mean loads of all meshes of a gearbox on its shafts.
+
+    Parameters
+    ----------
+    of_mesh
+        Name of a mesh → loads (size,) [N, N·mm] on the nodes of the shafts of its pinion and its wheel.
+    settled
+        Equilibrium of each shaft under these loads, in the order of the shafts.
+    """
+
+    of_mesh: Mapping[str, tuple[NDArray, NDArray]]
+    settled: tuple[StaticState, ...]
+
+
+# compared by identity: results of a gearbox are cached
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Gearbox:
     """A system with shafts, and the gear pairs in mesh on them.
 
@@ -37,6 +56,8 @@ class Gearbox:
         Preferred torque on the pinion of each other mesh [N·m], used if the shafts leave a choice.
     own
         Name of the mesh whose contact is solved; the others load its shafts.
+    loads
+        Mean loads of the meshes on the shafts; by default every mesh loads its face evenly, at the pitch point.
 
     Raises
     ------
@@ -49,6 +70,7 @@ class Gearbox:
     torque: float
     preferred: Mapping[str, float] = field(default_factory=dict)
     own: str = PAIR
+    loads: MeshLoads | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -168,9 +190,12 @@ class Gearbox:
             frame.position(index, y), frame.wrench(index, np.full(len(y), frame.pair.meshing.pitch_point))
         )
 
-    def wrench(self, mesh: str, index: int, model: ShaftModel) -> NDArray:
-        """Row (size,): work of a unit transverse force, spread evenly over the face, on the model's motions."""
-        return FACE_POINTS[1] / 2 @ self.face_rows(mesh, index, model)
+    def load(self, mesh: str, index: int) -> NDArray:
+        """Mean load (size,) of a mesh on the nodes of the shaft of its pinion (0) or wheel (1) [N, N·mm]."""
+        if self.loads is not None:
+            return self.loads.of_mesh[mesh][index]
+        model = self.models[self.seats[(mesh, index)][0]]
+        return self.force(mesh) * FACE_POINTS[1] / 2 @ self.face_rows(mesh, index, model)
 
     def torque_from(self, mesh: str, index: int) -> float:
         """Position on the shaft from which the torque of a gear comes, or to which it goes [mm]."""

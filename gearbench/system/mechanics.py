@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from types import MappingProxyType
 
 import numpy as np
@@ -116,8 +117,8 @@ def static_equilibrium(
     """Equilibrium of each shaft in its bearings under mean mesh forces and other loads, in the order of the shafts.
 
     Shafts connected by bodies share one equilibrium. ``of_flanks`` are the nodal loads (size,) of a mesh on the shafts
-    of its pinion and wheel, by the name of the mesh; the forces of other meshes are spread evenly over the face.
-    Newton's method starts from the equilibria ``near``, by the number of the shaft.
+    of its pinion and wheel, by the name of the mesh; other meshes load the shafts by ``Gearbox.load``. Newton's method
+    starts from the equilibria ``near``, by the number of the shaft.
     """
     states: dict[int, StaticState] = {}
     for structure in box.structures:
@@ -127,14 +128,16 @@ def static_equilibrium(
             load[motions] = external_load(model)
             for (name, index), (shaft, _) in box.seats.items():
                 if shaft == number:
-                    load[motions] += (
-                        of_flanks[name][index]
-                        if name in of_flanks
-                        else box.force(name) * box.wrench(name, index, model)
-                    )
+                    load[motions] += of_flanks[name][index] if name in of_flanks else box.load(name, index)
         start = next((near[number].motion for number in structure.shafts if number in near), None)
         states |= dict.fromkeys(structure.shafts, StaticState(structure=structure, load=load, start=start))
     return tuple(states[number] for number in range(len(box.models)))
+
+
+@lru_cache(maxsize=16)
+def resting_states(box: Gearbox) -> tuple[StaticState, ...]:
+    """Equilibrium of each shaft of ``box`` under the mean loads of all meshes, see ``static_equilibrium``."""
+    return static_equilibrium(box) if box.loads is None else box.loads.settled
 
 
 def mechanics(box: Gearbox, static_states: tuple[StaticState, ...], spread: Sequence[NDArray]) -> Mechanics:
