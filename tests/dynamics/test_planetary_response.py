@@ -10,6 +10,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
+from scipy.optimize import root
 
 from gearbench import response, simulate
 from gearbench.dynamics import nonlinear
@@ -266,6 +267,42 @@ def test_the_slow_response_with_loss_of_contact_is_the_simulation(effects):
         f = of_sweep["mesh_force_amplitude"] * np.exp(1j * of_sweep["mesh_force_phase"])
         assert_allclose(f, orders, rtol=0, atol=5e-3 * float(fixed["mesh_load"].max()))
         assert_allclose(of_sweep["load_sharing_greatest"], fixed["load_sharing"].max("position"), rtol=0.05)
+
+
+def test_compiled_steps_of_a_set_are_those_of_numpy():
+    """Bodies connect the meshes, and all modes but five follow at once."""
+    from gearbench.dynamics._kernels import run
+
+    whole = parse_scene(scene(**ELASTIC, **BORES).to_mapping() | {"effects": {"hertz": {}, "gear_body": {}}})
+    sweep = nonlinear_train(train_at_uniform_phases(whole, 8), np.inf)
+    sweep, modes_of_set = replace(sweep, kept=sweep.kept[:5]), sweep.model.modes
+    (table, balance), dt = sweep.compiled, 1e-5
+    r, reach = modes_of_set.frequency[sweep.kept], np.ascontiguousarray(modes_of_set.mesh[:, sweep.kept])
+    free = np.array([np.cos(r * dt), np.sin(r * dt) / r, -r * np.sin(r * dt), np.cos(r * dt), 1 / r])
+    state, record = np.zeros((2, 5)), np.zeros((2, len(reach), 1, sweep.steps))
+    run(state, free, np.zeros((0, 0)), reach, table, balance, record, np.array([dt, 1, 1, 0.0, 0.0]))
+    c, K, (mean_x, mean_f) = balance.residual_compliance, sweep.stiffness, sweep.mean
+    p, v = np.zeros((2, 5))
+    assert np.abs(c).max() > 1e-3 / K.max()
+    for row, (g, C) in enumerate(zip(sweep.offset, sweep.between, strict=True)):
+
+        def state_at(d, row=row, g=g, C=C):
+            F = np.array(
+                [curve.force(np.full(sweep.steps, at))[row] for curve, at in zip(sweep.curves, d, strict=True)]
+            )
+            x = d - g + C @ F
+            return x, F, F - mean_f - K @ (x - mean_x)
+
+        def unbalanced(d, p=p, state_at=state_at):
+            x, _, excess = state_at(d)
+            return 1e3 * (x + c @ excess - mean_x + reach @ p)
+
+        x, F, excess = state_at(root(unbalanced, mean_x + g - C @ mean_f, tol=1e-13).x)
+        assert_allclose(record[1, :, 0, row], F, atol=1e-7 * mean_f.max())
+        assert_allclose(record[0, :, 0, row], x, atol=1e-7 * np.abs(mean_x).max())
+        v = v + dt * reach.T @ excess
+        p, v = free[0] * p + free[1] * v, free[2] * p + free[3] * v
+    assert_allclose(state[0], p, atol=1e-6 * np.abs(p).max())
 
 
 def test_force_curves_meet_the_contact_of_the_set():
