@@ -1,7 +1,7 @@
-"""Reader of REXS files: XML, JSON or packed. Source: REXS 1.0 to 1.7 (rexs.info).
+"""Safe reader of REXS files: XML, JSON or packed. Source: REXS 1.0 to 1.7 (rexs.info).
 
 A model has components with attributes, and relations between components. A load spectrum may override attributes in
-its load cases.
+its load cases. Files with a document type (DTD) are refused, which excludes entity expansion.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
 from types import MappingProxyType
-from xml.etree.ElementTree import Element, TreeBuilder, XMLParser
+from xml.etree.ElementTree import Element, TreeBuilder
 
 import numpy as np
 from numpy.typing import NDArray
@@ -164,7 +164,7 @@ def read_document(path: str | Path) -> RexsDocument:
     Raises
     ------
     InputError
-        If the file cannot be read, is not REXS of a known version, or is too large.
+        If the file cannot be read, is not REXS of a known version, declares a document type, or is too large.
     """
     path = Path(path)
     try:
@@ -222,9 +222,15 @@ def _model(archive: zipfile.ZipFile) -> str:
 
 def _parse_xml(data: bytes) -> Element:
     """Parse XML with its comments; return the root element."""
-    parser = XMLParser(target=TreeBuilder(insert_comments=True))
-    parser.feed(data)
-    return parser.close()
+    from defusedxml import DefusedXmlException
+    from defusedxml.ElementTree import DefusedXMLParser
+
+    parser = DefusedXMLParser(target=TreeBuilder(insert_comments=True), forbid_dtd=True)
+    try:
+        parser.feed(data)
+        return parser.close()
+    except DefusedXmlException:
+        raise InputError("", "declares a document type", "rejected for security: REXS files need no DTD") from None
 
 
 def _document(path: Path, root: Element) -> RexsDocument:

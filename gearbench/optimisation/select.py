@@ -231,8 +231,8 @@ def csv_text(selection: Selection) -> str:
     table = selection.table()
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(table)
-    writer.writerows(map(_plain, row) for row in zip(*table.values(), strict=True))
+    writer.writerow(map(_no_formula, table))
+    writer.writerows([_no_formula(_plain(value)) for value in row] for row in zip(*table.values(), strict=True))
     return out.getvalue()
 
 
@@ -275,6 +275,11 @@ def shown(value: Any) -> str:
 def markdown_name(text: str) -> str:
     """Escape a name so that Markdown shows it literally."""
     return re.sub(r"([\\`*\[\]<>|])", r"\\\1", " ".join(text.split()))
+
+
+def _no_formula(value: Any) -> Any:
+    """Put an apostrophe before a text that a spreadsheet would take for a formula; return numbers unchanged."""
+    return f"'{value}" if isinstance(value, str) and value.startswith(("=", "+", "-", "@", "\t", "\r")) else value
 
 
 def _plain(value: Any) -> Any:

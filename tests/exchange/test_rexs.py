@@ -277,6 +277,7 @@ FAULTS = {
     "other XML": ("model", "modell", "modell"),
     "no XML": ("</model>", "", "must be a REXS file"),
     "no stage": ('type="stage"', 'type="stages"', "no cylindrical stage"),
+    "entities": ("<model", '<!DOCTYPE model [<!ENTITY a "b">]>\n<model', "document type"),
 }  # fmt: skip
 
 

@@ -303,6 +303,13 @@ def test_markdown_is_a_table_with_units(designs):
 # -- command line -----------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize("text", ["=1+1", "+1", "-1", "@SUM(A1)", "\t=1"])
+def test_text_is_no_formula_in_a_spreadsheet(designs, text):
+    dataset = designs.dataset.assign(law=designs.dataset["law"].astype(object).where(False, text))
+    rows = list(csv.DictReader(csv_text(select(Designs(dataset))).splitlines()))
+    assert {row["law"] for row in rows} == {f"'{text}"}
+
+
 def test_list_is_printed_and_written(run, folder, designs, tmp_path):
     table, text = tmp_path / "list.csv", tmp_path / "list.md"
     options = ("--where", "helix_angle<=20", "--where", "axial_force<=150", "--worst-case", "--top", 2)
