@@ -120,7 +120,7 @@ def speed_variables(model: LinearModel, speeds: NDArray, harmonics: int) -> Vari
     # a row is a relative motion of the flanks of a mesh; each mesh has ``rows_per_mesh``, first the approach
     rows = np.arange(len(model.stiffness))
     solution, stability = steady(model, speeds, solved), _stability(model, speeds, harmonics)
-    index, equivalent_force = solution.index[1:], np.moveaxis(solution.equivalent_force, 1, 2)
+    index, equivalent_force = solution.multiples[1:], np.moveaxis(solution.equivalent_force, 1, 2)
     # transmission errors (speed, order, mesh), motions (speed, order, row), bearings (speed, order, bearing, 3)
     te, motion, at_bearings = model.modes.response_to_mesh_forces(solution.omega, equivalent_force, rows)
     # mesh force: equivalent force f − K̄ x, plus K̄ x; only that along the approach
