@@ -1,4 +1,4 @@
-"""Coarse solutions of a scene: how far its contact lines reach, and between which phases its contact changes."""
+"""Coarse solutions of a scene: they tell how far its contact lines reach and are where ``transitions`` begins."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ from gearbench.geometry.pair import Pair
 from gearbench.geometry.separation import farthest
 from gearbench.scene import Resolution, Scene
 
-#: Settings of a coarse solution: numbers of uniform phases and of segments on a line, number of nodes of the smooth
-#: compliance divided by the usual number, and truncation of this compliance.
+#: Settings of a coarse solution: numbers of uniform phases and of segments on a line; nodes of the smooth compliance
+#: (all but the contact law) as a share of the usual number; truncation of this compliance.
 COARSE_PHASES, COARSE_SEGMENTS, COARSE_NODES, COARSE_TRUNCATION = 24, 12, 0.7, 1e-3
-#: Factor on the segments of helical pairs, because the ends of their patches pass kinks of the gap.
+#: Factor on the segments of helical pairs, because the ends of their contact areas sweep over kinks of the gap.
 HELICAL_SEGMENTS = 2
 #: How far lines reach beyond the path of contact while the deflection is unknown, as a share of the distance up to
 #: which the separation of the flanks is known.
@@ -49,8 +49,8 @@ def scene_lines(scene: Scene, mesh_phase: NDArray) -> ContactLines:
 def greatest_deflection(scene: Scene) -> float:
     """Greatest approach of the gears along the line of action over a mesh cycle [mm]; the resolution does not matter.
 
-    The approach of a coarse solution, plus the range of the gaps that are not part of the separation. Lines that reach
-    up to ``MARGIN`` times this separation thus miss no contact, even in samples of random errors.
+    It is the approach of a coarse solution, plus the range of the gaps that are not part of the separation. Lines that
+    reach where the separation is ``MARGIN`` times this deflection miss no contact, even in samples of random errors.
     """
     return _greatest_deflection(replace(scene, resolution=Resolution()))
 
@@ -58,7 +58,8 @@ def greatest_deflection(scene: Scene) -> float:
 @lru_cache(maxsize=16)
 def _greatest_deflection(scene: Scene) -> float:
     if scene.pair.meshing.overlap_ratio:
-        # the middles of the two ranges of phases with the fewest and with the most pairs on the path
+        # the deflection of a helical pair varies little: two phases are enough, the middles of the ranges with the
+        # fewest and with the most pairs on the path
         fraction = scene.pair.meshing.transverse_contact_ratio % 1.0
         coarse = _solve_coarsely(scene, np.array([(1 + fraction) / 2, fraction / 2]), _widest_span(scene.pair))
     else:
@@ -140,5 +141,5 @@ def _contact_span(scene: Scene) -> tuple[float, float] | None:
     flanks = flank_separation(scene)
     if flanks is None:
         return None
-    # with excess material the deflection counts from the smallest separation
+    # the deflection is measured from the least separation, which is negative with excess material
     return flanks.reach(flanks.least + MARGIN * (greatest_deflection(scene) - flanks.least))

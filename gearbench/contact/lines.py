@@ -15,8 +15,8 @@ from gearbench.geometry.action import ContactLines, contact_lines
 from gearbench.geometry.pair import Pair
 from gearbench.scene import Scene
 
-#: Up to this number of segments, as in coarse solutions, lines under a constant gap have Gauss points even if the
-#: smooth compliance (all but the contact law) needs more points.
+#: Up to this number of segments, as in coarse solutions, lines under a constant gap have Gauss points. With more, they
+#: have cells if the smooth compliance (all but the contact law) needs more points than there are segments.
 MAX_POINT_SEGMENTS = 12
 #: Additional Gauss points on a line for each kink of its deflections.
 NODES_PER_KINK = 2
@@ -52,7 +52,7 @@ def smooth_nodes(lines: ContactLines) -> int:
     """Number of Gauss points on a line that resolve its smooth compliance as well as its segments resolve the gap.
 
     At 15 segments there are 8, plus one for every two modules of the line's width, its extent along the face. The error
-    of harmonics of gears in use is then below 0.2 of the allowed error (``tests/accuracy/test_resolution.py``).
+    of harmonics of gears in use is then below 0.2 of the error allowed there (``tests/accuracy/test_resolution.py``).
     ``points_ratio`` gives the growth with the segments. Each kink of the deflections needs ``NODES_PER_KINK`` more
     points.
     """
@@ -62,7 +62,7 @@ def smooth_nodes(lines: ContactLines) -> int:
 def points_ratio(segments: int) -> float:
     """Number of points on a line of ``segments``, divided by that on a line of 15 segments.
 
-    Convergence is exponential, so √2 times the points suffice for twice the segments.
+    Points converge exponentially and segments algebraically, so √2 times the points suffice for twice the segments.
     """
     return math.sqrt(segments / 15)
 

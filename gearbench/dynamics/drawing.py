@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 #: Largest number of letters of a name in a title; longer names are cut.
 NAME = 40
-#: Numbers of columns of a legend, and the largest number of letters of a label up to which they fit.
+#: Number of columns of a legend → number of letters of the longest label that fits in them.
 COLUMNS = {4: 20, 3: 36, 2: 100}
 #: Number of frames of a moving figure, and time of a frame [ms].
 FRAMES, MILLISECONDS = 12, 80
@@ -29,7 +29,7 @@ def write(draw: Any, data: xr.Dataset, path: Path) -> None:
 
 
 def write_moving(draw: Any, data: xr.Dataset, path: Path, still: str) -> None:
-    """Write the figure as a GIF in which every line swings about the last line before it with the label ``still``."""
+    """Write a mode shape as a GIF in which each line swings about the line ``still`` drawn last before it."""
     from PIL import Image
 
     figure, moving, base = _titled(draw, data), [], 0.0

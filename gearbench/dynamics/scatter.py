@@ -56,7 +56,7 @@ def sample_problem(model: Model) -> RobustProblem:
     """
     mesh = model.loaded_meshes[0]
     if require_errors(mesh.scene).centre_distance is not None:
-        raise InputError("effects.manufacturing_errors.centre_distance", "given", "only robust supports it")
+        raise InputError("effects.manufacturing_errors.centre_distance", "given", "only the command robust supports it")
     phases = mesh.cycle.phases
     scene = replace(mesh.scene, resolution=replace(mesh.scene.resolution, gauss_points=phases.size))
     return prepare_problem(scene, mesh.lines, phases.weight, mesh.solved.problem)
@@ -83,7 +83,7 @@ def pair_excitations(
 
 
 def excitation(mesh: LoadedMesh, problem: RobustProblem, solution: BatchSolution, harmonics: int) -> Excitation:
-    """Excitation (sample, row, …) by a chunk of samples; with several rows, ``solution`` must hold segment forces."""
+    """Excitation (sample, row, …) by a chunk of samples; for several rows a mesh, ``solution`` needs segment forces."""
     flanks = mesh.samples(problem.batch, problem.lines, solution)
     return flanks.excitation(order_rows(problem.phases, 2 * harmonics))
 
@@ -119,7 +119,8 @@ def force_rms(
 ) -> NDArray:
     """RMS of the fluctuating mesh force (speed, sample) [N] by harmonic balance, for chunks of ``samples``.
 
-    Of several meshes, it is the largest RMS. The balance is (D5) of docs/theory.md, about the mean of the first chunk.
+    Of several meshes, it is the largest RMS. The balance is (D5) of docs/theory.md, about the mean excitation of the
+    first chunk.
     """
     rows = model.rows_of(group.meshes)
     h = receptances(model.modes, rows, model.omega(group, speed), samples[0].orders)
@@ -148,10 +149,10 @@ def robust_response(
     """Mesh force over speed under random manufacturing errors.
 
     Contact is solved as for ``robust``, at the mesh phases of the scene without errors. Compared with ``response`` of
-    one scene for each sample, the mean over samples and speeds agrees to 1 %, or to 2 % if the gears are on shafts or
-    have no relief; single samples agree to 5 %, on shafts to 20 %. The notes of the result repeat this, and name the
-    speeds at which the RMS of a sample exceeds the mean force. Flanks separate earlier: under a sinusoidal force, at an
-    RMS of 0.71 times the mean force.
+    one scene for each sample, the mean over samples and speeds differs by 1 %, or by 2 % if the gears are on shafts or
+    have no relief; single samples differ by 5 %, on shafts by 20 %. The notes of the result repeat this, and
+    name the speeds at which the RMS of a sample exceeds the mean force. Flanks separate at a lower RMS already: under a
+    sinusoidal force, at 0.71 times the mean force.
 
     Parameters
     ----------

@@ -33,7 +33,7 @@ from gearbench.trains.solve import SolvedTrain, solve_train
 #: A mode is of kind ``PLANET`` if the central members have less than this share of its kinetic energy.
 CENTRAL_SHARE = 1e-3
 #: A mode is of kind ``MIXED`` if both rotation and motion across the axis have more than this share of the kinetic
-#: energy of the central members. Neither share is ever exactly 0, because unequally loaded planets differ a little.
+#: energy of the central members. In computed modes these shares are never exactly 0: unequally loaded planets differ.
 MIXED_SHARE = 0.02
 #: Kinds of modes: central members only turn; central members move across the axis; only planets move; others.
 ROTATIONAL, TRANSLATIONAL, PLANET, MIXED = "rotational", "translational", "planet", "mixed"
@@ -52,7 +52,8 @@ class RigidBody:
     mass, inertia
         Mass [t], and moment of inertia about the axis [t·mm²].
     torsion
-        Torsional stiffness of the support [N·mm/rad]: 0 for a body that turns freely, infinite for a body that is held.
+        Torsional stiffness of the support, or of a twisted gear to its shaft [N·mm/rad]: 0 for a body that turns
+        freely, infinite for a body that is held.
     """
 
     mass: float
@@ -63,9 +64,9 @@ class RigidBody:
 def rigid_bodies(tables: TrainTables, linkage: Linkage) -> dict[str, RigidBody]:
     """Bodies by name; gears are steel discs and rings unless the file gives masses and inertias.
 
-    A twisted gear turns against its shaft on a torsional spring (stepped planets). Its mass is part of the shaft, with
-    which it moves across the axis. A given inertia of a planet is that of both gears, and is divided between them as
-    between steel discs.
+    A gear of ``linkage.twisted`` is on its shaft through a torsional spring (stepped planets). Its mass is
+    part of the shaft, with which it moves across the axis. A given inertia of a planet is that of both gears, and is
+    divided between them as between steel discs.
     """
     train, twisted = linkage.train, linkage.twisted
     masses, inertias = dict.fromkeys(linkage.bodies, 0.0), dict.fromkeys(linkage.bodies, 0.0)
@@ -97,8 +98,8 @@ def rigid_bodies(tables: TrainTables, linkage: Linkage) -> dict[str, RigidBody]:
 def train_mechanics(linkage: Linkage, bodies: Mapping[str, RigidBody]) -> Mechanics:
     """Matrices of the free motions.
 
-    The bodies take the place of bearings, here and in the dimension ``bearing`` of Datasets, with the rows x, y and
-    rotation of each.
+    The bodies take the place of bearings, here and in the dimension ``bearing`` of Datasets, so that gearboxes on
+    shafts and trains share their code; each has the rows x, y and rotation.
     """
     names, elastic = linkage.bodies, linkage.additional_motions
     turning = [name for name in names if bodies[name].torsion < math.inf]
@@ -132,7 +133,7 @@ def _inertia(bodies: Mapping[str, RigidBody], names: Sequence[str]) -> NDArray:
 
 
 def kinds(shape: NDArray, bodies: Mapping[str, RigidBody], carried: tuple[str, ...]) -> tuple[str, ...]:
-    """Kind of each mode, judged by its kinetic energy, from the motions of the bodies (body, 3, mode)."""
+    """Kind of each mode by its kinetic energy, from the motions of the bodies (body, 3, mode) at unit modal mass."""
     inertia = _inertia(bodies, list(bodies))
     central = [name not in carried for name in bodies]
     x, y, turning = np.einsum("ba,bar->ar", inertia[central], shape[central] ** 2)
@@ -214,7 +215,7 @@ class TrainModel(LinearModel):
         return self.excitation_by(group, harmonics, self.approach(balance.motion), balance.force, balance.stiffness)
 
     def approach(self, motion: NDArray) -> NDArray:
-        """Approach of the meshes (…, mesh) [mm] due to free motions q (…, motion), without errors of the members."""
+        """Approach of the meshes (…, mesh) [mm] due to free motions q (…, motion), without gaps from errors."""
         return motion @ self.linkage.rows.T
 
     def excitation_by(self, group: Group, harmonics: int, x: NDArray, F: NDArray, k: NDArray) -> Excitation:

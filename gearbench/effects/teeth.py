@@ -67,7 +67,7 @@ def plate_tooth(gear: Gear, material: Material, order: tuple[int, int] | None, f
     """Plate that models the tooth of a gear."""
     from gearbench.compliance.plate import PlateTooth
 
-    # the thickness changes like (R − r_b)^{3/2} at the base circle and, on a fillet, like √(R − r_f) at the root circle
+    # the thickness varies like (R − r_b)^{3/2} at the base circle and, on a fillet, like √(R − r_f) at the root circle
     base, junction = gear.base_radius - gear.root_radius, gear.form_radius - gear.root_radius
     return PlateTooth(
         height=gear.tooth_height,
@@ -81,8 +81,8 @@ def plate_tooth(gear: Gear, material: Material, order: tuple[int, int] | None, f
     )
 
 
-#: Helix angle [°] above which solid teeth need more functions. Without them, peak-to-peak values of steeper gears in
-#: ``studies/s11_gears_in_use`` are up to 7 % off.
+#: Helix angle [°] above which solid teeth need more functions. Without them, peak-to-peak values of the STE and
+#: stiffness of steeper gears in ``studies/s11_gears_in_use`` are up to 7 % off.
 STEEP = 27.0
 #: Height of the fillet, as a share of the tooth height, above which solid teeth need more functions too: gears of few
 #: teeth, nearly undercut.
@@ -92,7 +92,8 @@ HIGH_FILLET = 0.27
 def solid_order(gear: Gear) -> tuple[int, int, int]:
     """Default numbers of functions of a solid tooth: across its thickness, along its height, over its face.
 
-    The number over the face follows from the shortest wave of the load over the face that still deflects the tooth.
+    The number over the face follows from the shortest wave of the load over the face that still bends the tooth:
+    shorter ones only compress it.
     Along the height two families of functions meet at the form circle. Steep helices, high fillets and wide faces need
     more functions.
     """
@@ -166,13 +167,13 @@ def ring_flank(
     try:
         return placed_in_mesh(toothed_ring(pair, index, order, coast).flank(neighbours), pair, index, coast)
     except np.linalg.LinAlgError:
-        allowed = f"body of the {GEARS[index]} is too compliant to compute: bore too large, or rim or web too thin"
-        raise InputError("effects.gear_body.model", "ring", allowed) from None
+        reason = f"body of the {GEARS[index]} is too compliant to compute: bore too large, or rim or web too thin"
+        raise InputError("effects.gear_body.model", "ring", reason) from None
 
 
 @lru_cache(maxsize=64)
 def ring_between(pair: Pair, index: int, order: tuple[int, int, int] | None, coast: bool, across: bool) -> NDArray:
-    """Compliance of a body between each two of its teeth, (d, function, function) [mm/N], see ``ToothedRing.blocks``.
+    """Compliance of a body between teeth d apart, (d, function, function) [mm/N], see ``ToothedRing.blocks``.
 
     With ``across`` they are the deflections of right flanks under loads on left flanks.
     """
@@ -244,7 +245,7 @@ def fe_body(pair: Pair, index: int, *, on_body: bool, coast: bool = False) -> Bo
     gear = pair.gears[index]
     if not on_body:
         return Body(gear=gear)
-    # odd numbers of teeth; at least two teeth of the gear are left out
+    # an odd number with the loaded tooth in the middle; at least two teeth of the gear are left out
     wanted = 3 + 2 * int(np.ceil((pair.meshing.transverse_contact_ratio + pair.meshing.overlap_ratio) / 2))
     most = abs(gear.teeth) - 2 - (abs(gear.teeth) + 1) % 2
     web = web_of(pair, index, coast)
@@ -264,6 +265,7 @@ def support_of(pair: Pair, index: int, coast: bool = False) -> tuple[tuple[float
         return springs, None
     from gearbench.compliance.lugs import LONGEST, Lugs
 
+    # the diameter of an internal gear is negative
     outside, gear = -require_bores(pair)[index] / 2, pair.gears[index]
     angles = tuple(_side(index, coast) * math.radians(angle) for angle in support.lugs)
     lugs = Lugs(angles=angles, length=support.lug_length or 0.0, springs=springs)
@@ -271,7 +273,7 @@ def support_of(pair: Pair, index: int, coast: bool = False) -> tuple[tuple[float
 
 
 def placed_in_mesh(flank: FlankCompliance, pair: Pair, index: int, coast: bool) -> FlankCompliance:
-    """The compliance, with the information whether the gear is driven and which tooth belongs to tooth pair 0."""
+    """The compliance as it is in the mesh: driven or not, and with the tooth that belongs to tooth pair 0."""
     support, anchors = pair.members[index].support, flank.anchors
     if support is not None and anchors is not None:
         anchors = anchors.turned(_side(index, coast) * support.tooth)

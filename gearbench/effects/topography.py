@@ -41,9 +41,10 @@ class Topography(GapEffect):
     pinion, wheel
         File of each gear, relative to the scene file.
     positive
-        Whether a positive deviation is "missing" material or "excess" material, as most measuring machines plot it.
+        Whether a positive deviation is "missing" or "excess" material; most measuring machines plot excess.
     pinion_sha256, wheel_sha256
-        SHA-256 of the files. It is stored when a file is read; a given one is compared with that of the file.
+        SHA-256 of the files, stored when they are read. A given one is compared with the file, unless a Dataset with the
+        grid of this SHA-256 has been read before.
     """
 
     pinion: File | None = None
@@ -141,7 +142,7 @@ class Topography(GapEffect):
         return tuple(u for u in positions if pair.meshing.path_start < u < pair.meshing.path_end)
 
     def face_kinks(self, pair: Pair) -> tuple[float, ...]:
-        """Positions y [mm] of the columns of a grid, as for ``kinks``; none if the pair is helical.
+        """Positions y [mm] of the columns of a grid with at most ``MOST_KINKS`` columns; none if the pair is helical.
 
         Contact lines of a helical pair cross the rows, at which they are cut; the columns are treated as smooth.
         """

@@ -13,7 +13,7 @@ from bokeh.models import ColorBar, ColumnDataSource, LinearColorMapper, Slider, 
 from gearbench.explore.gear_data import Tables
 from gearbench.explore.look import BEFORE, HEIGHT, INK, NOW, PALETTE, chart, fitted, fixed, script
 
-#: Tables that are drawn for the baseline too.
+#: Tables that the baseline has too.
 COMPARED = (
     "ste", "stiffness", "ste_orders", "stiffness_orders", "ste_density", "stiffness_density", "sharing_density",
     "sharing", "revolution", "numbers",
@@ -29,7 +29,7 @@ OVERLAID = {
 }
 #: Figures whose curves can be shown without their mean.
 CYCLES = ("ste", "stiffness")
-#: Figure of a pair → its title and the labels of its axes.
+#: Figure of a pair → its title and the labels of its axes; ``bench.page`` draws harris and torque.
 WORDS = {
     "ste": ("Static transmission error", "mesh phase τ [mesh periods]", "δ [µm]"),
     "stiffness": ("Mesh stiffness", "mesh phase τ [mesh periods]", "k [N/µm]"),

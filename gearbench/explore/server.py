@@ -1,4 +1,4 @@
-"""Local server of a live page, of stored designs or of the design bench."""
+"""Local server of a live page: stored designs, or the design bench."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Explorer:
         """Serve until interrupted; ``ready`` is called once the page can be opened."""
         loop = self._server.io_loop
         self._server.start()
-        # a garbage collection of everything loaded so far would take longer than an answer
+        # later collections skip what is frozen: to look through all that is loaded would take longer than an answer
         gc.collect()
         gc.freeze()
         loop.add_callback(ready)

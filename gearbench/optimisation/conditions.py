@@ -135,5 +135,5 @@ def parse_range(key: str, text: str) -> tuple[float, float]:
     match = _RANGE.fullmatch(text)
     low, high = (float(x) for x in match.groups()) if match else (math.nan, math.nan)
     if not low <= high or not math.isfinite(high):
-        raise InputError(key, text, "must be LOW:HIGH, e.g. 900:1100")
+        raise InputError(key, text, "must be LOW:HIGH with 0 <= LOW <= HIGH, e.g. 900:1100")
     return low, high

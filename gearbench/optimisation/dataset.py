@@ -26,7 +26,8 @@ def designs_dataset(
 ) -> xr.Dataset:
     """Dataset over ``design``: variables and results; ``first`` holds the first generation of each design.
 
-    ``code`` (design, variable) holds real values and indices into grids, see ``Variable.bounds``.
+    ``code`` (design, variable) holds the values of real variables and indices into the grids of others, see
+    ``Variable.bounds``.
     """
     import xarray as xr
 
@@ -99,7 +100,7 @@ def read_designs(dataset: xr.Dataset, study: OptimisationStudy) -> list[tuple[De
                 violation=float(violation),
                 reason=str(reason),
                 constraints=tuple(map(float, constraint_values)),
-                # under the name of a statistic, an infeasible design may have stored a limited quantity of this name
+                # a quantity may be limit and statistic: an infeasible design has stored the limited value
                 statistics=tuple(float(x) if violation == 0 else math.nan for x in stored),
                 samples=int(samples),
             ),

@@ -60,8 +60,8 @@ class Evaluation:
     statistics
         Values in the order of ``OptimisationStudy.statistics``; NaN if the design is not feasible.
     samples
-        Number of error samples computed. It is less than the study's if the front beats the design; ``statistics`` are
-        then estimates (``racing``).
+        Number of error samples computed. It is less than the study's if a design of the front beats this one
+        (``racing``); ``statistics`` are then estimates.
     values
         Responses to all samples, (response, sample), if ``racing`` is on and all were computed, else None. Only those
         of the front are kept in memory; none are stored on disk.
@@ -187,7 +187,7 @@ class _Candidate:
         return len(self._on_cycles) < len(self.study.responses)
 
     def _without_errors(self) -> Evaluation:
-        """Evaluate the scene without error samples: its responses are stored as means; other statistics are NaN."""
+        """Evaluate the scene without error samples: each response is stored as its mean; other statistics are NaN."""
         values = dict(zip(self.study.numbers, self._numbers(), strict=True))
         if self._over_speed:
             forces = [self.force(loaded).without_errors for loaded in self.scene.each_load]
