@@ -43,8 +43,8 @@ class Topography(GapEffect):
     positive
         Whether a positive deviation is "missing" or "excess" material; most measuring machines plot excess.
     pinion_sha256, wheel_sha256
-        SHA-256 of the files, stored when they are read. A given one is compared with the file, unless a Dataset with the
-        grid of this SHA-256 has been read before.
+        SHA-256 of the files, stored when they are read. A given one is compared with the file, unless a Dataset that
+        holds its grid has been read before.
     """
 
     pinion: File | None = None
