@@ -332,7 +332,7 @@ def test_a_ring_as_pinion_is_refused():
         ({"pair__wheel__support": {"lugs": [0.0, 350.0], "lug_length": 20.0}}, "lugs overlap: at most 19.2"),
         ({"effects__gear_body__model": "sainsot_velex"}, "external gears"),
         ({"pair__wheel__outer_diameter": 190.0}, "at least"),
-        ({"pair__wheel__thickness": {"span": 50.0, "span_teeth": 3}}, "between balls"),
+        ({"pair__wheel__thickness": {"span": 50.0, "span_teeth": 3}}, "external gear: give over_balls"),
         ({"pair__wheel__teeth": -9}, "-15"),
     ],
 )
