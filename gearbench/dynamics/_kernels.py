@@ -55,14 +55,21 @@ class MeanState(NamedTuple):
 
 
 class Workspace(NamedTuple):
-    """Scratch arrays.
+    """Scratch arrays of the balance of a step.
 
-    ``vectors`` (6, row): the motion d seen by the teeth, f, x, the residual of the balance, f − f̄ − K̄ (x − x̄), g.
-    ``matrices`` (4, row, row): ∂f/∂d, ∂x/∂d, the derivative of the residual, C.
+    Vectors (row,): the motion d seen by the teeth, f, x, the residual, the ``excess`` f − f̄ − K̄ (x − x̄), g. Matrices
+    (row, row): ∂f/∂d, the derivative of the residual, C.
     """
 
-    vectors: NDArray
-    matrices: NDArray
+    d: NDArray
+    f: NDArray
+    x: NDArray
+    residual: NDArray
+    excess: NDArray
+    offset: NDArray
+    slope: NDArray
+    derivative: NDArray
+    between: NDArray
 
 
 @part()
@@ -123,29 +130,30 @@ def monodromy(full, half, a, kick, dt, r, counts):
 
 
 @part()
-def _flank(table, spacing, x):
-    """Force of a flank and its slope at the approach x beyond first contact, from the ``table`` (point,) of its phase.
+def _flank(curve, m, row, x):
+    """Force of a flank of mesh m and its slope at its phase ``row`` and the approach x beyond first contact.
 
     The force is linear between the points of the table and beyond them.
     """
+    table, spacing = curve.table, curve.spacing[m]
     position = x / spacing
     if position <= 0.0:
         return 0.0, 0.0
-    interval = min(int(position), len(table) - 2)
-    slope = table[interval + 1] - table[interval]
-    return table[interval] + (position - interval) * slope, slope / spacing
+    interval = min(int(position), table.shape[2] - 2)
+    slope = table[m, row, interval + 1] - table[m, row, interval]
+    return table[m, row, interval] + (position - interval) * slope, slope / spacing
 
 
 @part()
 def _approached(curve, m, row, x):
     """Force and stiffness of drive and back flanks of mesh m together, at its phase ``row`` and the approach x."""
-    begin, back = curve.begin[m], curve.back_phase[m, row]
-    f, k = _flank(curve.table[m, row], curve.spacing[m], x - begin[row])
+    begin, back = curve.begin, curve.back_phase[m, row]
+    f, k = _flank(curve, m, row, x - begin[m, row])
     below = int(back)
     for side in range(2):
         weight = back - below if side else 1.0 - back + below
         phase = (below + side) % curve.phases[m]
-        fb, kb = _flank(curve.table[m, phase], curve.spacing[m], -x - curve.backlash[m] - begin[phase])
+        fb, kb = _flank(curve, m, phase, -x - curve.backlash[m] - begin[m, phase])
         f, k = f - weight * fb, k + weight * kb
     return f, k
 
@@ -157,37 +165,37 @@ def _add_force(curve, m, cycle_row, x, weight, f, J):
     Both are multiplied by ``weight``.
     """
     row, mean = cycle_row % curve.phases[m], curve.mean[m]
-    coupling, mean_motion = curve.coupling[m, row], curve.motion[m, row]
-    first = m * (1 + len(coupling))
+    coupling, mean_motion, rows = curve.coupling, curve.motion, curve.coupling.shape[2]
+    first = m * (1 + rows)
     approach = x[first]
-    for j in range(len(coupling)):
-        approach += coupling[j] * (x[first + j + 1] - mean_motion[j])
+    for j in range(rows):
+        approach += coupling[m, row, j] * (x[first + j + 1] - mean_motion[m, row, j])
     force, k = _approached(curve, m, row, approach)
     loaded = min(max(force / mean, 0.0), 1.0)
     f[first] += weight * force
     J[first, first] += weight * k
-    for j in range(len(coupling)):
+    for j in range(rows):
         # m_j(F) and its slope
-        resultant, slope = curve.force[m, row, j] + coupling[j] * (force - mean), coupling[j]
+        resultant, slope = curve.force[m, row, j] + coupling[m, row, j] * (force - mean), coupling[m, row, j]
         if loaded < 1.0:
             # below the mean force: a parabola through zero that keeps the slope at the mean force
-            bend = coupling[j] - curve.force[m, row, j] / mean
+            bend = coupling[m, row, j] - curve.force[m, row, j] / mean
             slope = slope - 2.0 * bend * (1.0 - loaded) if loaded > 0.0 else 0.0
             resultant = loaded * (curve.force[m, row, j] + bend * (force - mean))
         here = first + j + 1
         f[here] += weight * resultant
-        J[first, here] += weight * k * coupling[j]
+        J[first, here] += weight * k * coupling[m, row, j]
         J[here, first] += weight * slope * k
-        for i in range(len(coupling)):
+        for i in range(rows):
             stiffness = loaded * curve.stiffness[m, row, j, i]
-            f[here] += weight * stiffness * (x[first + i + 1] - mean_motion[i])
-            J[here, first + i + 1] += weight * (stiffness + slope * k * coupling[i])
+            f[here] += weight * stiffness * (x[first + i + 1] - mean_motion[m, row, i])
+            J[here, first + i + 1] += weight * (stiffness + slope * k * coupling[m, row, i])
 
 
 @part()
 def _couple(curve, row, share, work):
     """Write g and C of the meshes between two phases of the cycle to ``work``, at the rows of their approach."""
-    g, C = work.vectors[5], work.matrices[3]
+    g, C = work.offset, work.between
     next_row, meshes = (row + 1) % len(curve.offset), len(curve.mean)
     size = len(g) // meshes
     for m in range(meshes):
@@ -200,8 +208,8 @@ def _couple(curve, row, share, work):
 @part()
 def _residual(curve, mean_state, row, share, free_motion, work):
     """Residual of the balance of ``_motion`` at d, and what it follows from, written to ``work``; return its size."""
-    d, f, x, residual, excess, g = work.vectors
-    J, C, size, largest = work.matrices[0], work.matrices[3], len(free_motion), 0.0
+    d, f, x, residual, excess, g = work.d, work.f, work.x, work.residual, work.excess, work.offset
+    J, C, size, largest = work.slope, work.between, len(free_motion), 0.0
     f[:], J[:] = 0.0, 0.0
     for m in range(len(curve.mean)):
         _add_force(curve, m, row, d, 1.0 - share, f, J)
@@ -209,7 +217,7 @@ def _residual(curve, mean_state, row, share, free_motion, work):
             _add_force(curve, m, (row + 1) % len(curve.offset), d, share, f, J)
     for i in range(size):
         x[i] = d[i] - g[i]
-        for j in range(size):
+        for j in range(size if len(curve.between) else 0):
             x[i] += C[i, j] * f[j]
     for i in range(size):
         excess[i] = f[i] - mean_state.force[i]
@@ -241,24 +249,26 @@ def _motion(curve, mean_state, row, share, free_motion, work):
     phase ``row`` of the cycle and the next one, to which the weight ``share`` belongs. The results are in ``work``,
     whose f of the step before gives the first guess.
     """
-    d, f, residual, g = work.vectors[0], work.vectors[1], work.vectors[3], work.vectors[5]
-    J, moved, A, C = work.matrices
-    size = len(free_motion)
+    d, f, residual, g = work.d, work.f, work.residual, work.offset
+    J, A, C = work.slope, work.derivative, work.between
+    size, coupled = len(free_motion), len(curve.between) > 0
     _couple(curve, row, share, work)
     for i in range(size):
         d[i] = free_motion[i] + g[i]
-        for j in range(size):
+        for j in range(size if coupled else 0):
             d[i] -= C[i, j] * f[j]
     for _ in range(MOST_STEPS):
         if _residual(curve, mean_state, row, share, free_motion, work) <= RESIDUAL * mean_state.deflection:
             break
-        # ∂x/∂d = 1 + C J, and A = ∂x/∂d + c (J − K̄ ∂x/∂d)
-        moved[:] = 0.0
+        # first A = ∂x/∂d = 1 + C J, then A = ∂x/∂d + c (J − K̄ ∂x/∂d)
         for i in range(size):
-            moved[i, i] = 1.0
-        _add_product(C, J, 1.0, moved)
-        _add_product(mean_state.stiffness, moved, -1.0, J)
-        A[:] = moved
+            for j in range(size):
+                A[i, j] = 1.0 if i == j else 0.0
+        if coupled:
+            _add_product(C, J, 1.0, A)
+            _add_product(mean_state.stiffness, A, -1.0, J)
+        else:
+            J -= mean_state.stiffness
         _add_product(mean_state.residual_compliance, J, 1.0, A)
         _solve(A, residual)
         for i in range(size):
@@ -338,7 +348,10 @@ def run(state, free, damper_factors, mesh_motion, curve, mean_state, record, lim
     phases, kept, substeps = len(curve.offset), record.shape[2], int(limits[1])
     dt, same, near = limits[0], limits[3], limits[4]
     p, v = state
-    work = Workspace(np.zeros((6, rows)), np.zeros((4, rows, rows)))
+    vectors, matrices = np.zeros((6, rows)), np.zeros((3, rows, rows))
+    d, f, x, residual, excess, offset = vectors
+    slope, derivative, between = matrices
+    work = Workspace(d, f, x, residual, excess, offset, slope, derivative, between)
     kick, free_motion, approaches = np.zeros(modes), np.zeros(rows), mesh_motion[:: rows // len(curve.mean)]
     ends, scratch, period_count = np.zeros((kept + 1, 2, len(p))), np.zeros(len(p)), 0
     for period in range(int(limits[2])):
@@ -351,11 +364,11 @@ def run(state, free, damper_factors, mesh_motion, curve, mean_state, record, lim
                     free_motion[i] -= mesh_motion[i, j] * p[j]
             _motion(curve, mean_state, row, share, free_motion, work)
             if share == 0.0:
-                record[0, :, -1, row], record[1, :, -1, row] = work.vectors[2], work.vectors[1]
+                record[0, :, -1, row], record[1, :, -1, row] = x, f
             kick[:] = 0.0
             for i in range(rows):
                 for j in range(modes):
-                    kick[j] += dt * mesh_motion[i, j] * work.vectors[4, i]
+                    kick[j] += dt * mesh_motion[i, j] * excess[i]
             _step(p, v, free, damper_factors, kick, scratch)
         ends[:-1] = ends[1:].copy()
         ends[-1] = state
