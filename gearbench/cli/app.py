@@ -68,6 +68,7 @@ def _command(name: str, function: Callable[..., None]) -> Callable[..., None]:
 
     @wraps(function)
     def run(*, quiet: bool, json: bool, **options: Any) -> None:
+        """Run the command; its docstring is the help text."""
         with printing("json" if json else "nothing" if quiet else "tables"):
             if shows_progress() and name not in _QUICK and is_first_run():
                 print("first run: the solver is compiled, once after an installation; about a minute", file=sys.stderr)

@@ -140,13 +140,11 @@ def speed_variables(model: LinearModel, speeds: NDArray, harmonics: int) -> Vari
     mesh_orders, dims = _orders_of_group(model, solved, harmonics), ("speed", "mesh", "harmonic")
     mesh_index = np.arange(len(model.names))[:, None]
     te_at_mesh_orders, force_at_mesh_orders = te[:, mesh_index, mesh_orders], force[:, mesh_index, mesh_orders]
-    # amplitudes are twice the complex orders; 1e3 converts mm to µm
+    # 1e3 converts mm to µm
     variables: Variables = {
-        "dynamic_transmission_error_amplitude": (dims, 2e3 * np.abs(te_at_mesh_orders)),
-        "dynamic_transmission_error_phase": (dims, np.angle(te_at_mesh_orders)),
+        **waves.spectrum("dynamic_transmission_error", dims, te_at_mesh_orders, 1e3),
         "dynamic_transmission_error_rms": (dims[:2], 1e3 * waves.rms(waves.with_mean(te))),
-        "mesh_force_amplitude": (dims, 2 * np.abs(force_at_mesh_orders)),
-        "mesh_force_phase": (dims, np.angle(force_at_mesh_orders)),
+        **waves.spectrum("mesh_force", dims, force_at_mesh_orders),
         "mesh_force_rms": (dims[:2], waves.rms(waves.with_mean(force))),
         "mean_force": (("mesh",), model.force),
         "dynamic_factor": (dims[:2], peak / model.force),
@@ -182,8 +180,7 @@ def speed_variables(model: LinearModel, speeds: NDArray, harmonics: int) -> Vari
         # then as ``dims``
         bearing_by_source = np.moveaxis(loads[:, :, : len(model.directions), mesh_orders], 3, 1)
         bearing_by_source[:, ~model.is_source] = 0.0
-        variables["bearing_force_amplitude"] = (dims, 2 * np.abs(bearing_by_source))
-        variables["bearing_force_phase"] = (dims, np.angle(bearing_by_source))
+        variables |= waves.spectrum("bearing_force", dims, bearing_by_source)
         variables["bearing_load"] = (("bearing", "direction"), model.mechanics.bearing_load)
     return variables | model.other_variables(vibration, loads, speeds)
 

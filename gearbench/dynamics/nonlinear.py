@@ -123,7 +123,7 @@ class NonlinearModel:
         mesh_motion = model.modes.mesh[np.ix_(self.rows, others)] / model.modes.frequency[others]
 
         def stacked(parts: Sequence[Any], *names: str) -> dict[str, NDArray]:
-            # shorter periods are repeated up to the length of the longest
+            """Arrays (mesh, phase, …) by name; shorter periods are repeated up to the length of the longest."""
             most, fields = phases.max(), {name: [getattr(part, name) for part in parts] for name in names}
             return {
                 name: np.stack([a if len(a) == most else np.resize(a, (most, *a.shape[1:])) for a in arrays])
@@ -320,11 +320,9 @@ def variables_at(sweep: NonlinearModel, speed: float, harmonics: int, periods: i
     )
     loads, dims = model.on_bearings(vibration), ("mesh", "harmonic")
     variables: Variables = {
-        "dynamic_transmission_error_amplitude": (dims, 2e3 * np.abs(te[:, kept])),
-        "dynamic_transmission_error_phase": (dims, np.angle(te[:, kept])),
+        **waves.spectrum("dynamic_transmission_error", dims, te[:, kept], 1e3),
         "dynamic_transmission_error_rms": (dims[:1], 1e3 * waves.rms(waves.with_mean(te))),
-        "mesh_force_amplitude": (dims, 2 * np.abs(f[:, kept])),
-        "mesh_force_phase": (dims, np.angle(f[:, kept])),
+        **waves.spectrum("mesh_force", dims, f[:, kept]),
         "mesh_force_rms": (dims[:1], over_time.std(axis=1)),
         "dynamic_factor": (dims[:1], over_time.max(axis=1) / sweep.force),
         "contact_kept": (dims[:1], over_time.min(axis=1) > 0),
@@ -335,11 +333,7 @@ def variables_at(sweep: NonlinearModel, speed: float, harmonics: int, periods: i
         forces = np.zeros((len(f), *loads[0, :, : len(model.directions), kept].shape), dtype=complex)
         forces[0] = loads[0, :, : len(model.directions), kept]
         forces = np.moveaxis(forces, 1, -1)
-        dims = ("mesh", "bearing", "direction", "harmonic")
-        variables |= {
-            "bearing_force_amplitude": (dims, 2 * np.abs(forces)),
-            "bearing_force_phase": (dims, np.angle(forces)),
-        }
+        variables |= waves.spectrum("bearing_force", ("mesh", "bearing", "direction", "harmonic"), forces)
     if isinstance(model, TrainModel):
         others = model.other_variables(vibration, loads, np.array([speed]))
         for name, ((_, *own_dims), (values,)) in others.items():

@@ -206,8 +206,7 @@ def _over_speed(
     variables = {
         "dynamic_transmission_error_amplitude": ((*dims, "order"), 1e3 * waves.amplitude(te)[:, None]),
         "dynamic_transmission_error_rms": (dims, 1e3 * waves.rms(te)[:, None]),
-        "mesh_force_amplitude": ((*dims, "order"), waves.amplitude(forces)[:, None]),
-        "mesh_force_phase": ((*dims, "order"), waves.phase(forces)[:, None]),
+        **waves.spectrum("mesh_force", (*dims, "order"), forces[:, None, 1:]),
         "mesh_force_rms": (dims, waves.rms(forces)[:, None]),
         "mean_force": (("mesh",), np.array([force])),
         "dynamic_factor": (dims, over_time.max(axis=-1)[:, None] / force),

@@ -283,8 +283,7 @@ class TrainModel(LinearModel):
         error = np.einsum("b,sbn->sn", self._transmission_error_rows, vibration.at_bearings[:, :, 2])
         share = vibration.largest / self.solved.even  # relative to the force under equal sharing
         variables: Variables = {
-            "train_dynamic_transmission_error_amplitude": (("speed", "harmonic"), 2e3 * np.abs(error)),
-            "train_dynamic_transmission_error_phase": (("speed", "harmonic"), np.angle(error)),
+            **waves.spectrum("train_dynamic_transmission_error", ("speed", "harmonic"), error, 1e3),
             "train_dynamic_transmission_error_rms": (("speed",), 1e3 * waves.rms(waves.with_mean(error))),
             "load_sharing_greatest": (("speed", "mesh"), share),
             "mesh_load_factor": (("speed",), share.max(axis=1)),

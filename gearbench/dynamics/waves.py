@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -33,9 +35,12 @@ def amplitude(orders: NDArray) -> NDArray:
     return 2 * np.abs(orders[..., 1:])
 
 
-def phase(orders: NDArray) -> NDArray:
-    """Phases (…, H) [rad] of orders 1 … H: y = Σ amplitude · cos(nωt + phase)."""
-    return np.angle(orders[..., 1:])
+def spectrum(name: str, dims: tuple[str, ...], orders: NDArray, unit: float = 1.0) -> dict[str, tuple[Any, NDArray]]:
+    """Variables of a Dataset, ``NAME_amplitude`` and ``NAME_phase`` [rad], of the complex orders 1 … H of y.
+
+    y = Σ amplitude · cos(nωt + phase). ``orders`` have the dimensions ``dims``; amplitudes are multiplied by ``unit``.
+    """
+    return {f"{name}_amplitude": (dims, 2 * unit * np.abs(orders)), f"{name}_phase": (dims, np.angle(orders))}
 
 
 def highest(orders: NDArray, index: NDArray, point_count: int) -> NDArray:

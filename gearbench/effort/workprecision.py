@@ -77,14 +77,15 @@ def settings_of(scene: Scene) -> Iterator[Setting]:
     """Settings of ``scene``; those of a train have no levels beyond ``LARGEST_OF_TRAIN``."""
 
     def cut(setting: Setting) -> Setting:
-        most = LARGEST_OF_TRAIN.get(setting.name, math.inf) if scene.coupled else math.inf
+        """The setting without the levels that are too large for a train."""
+        most = LARGEST_OF_TRAIN.get(setting.name, math.inf)
         return replace(
             setting,
             levels=lambda scene: tuple(level for level in setting.levels(scene) if setting.size(level) <= most),
             limit=setting.limit and cut(GAUSS_POINTS).finest,
         )
 
-    return (cut(setting) for setting in SETTINGS.values() if setting.applies(scene))
+    return (cut(each) if scene.coupled else each for each in SETTINGS.values() if each.applies(scene))
 
 
 def cost(scene: Scene, repeats: int = REPEATS, seeds: int = 8) -> xr.Dataset:
