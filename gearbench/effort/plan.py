@@ -27,7 +27,7 @@ from gearbench.robustness.montecarlo import SAMPLES
 from gearbench.scene import Scene, check_scene
 from gearbench.threads import default_threads
 from gearbench.trains.cycles import check_train_cycles, train_cycles_memory
-from gearbench.trains.solve import check_train
+from gearbench.trains.solve import check_train, mesh_scenes, train_phases
 from gearbench.validation.reference import reference_memory, reference_scene
 
 #: Speeds at which the memory of ``response`` is given.
@@ -45,6 +45,10 @@ class PlanPart:
     size: str = ""
 
 
+#: Part of a scene that asks for an accuracy.
+CHOICE = PlanPart("choice", "coarser runs that show the error; finer ones if it is too large")
+
+
 @dataclass(frozen=True, kw_only=True)
 class Plan:
     """Parts of the run of a scene, their sizes and memory.
@@ -54,7 +58,8 @@ class Plan:
     parts
         Parts in the order they run; the last one is ``robust`` if the scene has random errors.
     megabytes
-        Command → peak memory [MB] at its default options, for commands that accept the scene; within a factor of two.
+        Command → peak memory [MB] at its default options, for commands that accept the scene; within a factor of two,
+        and an upper bound for sets, whose equal meshes in phase are solved once.
     """
 
     parts: tuple[PlanPart, ...]
@@ -87,7 +92,8 @@ def plan(scene: Scene) -> Plan:
     """Plan the commands for ``scene``.
 
     If the scene asks for an accuracy, the plan uses the settings with which the search for the resolution starts. Mesh
-    phases are those of the unloaded pair; changes of contact under load may add some.
+    phases are those of the unloaded pair, to which changes of contact under load may add some; those of a set are the
+    phases that ``simulate`` uses.
     """
     check_scene(scene)
     if scene.coupled:
@@ -96,18 +102,10 @@ def plan(scene: Scene) -> Plan:
     asked = scene.resolution.accuracy is not None
     scene = scene.under(scene.load) if loads > 1 else scene
     scene = first_settings(scene) if asked else scene
-    positions, pairs, segments = len(mesh_phases(scene)[0]), pairs_of_teeth(scene), scene.resolution.segments
-    lines = scene_lines(scene, np.array([0.5]))
-    how = "uniform" if scene.resolution.positions is not None else "Gauss panels"
-    loaded = f"{positions * int(lines.active.sum()) * segments} segments" + (f" × {loads} loads" if loads > 1 else "")
-    size = f"{positions} positions ({how}) × {pairs} pairs × {segments} segments"
-    parts = [
-        PlanPart("contact lines", "where teeth touch", size),
-        *(PlanPart(effect.name, effect.summary, _size(effect, scene, lines)) for effect in scene.effects),
-        PlanPart("contact", "Newton's method, amplitudes and approach", loaded),
-    ]
+    positions = len(mesh_phases(scene)[0])
+    parts = _contact_parts(scene, positions, loads)
     if asked:
-        parts.append(PlanPart("choice", "coarser runs that show the error; finer ones if it is too large"))
+        parts.append(CHOICE)
     if scene.effect("manufacturing_errors") is not None:
         parts.append(PlanPart("robust", "samples of the errors, side by side", f"{SAMPLES} samples"))
     kept = kept_memory(scene, positions) * (loads - 1)
@@ -117,21 +115,25 @@ def plan(scene: Scene) -> Plan:
 
 
 def _train_plan(scene: Scene) -> Plan:
-    """Plan a train whose meshes form one contact problem: parts of every kind of mesh, then the balance of all."""
+    """Plan a train whose meshes form one contact problem: parts of every kind of mesh, then the balance of all.
+
+    Every mesh is solved at the transitions of all meshes, which are searched for.
+    """
     linkage = check_train(scene)
+    assert scene.train is not None
+    asked = scene.resolution.accuracy is not None
+    scenes = {name: first_settings(each) if asked else each for name, each in mesh_scenes(scene).items()}
+    positions = len(train_phases(scenes, scene.geometry, coast=scene.load.coast).phase)
     parts: list[PlanPart] = []
-    megabytes = 0.0
-    scenes = list(scene.meshes.values())
-    for mesh_scene in reversed({each.pair: each for each in reversed(scenes)}.values()):
-        alike = sum(each.pair == mesh_scene.pair for each in scenes)
-        mesh_plan = plan(mesh_scene)
-        megabytes += alike * mesh_plan.megabytes["simulate"]
+    for mesh_scene in reversed({each.pair: each for each in reversed(scenes.values())}.values()):
+        alike = sum(each.pair == mesh_scene.pair for each in scenes.values())
         z = [gear.teeth for gear in mesh_scene.pair.gears]
         parts.append(PlanPart(" to ".join(mesh_scene.gear_names), "a mesh", f"z {z[0]}/{z[1]}, {alike} of the kind"))
-        parts += [part for part in mesh_plan.parts if part.name != "robust"]
+        parts += _contact_parts(mesh_scene, positions)
     size = f"{len(scenes)} meshes, {len(linkage.motions)} free motions"
     parts.append(PlanPart("balance", "forces and motions of all meshes, Newton's method", size))
-    assert scene.train is not None
+    if asked:
+        parts.append(CHOICE)
     short = scene.train.planetary
     drawn = {
         "pins, planets and run-outs": short is not None and short.keys.scatter is not None,
@@ -140,15 +142,24 @@ def _train_plan(scene: Scene) -> Plan:
     if any(drawn.values()):
         of = " and of ".join(name for name, given in drawn.items() if given)
         parts.append(PlanPart("robust", f"samples of {of}", f"{SAMPLES} samples"))
-    # every mesh is solved at the phases of all others too
-    different = len({round(phase, 9) for phase in scene.geometry.phases().values()})
-    different *= max(scene.geometry.periods.values())
-    memory = {"simulate": different * megabytes}
-    first = first_settings(scenes[0]) if scene.resolution.accuracy is not None else scenes[0]
-    positions = scene.resolution.positions or different * len(mesh_phases(first)[0])
+    memory = {"simulate": sum(contact_memory(each, positions) for each in scenes.values())}
     with suppress(InputError):  # all cycles are alike, or there are too many: the command itself reports that
-        memory["hunting"] = train_cycles_memory(len(scenes), positions, check_train_cycles(scene), ORDERS) / 1e6
-    return Plan(parts=tuple(parts), megabytes=memory)
+        memory["hunting"] = train_cycles_memory(len(scenes), positions, check_train_cycles(scene), ORDERS)
+    return Plan(parts=tuple(parts), megabytes={name: size / 1e6 for name, size in memory.items()})
+
+
+def _contact_parts(scene: Scene, positions: int, loads: int = 1) -> list[PlanPart]:
+    """Parts of the contact of a mesh at a number of positions, under a number of loads."""
+    pairs, segments = pairs_of_teeth(scene), scene.resolution.segments
+    lines = scene_lines(scene, np.array([0.5]))
+    how = "uniform" if scene.resolution.positions is not None else "Gauss panels"
+    loaded = f"{positions * int(lines.active.sum()) * segments} segments" + (f" × {loads} loads" if loads > 1 else "")
+    size = f"{positions} positions ({how}) × {pairs} pairs × {segments} segments"
+    return [
+        PlanPart("contact lines", "where teeth touch", size),
+        *(PlanPart(effect.name, effect.summary, _size(effect, scene, lines)) for effect in scene.effects),
+        PlanPart("contact", "Newton's method, amplitudes and approach", loaded),
+    ]
 
 
 def _size(effect: Effect, scene: Scene, lines: ContactLines) -> str:

@@ -240,7 +240,7 @@ def solve_train(
     train, scenes = scene.geometry, dict(meshes or (scene.meshes if alike else mesh_scenes(scene)))
     if phases is None:
         equal = {name: with_equal_teeth(mesh_scene) for name, mesh_scene in scenes.items()} if alike else scenes
-        phases = _phases(equal, train, coast)
+        phases = train_phases(equal, train, coast=coast)
     even = np.array([mesh_scene.F_bt for mesh_scene in scenes.values()])
     f = linkage.force(scene.load.torque)
     statics = Statics(rows=linkage.rows, stiffness=linkage.stiffness, force=f, offset=scene.train.offset(linkage))
@@ -317,8 +317,11 @@ def _under(scene: Scene, share: float) -> Scene:
     return scene if share == 1.0 else changed(scene, load=Load(torque=share * scene.load.torque))
 
 
-def _phases(scenes: Mapping[str, Scene], train: Train, coast: bool) -> Phases:
-    """Phases of the first mesh: Gauss points on panels between the contact changes of all meshes."""
+def train_phases(scenes: Mapping[str, Scene], train: Train, *, coast: bool) -> Phases:
+    """Phases of the first mesh: Gauss points on panels between the contact changes of all meshes.
+
+    ``scenes`` are those of the meshes by name; InputError if they ask for an accuracy.
+    """
     first, *_ = scenes.values()
     shift, periods = train.phases(coast=coast), train.periods
     length, most = next(iter(periods.values())), max(periods.values())

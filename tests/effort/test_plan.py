@@ -81,6 +81,15 @@ def test_several_loads_keep_the_results_of_each():
     assert many.megabytes["simulate"] > one.megabytes["simulate"]
 
 
+@pytest.mark.parametrize("name", ["second_set", "stepped_planets"])
+def test_every_mesh_of_a_set_is_planned_at_the_positions_of_its_result(name):
+    scene = read_scene(EXAMPLES / f"{name}.toml")
+    made, positions = plan(scene), simulate(scene).sizes["position"]
+    lines = [part.size for part in made.parts if part.name == "contact lines"]
+    assert [size.split()[0] for size in lines] == 2 * [str(positions)]
+    assert list(made.megabytes) == ["simulate", "hunting"]
+
+
 def test_a_search_costs_its_designs():
     study = read_study(EXAMPLES / "optimise_small.toml")
     made = study_plan(study, threads=4)
