@@ -12,6 +12,7 @@ means that the crest comes before τ = 0, where a tooth pair comes into contact.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING
@@ -104,6 +105,16 @@ class Phases:
         half = (x[:, -1] - x[:, 0]) / (t[-1] - t[0]) if self.size > 1 else self.length * self.weight / 2
         return x.mean(axis=1)[:, None] + half[:, None] * np.array([-1.0, 1.0])
 
+    @cached_property
+    def widths(self) -> NDArray:
+        """Widths of the Gauss panels, (panel,)."""
+        return np.diff(self.edges).ravel()
+
+    @cached_property
+    def bessel(self) -> NDArray:
+        """j_k(πnw) for the orders n of a Dataset, the widths w and k = 0 … ``size``, (harmonic, panel, k)."""
+        return _bessel(self, np.array(self.orders))
+
     @property
     def coordinates(self) -> dict[str, NDArray]:
         """Coordinates of a Dataset over ``position``, by name."""
@@ -138,6 +149,12 @@ class MeshCycle:
         δ, k = MICROMETRES / cos_b * approach, cos_b**2 / MICROMETRES * stiffness
         return cls(phases=phases, transmission_error=δ, mesh_stiffness=k)
 
+    @cached_property
+    def curves(self) -> Mapping[str, CycleCurve]:
+        """Both curves by name."""
+        both = {"transmission_error": self.transmission_error, "mesh_stiffness": self.mesh_stiffness}
+        return {name: CycleCurve(phases=self.phases, values=values) for name, values in both.items()}
+
 
 def mean(values: NDArray, weight: NDArray) -> NDArray:
     """Mean over the mesh cycle (last axis)."""
@@ -163,30 +180,119 @@ def curves(phases: Phases, values: NDArray, points: int = 40) -> list[tuple[NDAr
     return list(zip(x, y, strict=True))
 
 
-def peak_to_peak(phases: Phases, values: NDArray) -> NDArray:
-    """Greatest minus least value over the cycle (last axis), with the limits on both sides of every transition."""
-    if phases.size is None:
-        return np.ptp(values, axis=-1)
-    low, high = _extremes(phases, values)
-    return high.max(axis=-1) - low.min(axis=-1)
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CycleCurve:
+    """Peak-to-peak value and noise floors of a curve over the mesh cycle, or of many with the same phases.
 
-
-def peak_to_peak_floor(phases: Phases, values: NDArray, floor: NDArray) -> NDArray:
-    """Estimate the error of ``peak_to_peak``, with ``floor`` = ``noise_floor`` (…, harmonic) of the curve.
-
-    One part is the error of the extremes on panels whose polynomial misses the curve, see ``_missed``. It is at most
-    the amount by which the samples on the panel and its neighbours turn back, because a monotonic curve has no extreme
-    there. The other part is twice the root sum of squares of the harmonics' floors, which add up at an extreme. For
-    uniform phases, unknown harmonics count as the greatest known one.
+    Parameters
+    ----------
+    phases
+        Mesh phases of the values.
+    values
+        Values of the curve, (…, position).
     """
-    if phases.size is None:
-        return 2 * math.sqrt(floor.shape[-1]) * np.fmax.reduce(floor, axis=-1)
-    harmonic_floor = 2 * np.sqrt((floor**2).sum(axis=-1))
-    (low, high), missed = _extremes(phases, values), _missed(phases, values)
-    by_panel = values.reshape(*values.shape[:-1], -1, phases.size)
-    around = np.concatenate([np.roll(by_panel, shift, axis=-2) for shift in (1, 0, -1)], axis=-1)
-    top, bottom = (each + np.minimum(missed, _reversal(sign * around)) for each, sign in ((high, 1), (-low, -1)))
-    return harmonic_floor + top.max(axis=-1) - high.max(axis=-1) + bottom.max(axis=-1) + low.min(axis=-1)
+
+    phases: Phases
+    values: NDArray
+
+    @cached_property
+    def peak_to_peak(self) -> NDArray:
+        """Greatest minus least value over the cycle, with the limits on both sides of every transition, (…)."""
+        if self.phases.size is None:
+            return np.ptp(self.values, axis=-1)
+        low, high = self._extremes
+        return high.max(axis=-1) - low.min(axis=-1)
+
+    def peak_to_peak_floor(self, floor: NDArray) -> NDArray:
+        """Estimate the error of ``peak_to_peak`` (…), with the ``noise_floor`` (…, harmonic) of the curve.
+
+        One part is the error of the extremes on panels whose polynomial misses the curve, see ``_missed``. It is at
+        most the amount by which the samples on the panel and its neighbours turn back, because a monotonic curve has no
+        extreme there. The other part is twice the root sum of squares of the harmonics' floors, which add up at an
+        extreme. For uniform phases, unknown harmonics count as the greatest known one.
+        """
+        if self.phases.size is None:
+            return 2 * math.sqrt(floor.shape[-1]) * np.fmax.reduce(floor, axis=-1)
+        harmonic_floor = 2 * np.sqrt((floor**2).sum(axis=-1))
+        (low, high), of_panel = self._extremes, self._of_panel
+        neighbours = (np.arange(of_panel.shape[-2])[:, None] + np.array([-1, 0, 1])) % of_panel.shape[-2]
+        around = of_panel[..., neighbours, :].reshape(*of_panel.shape[:-1], -1)
+        top = high + np.minimum(self._missed, _reversal(around))
+        bottom = np.minimum(self._missed, _reversal(-around)) - low
+        return harmonic_floor + top.max(axis=-1) - high.max(axis=-1) + bottom.max(axis=-1) + low.min(axis=-1)
+
+    def noise_floor(self, change: NDArray, *, located: float = PHASE_ACCURACY, least: NDArray | float = 0.0) -> NDArray:
+        """Estimate the errors of the amplitudes of the orders of ``phases``, in the unit of the values.
+
+        The result has the shape (…, harmonic). The estimate is the root sum of squares of five parts: a given minimum
+        ``least`` (…); the truncated Legendre coefficients of the panels; kinks and jumps that the panels miss, see
+        ``_missed``; the jumps between panels times the uncertainty ``located`` of their phases [mesh cycles]; and
+        ``PATCH_ERROR`` times the harmonics of ``change`` (…, position), the change of the values when the ends of the
+        contact patches were last located. For uniform phases, the highest quarter of the known harmonics replaces the
+        second to fourth part.
+        """
+        phases = self.phases
+        patches = np.hypot(PATCH_ERROR * 2 * np.abs(coefficients(phases, change)), np.asarray(least)[..., None])
+        if phases.size is None:
+            spectrum = 2 * np.abs(np.fft.rfft(self.values, axis=-1)) / len(phases.phase)
+            return np.hypot(patches, spectrum[..., -max(1, spectrum.shape[-1] // 4) :].max(axis=-1)[..., None])
+        tail = _truncation_error(phases, self._size_of_coefficients)
+        jumps = 2 * located / phases.length * np.sqrt((self._jumps**2).sum(axis=-1))
+        missed = phases.widths / phases.length * self._missed
+        missed = 2 * MISSED_KINK * np.sqrt((missed**2).sum(axis=-1))
+        return np.hypot(np.hypot(patches, tail), np.hypot(jumps, missed)[..., None])
+
+    @cached_property
+    def _of_panel(self) -> NDArray:
+        """Values by panel, (…, panel, size)."""
+        assert self.phases.size is not None
+        return self.values.reshape(*self.values.shape[:-1], -1, self.phases.size)
+
+    @cached_property
+    def _size_of_coefficients(self) -> NDArray:
+        """Absolute Legendre coefficients of the panels, (…, panel, size)."""
+        return np.abs(self._of_panel @ legendre_transform(self._of_panel.shape[-1]).T)
+
+    @cached_property
+    def _jumps(self) -> NDArray:
+        """Steps of the polynomials from the end of a panel to the beginning of the next, (…, panel)."""
+        ends = self._of_panel @ _to_equidistant(self._of_panel.shape[-1], 2)
+        return _of_next(ends[..., 0]) - ends[..., 1]
+
+    @cached_property
+    def _missed(self) -> NDArray:
+        """Estimated distance of the curve from the polynomial of a panel, (…, panel).
+
+        It is the smaller of two estimates: the sum of the last two coefficients (one of them vanishes if the curve is
+        even or odd on the panel), and the jumps to both neighbours. If the curve itself jumps, the polynomials on both
+        sides converge and the coefficients are small. If coefficients only fall slowly, the polynomials still meet and
+        the jumps are small.
+        """
+        jump = np.abs(self._jumps)
+        return np.minimum(self._size_of_coefficients[..., -2:].sum(axis=-1), jump + _of_previous(jump))
+
+    @cached_property
+    def _extremes(self) -> tuple[NDArray, NDArray]:
+        """Least and greatest values on the panels, both (…, panel)."""
+        of_panel, size = self._of_panel, self._of_panel.shape[-1]
+        fine = of_panel @ _to_equidistant(size, FINE_POINTS)
+        extent = np.ptp(self.values, axis=-1)[..., None]
+        left_out = _left_out(self._size_of_coefficients)
+        steep = (left_out > STEEP_SHARE * extent) | (self._missed > OFF * extent)
+        if size > 4 and steep.any():
+            low, high = _within(of_panel, fine, steep)
+            fine = np.clip(fine, np.where(steep, low, -np.inf)[..., None], np.where(steep, high, np.inf)[..., None])
+        return fine.min(axis=-1), fine.max(axis=-1)
+
+
+def _of_next(values: NDArray) -> NDArray:
+    """Values (…, panel) of the next panel; the first follows the last."""
+    return np.concatenate([values[..., 1:], values[..., :1]], axis=-1)
+
+
+def _of_previous(values: NDArray) -> NDArray:
+    """Values (…, panel) of the previous panel."""
+    return np.concatenate([values[..., -1:], values[..., :-1]], axis=-1)
 
 
 def _reversal(values: NDArray) -> NDArray:
@@ -196,47 +302,13 @@ def _reversal(values: NDArray) -> NDArray:
     return (values - np.maximum(before, after)).max(axis=-1)
 
 
-def _missed(phases: Phases, values: NDArray) -> NDArray:
-    """Estimated distance of the curve from the polynomial of a panel, (…, panel).
-
-    It is the smaller of two estimates: the sum of the last two coefficients (one of them vanishes if the curve is even
-    or odd on the panel), and the jumps to both neighbours. If the curve itself jumps, the polynomials on both sides
-    converge and the coefficients are small. If coefficients only fall slowly, the polynomials still meet and the jumps
-    are small.
-    """
-    assert phases.size is not None
-    by_panel = values.reshape(*values.shape[:-1], -1, phases.size)
-    last = np.abs(by_panel @ legendre_transform(phases.size)[-2:].T).sum(axis=-1)
-    jump = np.abs(_jumps(by_panel))
-    return np.minimum(last, jump + np.roll(jump, 1, axis=-1))
-
-
-def _jumps(by_panel: NDArray) -> NDArray:
-    """Steps of values (…, panel, size) from the end of a panel to the beginning of the next, (…, panel)."""
-    ends = by_panel @ _to_equidistant(by_panel.shape[-1], 2)
-    return np.roll(ends[..., 0], -1, axis=-1) - ends[..., 1]
-
-
-def _extremes(phases: Phases, values: NDArray) -> tuple[NDArray, NDArray]:
-    """Least and greatest values on the panels, both (…, panel)."""
-    assert phases.size is not None
-    by_panel, fine = values.reshape(*values.shape[:-1], -1, phases.size), _on_panels(phases, values, FINE_POINTS)
-    extent = np.ptp(values, axis=-1)[..., None]
-    steep = (_left_out(by_panel) > STEEP_SHARE * extent) | (_missed(phases, values) > OFF * extent)
-    steep &= phases.size > 4
-    if steep.any():
-        low, high = _within(by_panel, fine, steep)
-        fine = np.clip(fine, np.where(steep, low, -np.inf)[..., None], np.where(steep, high, np.inf)[..., None])
-    return fine.min(axis=-1), fine.max(axis=-1)
-
-
-def _left_out(by_panel: NDArray) -> NDArray:
+def _left_out(coefficient: NDArray) -> NDArray:
     """Estimated sum of the coefficients that the polynomial of a panel leaves out, (…, panel).
 
-    Coefficients fall on as from the second last to the last third, but at least by half.
+    From the absolute ``coefficient`` (…, panel, size). Coefficients fall on as from the second last to the last third,
+    but at least by half.
     """
-    count = max(2, by_panel.shape[-1] // 3)
-    coefficient = np.abs(by_panel @ legendre_transform(by_panel.shape[-1]).T)
+    count = max(2, coefficient.shape[-1] // 3)
     before, last = coefficient[..., -2 * count : -count].sum(axis=-1), coefficient[..., -count:].sum(axis=-1)
     ratio = np.divide(last, before, out=np.full_like(last, 0.5), where=2 * last < before)
     return last * ratio / (1 - ratio)
@@ -250,8 +322,8 @@ def _within(values: NDArray, fine: NDArray, steep: NDArray) -> tuple[NDArray, ND
     the curve is a parabola, see ``_vertices``.
     """
     first, last = fine[..., 0], fine[..., -1]
-    before, after = np.roll(last, 1, axis=-1), np.roll(first, -1, axis=-1)
-    both = [steep & np.roll(steep, shift, axis=-1) for shift in (1, -1)]
+    before, after = _of_previous(last), _of_next(first)
+    both = steep & _of_previous(steep), steep & _of_next(steep)
     inside = np.concatenate([values, _vertices(values)], axis=-1)
     low, high = inside.min(axis=-1), inside.max(axis=-1)
     for extreme, other, doubt in ((first, before, both[0]), (last, after, both[1])):
@@ -286,61 +358,21 @@ def coefficients(phases: Phases, values: NDArray, orders: int | None = None) -> 
     return values @ fourier_matrix(phases, orders).T
 
 
-def noise_floor(
-    phases: Phases,
-    values: NDArray,
-    change: NDArray,
-    *,
-    located: float = PHASE_ACCURACY,
-    least: NDArray | float = 0.0,
-) -> NDArray:
-    """Estimate the errors of the amplitudes of the orders of ``phases``, in the unit of the values.
-
-    The result has the shape (…, harmonic). The estimate is the root sum of squares of five parts: a given minimum
-    ``least`` (…); the truncated Legendre coefficients of the panels; kinks and jumps that the panels miss, see
-    ``_missed``; the jumps between panels times the uncertainty ``located`` of their phases [mesh cycles]; and
-    ``PATCH_ERROR`` times the harmonics of ``change`` (…, position), the change of the values when the ends of the
-    contact patches were last located. For uniform phases, the highest quarter of the known harmonics replaces the
-    second to fourth part.
-    """
-    patches = np.hypot(PATCH_ERROR * 2 * np.abs(coefficients(phases, change)), np.asarray(least)[..., None])
-    if phases.size is None:
-        spectrum = 2 * np.abs(np.fft.rfft(values, axis=-1)) / len(phases.phase)
-        return np.hypot(patches, spectrum[..., -max(1, spectrum.shape[-1] // 4) :].max(axis=-1)[..., None])
-    size = phases.size
-    by_panel = values.reshape(*values.shape[:-1], -1, size)
-    tail = _truncation_error(phases, by_panel @ legendre_transform(size).T)
-    jumps = 2 * located / phases.length * np.sqrt((_jumps(by_panel) ** 2).sum(axis=-1))
-    width = np.diff(phases.edges).ravel() / phases.length
-    missed = 2 * MISSED_KINK * np.sqrt(((width * _missed(phases, values)) ** 2).sum(axis=-1))
-    return np.hypot(np.hypot(patches, tail), np.hypot(jumps, missed)[..., None])
-
-
 def _truncation_error(phases: Phases, coefficient: NDArray) -> NDArray:
-    """Truncation error of the amplitudes, (…, harmonic), from Legendre coefficients of the panels, (…, panel, size).
+    """Truncation error of the amplitudes, (…, harmonic), from the absolute ``coefficient`` (…, panel, size).
 
     The next coefficients a_p, a_{p+1}, … are assumed to fall by the ratio r of the last ones. At p Gauss points,
     P_{p+m} is aliased to P_{p−m}: on a panel of width w, it changes c_n by w a_{p+m} j_{p−m}(πnw).
     """
-    a, size, width = np.abs(coefficient), phases.size, np.diff(phases.edges).ravel() / phases.length
+    a, size, width = coefficient, phases.size, phases.widths / phases.length
     assert size is not None
     before = a[..., -3:-1].max(axis=-1, initial=0.0)
     ratio = np.sqrt(np.divide(a[..., -1], before, out=np.ones_like(before), where=before > 0))
     r = np.clip(ratio, *COEFFICIENT_RATIOS)[..., None]
     m = np.arange(size + 1)
-    panels = np.einsum("...pm,npm->...np", r ** (m + 1), _aliased(phases)) * (width * a[..., -1])[..., None, :]
+    aliased = np.abs(phases.bessel[..., ::-1])
+    panels = np.einsum("...pm,npm->...np", r ** (m + 1), aliased) * (width * a[..., -1])[..., None, :]
     return 2 * np.sqrt((panels**2).sum(axis=-1))
-
-
-@lru_cache(maxsize=16)
-def _aliased(phases: Phases) -> NDArray:
-    """|j_{p−m}(πnw)| for the orders n of ``phases`` on panels of width w, (harmonic, panel, m = 0 … p)."""
-    from scipy.special import spherical_jn
-
-    size, width = phases.size, np.diff(phases.edges).ravel()
-    assert size is not None
-    argument = math.pi * np.multiply.outer(np.array(phases.orders), width)
-    return np.abs(spherical_jn(size - np.arange(size + 1), argument[..., None]))
 
 
 def panels(dataset: xr.Dataset, name: str, points: int = 40) -> list[tuple[NDArray, NDArray]]:
@@ -374,27 +406,32 @@ def fourier(dataset: xr.Dataset, name: str, orders: int = HARMONICS) -> NDArray:
 @lru_cache(maxsize=16)
 def fourier_matrix(phases: Phases, orders: int | None) -> NDArray:
     """Matrix from values at the phases to complex Fourier ``coefficients``, (harmonic, position)."""
-    return fourier_rows(phases, _orders(phases, orders))
+    return fourier_rows(phases, None if orders is None else np.arange(1, orders + 1))
 
 
-def _orders(phases: Phases, orders: int | None) -> NDArray:
-    return np.array(phases.orders) if orders is None else np.arange(1, orders + 1)
+def fourier_rows(phases: Phases, orders: NDArray | None = None) -> NDArray:
+    """Matrix from values y to the mean of y e^{−2πinτ} over the cycle for any real orders n, (order, position).
 
-
-def fourier_rows(phases: Phases, orders: NDArray) -> NDArray:
-    """Matrix from values y to the mean of y e^{−2πinτ} over the cycle for any real orders n, (order, position)."""
-    n, x = np.asarray(orders), phases.phase
+    By default the orders are those of ``phases``.
+    """
+    n, x = np.array(phases.orders) if orders is None else np.asarray(orders), phases.phase
     if phases.size is None:
         wave = np.exp(-2j * np.pi * np.outer(n, x)) / len(x)
         return np.where(2 * phases.length * n[:, None] < len(x), wave, np.nan)
+    bessel = phases.bessel if orders is None else _bessel(phases, n)
+    # ∫ P_k(s) e^{−iωs} ds over [−1, 1] = 2 (−i)^k j_k(ω), ω = πnw on a panel of width w
+    waves = 2 * (-1j) ** np.arange(phases.size) * bessel[..., :-1]
+    middle = phases.edges.mean(axis=1)
+    waves *= (phases.widths / 2 / phases.length * np.exp(-2j * np.pi * np.multiply.outer(n, middle)))[..., None]
+    return (waves @ legendre_transform(phases.size)).reshape(len(n), -1)
+
+
+def _bessel(phases: Phases, orders: NDArray) -> NDArray:
+    """j_k(πnw) for any real ``orders`` n, see ``Phases.bessel``."""
     from scipy.special import spherical_jn
 
-    half, middle = np.diff(phases.edges).ravel() / 2, phases.edges.mean(axis=1)
-    k = np.arange(phases.size)
-    # ∫ P_k(s) e^{−iωs} ds over [−1, 1] = 2 (−i)^k j_k(ω)
-    waves = 2 * (-1j) ** k * spherical_jn(k, 2 * np.pi * np.multiply.outer(n, half)[..., None])
-    waves *= (half / phases.length * np.exp(-2j * np.pi * np.multiply.outer(n, middle)))[..., None]
-    return (waves @ legendre_transform(phases.size)).reshape(len(n), -1)
+    assert phases.size is not None
+    return spherical_jn(np.arange(phases.size + 1), math.pi * np.multiply.outer(orders, phases.widths)[..., None])
 
 
 def _on_panels(phases: Phases, values: NDArray, points: int) -> NDArray:

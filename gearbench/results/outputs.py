@@ -17,10 +17,8 @@ from gearbench.results.cycle import (
     PHASE_ACCURACY,
     SPUR_ERROR,
     TRUNCATION_ERROR,
-    MeshCycle,
+    CycleCurve,
     coefficients,
-    noise_floor,
-    peak_to_peak_floor,
 )
 from gearbench.results.responses import USUAL, is_response, response, responses
 from gearbench.results.solved import Solved
@@ -106,27 +104,26 @@ def check_outputs(names: tuple[str, ...]) -> None:
 
 def _noise_floor(solved: Solved, curve: str) -> NDArray:
     """Estimate the errors of the amplitudes of a curve, in its unit, (…, harmonic)."""
-    solution = solved.solution
-    coarse = MeshCycle.of(solved.scene, solved.phases, solution.coarse_approach, solution.coarse_stiffness)
-    values = getattr(solved.cycle, curve)
+    values = solved.cycle.curves[curve].values
     cut = TRUNCATION_ERROR * values.mean(axis=-1) if curve == "mesh_stiffness" else 0.0
     cut = np.hypot(cut, solved.unresolved.get(curve, 0.0))
-    return curve_floor([solved], values, values - getattr(coarse, curve), cut)
+    change = values - solved.coarse_cycle.curves[curve].values
+    return curve_floor([solved], solved.cycle.curves[curve], change, cut)
 
 
-def curve_floor(meshes: Sequence[Solved], values: NDArray, change: NDArray, cut: NDArray | float = 0.0) -> NDArray:
+def curve_floor(meshes: Sequence[Solved], curve: CycleCurve, change: NDArray, cut: NDArray | float = 0.0) -> NDArray:
     """Compute ``noise_floor`` of a curve from the contact of ``meshes``; ``cut`` is a further error of the curve."""
     located = 0.0 if all(mesh.conforming for mesh in meshes) else PHASE_ACCURACY
     pair = meshes[0].scene.pair
     along = HELICAL_ERROR * pair.face_width / pair.normal_module if pair.meshing.overlap_ratio else SPUR_ERROR
-    least = np.hypot(along * np.ptp(values, axis=-1), cut)
-    return noise_floor(meshes[0].phases, values, change, located=located, least=least)
+    least = np.hypot(along * np.ptp(curve.values, axis=-1), cut)
+    return curve.noise_floor(change, located=located, least=least)
 
 
 def _peak_to_peak_floor(solved: Solved, curve: str) -> NDArray:
     """Estimate the error of the peak-to-peak value of a curve, in its unit."""
     floor = output(solved, f"{curve}_amplitude_noise_floor")[1]
-    return peak_to_peak_floor(solved.phases, getattr(solved.cycle, curve), floor)
+    return solved.cycle.curves[curve].peak_to_peak_floor(floor)
 
 
 def _harmonics(solved: Solved, curve: str) -> NDArray:

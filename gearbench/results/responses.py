@@ -26,7 +26,6 @@ from gearbench.results.cycle import (
     coefficients,
     fluctuation_rms,
     mean,
-    peak_to_peak,
     relative_rms,
 )
 from gearbench.results.quantities import QUANTITIES, Quantity
@@ -248,7 +247,7 @@ def _mean(curve: str) -> Callable[[MeshCycle], NDArray]:
 
 
 def _peak_to_peak(curve: str) -> Callable[[MeshCycle], NDArray]:
-    return lambda cycle: peak_to_peak(cycle.phases, getattr(cycle, curve))
+    return lambda cycle: cycle.curves[curve].peak_to_peak
 
 
 def _amplitude(curve: str, n: int) -> Callable[[MeshCycle], NDArray]:

@@ -96,6 +96,11 @@ class Solved:
         return MeshCycle.of(self.scene, self.phases, self.solution.approach, self.solution.stiffness)
 
     @cached_property
+    def coarse_cycle(self) -> MeshCycle:
+        """``cycle`` before the last update of the ends of contact patches."""
+        return MeshCycle.of(self.scene, self.phases, self.solution.coarse_approach, self.solution.coarse_stiffness)
+
+    @cached_property
     def outputs(self) -> dict[str, tuple[tuple[str, ...], NDArray]]:
         """Outputs and responses that were computed so far: name → dimensions and values."""
         return {}

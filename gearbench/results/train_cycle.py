@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from gearbench.errors import InputError
 from gearbench.geometry.linkage import Linkage
-from gearbench.results.cycle import HARMONICS, MICROMETRES, Phases, coefficients, mean, peak_to_peak
+from gearbench.results.cycle import HARMONICS, MICROMETRES, CycleCurve, Phases, coefficients, mean
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -151,7 +151,7 @@ NUMBERS: tuple[tuple[str, str, str, str, Curve], ...] = (
         "µm",
         "PP Δ",
         f"peak-to-peak {_Δ}",
-        lambda c: peak_to_peak(c.phases, c.transmission_error),
+        lambda c: CycleCurve(phases=c.phases, values=c.transmission_error).peak_to_peak,
     ),
     *_of_curves(),
 )

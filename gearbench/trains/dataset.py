@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.results.cycle import MICROMETRES, coefficients, peak_to_peak_floor
+from gearbench.results.cycle import MICROMETRES, CycleCurve, coefficients
 from gearbench.results.outputs import curve_floor
 from gearbench.results.points import Columns, Point, join_points
 from gearbench.results.responses import is_of_train, response
@@ -58,13 +58,14 @@ def train_point(solved: SolvedTrain, outputs: Sequence[str]) -> Point:
     }
     cycle = solved.cycle
     error, amplitude = cycle.transmission_error, coefficients(phases, cycle.transmission_error)
-    floor = curve_floor(list(solved.meshes.values()), error, solved.change)
+    curve = CycleCurve(phases=phases, values=error)
+    floor = curve_floor(list(solved.meshes.values()), curve, solved.change)
     variables |= {
         "train_transmission_error": (("position",), error),
         "train_transmission_error_amplitude": (("harmonic",), 2 * np.abs(amplitude)),
         "train_transmission_error_phase": (("harmonic",), np.angle(amplitude)),
         "train_transmission_error_amplitude_noise_floor": (("harmonic",), floor),
-        "train_transmission_error_peak_to_peak_noise_floor": ((), peak_to_peak_floor(phases, error, floor)),
+        "train_transmission_error_peak_to_peak_noise_floor": ((), curve.peak_to_peak_floor(floor)),
         "train_stiffness": (("position",), solved.stiffness),
         "turning_error": (("member", "position"), 1e6 * np.multiply.outer(solved.ratios, cycle.input_turn)),
     }

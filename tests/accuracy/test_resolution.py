@@ -15,7 +15,7 @@ from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.transitions import loaded_phases, transitions
 from gearbench.effects.gear_body import GearBody
 from gearbench.effects.off_line_contact import OffLineContact
-from gearbench.results.cycle import MeshCycle, coefficients, peak_to_peak
+from gearbench.results.cycle import MeshCycle, coefficients
 from gearbench.results.outputs import output
 from gearbench.scene import Load, Resolution, Scene
 from gearbench.simulation import simulate
@@ -132,7 +132,7 @@ def test_stiffness_bends_where_a_patch_passes_an_end_of_the_path_or_the_corner_o
     fine = replace(scene, resolution=Resolution(positions=len(phase)))
     fine = solve_lines(fine, scene_lines(fine, phase), np.full(len(phase), 1.0))
     span = np.ptp(fine.cycle.mesh_stiffness)
-    error = abs(peak_to_peak(solved.phases, solved.cycle.mesh_stiffness) - span)
+    error = abs(solved.cycle.curves["mesh_stiffness"].peak_to_peak - span)
     assert error < min(0.01 * span, output(solved, "mesh_stiffness_peak_to_peak_noise_floor")[1])
 
 
@@ -144,7 +144,7 @@ def test_wide_flanks_that_touch_all_along_have_the_nodes_that_their_teeth_need()
     found, exact = (solve_scene(s).cycle for s in (wide, replace(wide, resolution=Resolution(segments=30))))
     for curve in ("transmission_error", "mesh_stiffness"):
         assert misses(found, exact, curve)[0] <= 0.3, curve
-        near, fine = (peak_to_peak(c.phases, getattr(c, curve)) for c in (found, exact))
+        near, fine = (c.curves[curve].peak_to_peak for c in (found, exact))
         assert_allclose(near, fine, rtol=2e-3)
 
 

@@ -17,7 +17,7 @@ from gearbench.contact.patches import solve_patches
 from gearbench.contact.phases import gauss_phases
 from gearbench.contact.transitions import transitions
 from gearbench.effects.off_line_contact import OffLineContact
-from gearbench.results.cycle import Phases, coefficients, peak_to_peak
+from gearbench.results.cycle import CycleCurve, Phases, coefficients
 from tests.accuracy.test_resolution import example
 
 PHASES = st.floats(0.0, 0.999)
@@ -77,7 +77,7 @@ def test_the_range_of_a_curve_too_steep_for_its_panel_does_not_run_beyond_it():
         1.0,
         np.where(phase < 0.6, 1.0, 0.4 + 0.6 * np.sqrt(np.maximum(phase - 0.6, 0) / 0.4)),
     )
-    assert np.ptp(early) <= peak_to_peak(phases, early) <= 1.1 * np.ptp(early)
+    assert np.ptp(early) <= CycleCurve(phases=phases, values=early).peak_to_peak <= 1.1 * np.ptp(early)
 
 
 def apart(phase: float, other: float) -> float:

@@ -20,7 +20,7 @@ from gearbench.contact.patches import solve_patches
 from gearbench.effects.off_line_contact import OffLineContact
 from gearbench.effects.tip_relief import TipRelief
 from gearbench.geometry.quadrature import gauss, interpolation, legendre_transform
-from gearbench.results.cycle import MeshCycle, Phases, coefficients, fluctuation_rms, mean, peak_to_peak
+from gearbench.results.cycle import MeshCycle, Phases, coefficients, fluctuation_rms, mean
 from gearbench.results.outputs import output
 from gearbench.scene import Load, Resolution, Scene
 from gearbench.solution import solve_scene
@@ -118,7 +118,7 @@ def misses(scene: Scene, segments: int = 15) -> dict[str, float]:
         for name, of in (("mean", mean), ("rms", fluctuation_rms)):
             m, r = of(mine, found.phases.weight), of(right, truth.phases.weight)
             over[f"{curve} {name}"] = float(abs(m - r) / max(0.01 * abs(r), whole))
-        miss = abs(float(peak_to_peak(found.phases, mine)) - total)
+        miss = abs(float(found.curves[curve].peak_to_peak) - total)
         doubt = float(output(solved, f"{curve}_peak_to_peak_noise_floor")[1])
         over[f"{curve} peak_to_peak"] = miss / max(0.01 * total, doubt)
     return over
@@ -148,7 +148,7 @@ def test_a_dip_between_two_load_transfers_that_no_sample_sees_is_in_the_noise_fl
     assert max(over.values()) < 1, over
     solved = solve_scene(scene)
     floor = output(solved, "mesh_stiffness_peak_to_peak_noise_floor")[1]
-    assert floor > 0.04 * peak_to_peak(solved.phases, solved.cycle.mesh_stiffness)
+    assert floor > 0.04 * solved.cycle.curves["mesh_stiffness"].peak_to_peak
 
 
 @pytest.mark.slow
@@ -181,5 +181,5 @@ def test_peak_to_peak_does_not_depend_on_gauss_points(name, share, off_line):
         solve_scene(replace(scene, resolution=Resolution(gauss_points=n))).cycle for n in (5, 8, 12, 16, 20, 24, 32, 40)
     ]
     for curve in CURVES:
-        found = np.array([float(peak_to_peak(cycle.phases, getattr(cycle, curve))) for cycle in cycles])
+        found = np.array([float(cycle.curves[curve].peak_to_peak) for cycle in cycles])
         np.testing.assert_allclose(found, found[-1], rtol=5e-3)

@@ -6,16 +6,7 @@ import xarray as xr
 from numpy.testing import assert_allclose
 
 from gearbench.contact.phases import gauss_phases, uniform_phases
-from gearbench.results.cycle import (
-    MeshCycle,
-    Phases,
-    coefficients,
-    fourier,
-    noise_floor,
-    panels,
-    peak_to_peak,
-    peak_to_peak_floor,
-)
+from gearbench.results.cycle import CycleCurve, MeshCycle, Phases, coefficients, fourier, panels
 from gearbench.results.responses import response
 
 
@@ -109,7 +100,7 @@ def test_panels_are_the_polynomials_up_to_the_jumps(points):
     for (x, y), level in zip(curves, (5.0, 2.0), strict=True):
         assert_allclose(y, polynomial(x) + level, atol=1e-12)
     everywhere = np.concatenate([y for _, y in curves])
-    assert peak_to_peak(phases, values) == pytest.approx(np.ptp(everywhere), rel=1e-3)
+    assert CycleCurve(phases=phases, values=values).peak_to_peak == pytest.approx(np.ptp(everywhere), rel=1e-3)
 
 
 def test_peak_to_peak_reaches_the_transitions():
@@ -132,10 +123,11 @@ def test_peak_to_peak_reaches_the_transitions():
 def errors_and_floors(values, exact, low):
     """Errors of harmonics and of peak-to-peak over their noise floors: of panels with 5 points against 400 of 8."""
     phases, fine = gauss(5, (0.0, 0.3, 0.6)), gauss(8, tuple(np.arange(400) / 400))
-    floor = noise_floor(phases, values(phases.phase), np.zeros(15), located=0.0)
+    curve = CycleCurve(phases=phases, values=values(phases.phase))
+    floor = curve.noise_floor(np.zeros(15), located=0.0)
     found, wanted = (2 * np.abs(coefficients(each, values(each.phase))) for each in (phases, fine))
-    peak = abs(peak_to_peak(phases, values(phases.phase)) - (exact - low))
-    return np.abs(found - wanted), floor, peak, peak_to_peak_floor(phases, values(phases.phase), floor)
+    peak = abs(curve.peak_to_peak - (exact - low))
+    return np.abs(found - wanted), floor, peak, curve.peak_to_peak_floor(floor)
 
 
 @pytest.mark.parametrize("at", [0.32, 0.37, 0.41, 0.48, 0.5, 0.58])
@@ -163,7 +155,7 @@ def test_peak_to_peak_of_a_steep_rise_is_its_height_wherever_it_lies_on_a_panel(
     phases = gauss(5, (0.0, 0.3, 0.6))
     for at in np.linspace(0.3, 0.6, 61):
         rise = np.clip((phases.phase - at) / width, 0.0, 1.0)
-        assert 1.0 <= peak_to_peak(phases, rise) < 1.01
+        assert 1.0 <= CycleCurve(phases=phases, values=rise).peak_to_peak < 1.01
 
 
 @pytest.mark.parametrize("points", [6, 8, 10])
@@ -172,13 +164,14 @@ def test_peak_to_peak_of_a_bump_is_its_height_where_a_few_points_hardly_resolve_
     phases = gauss(points, (0.0, 0.3, 0.6))
     for at in np.linspace(0.41, 0.49, 31):
         bump = 1 / (1 + ((phases.phase - at) / 0.25) ** 2) ** 4
-        assert abs(peak_to_peak(phases, bump) - 1) < {6: 0.03, 8: 0.005, 10: 0.002}[points]
+        assert abs(CycleCurve(phases=phases, values=bump).peak_to_peak - 1) < {6: 0.03, 8: 0.005, 10: 0.002}[points]
 
 
 def test_few_uniform_phases_give_a_noise_floor_of_peak_to_peak():
     """Of the ten orders they know three."""
     phases = uniform(8)
-    floor = noise_floor(phases, square(phases.phase), np.zeros(8))
+    curve = CycleCurve(phases=phases, values=square(phases.phase))
+    floor = curve.noise_floor(np.zeros(8))
     assert np.isnan(floor).sum() == 7
-    doubt = peak_to_peak_floor(phases, square(phases.phase), floor)
+    doubt = curve.peak_to_peak_floor(floor)
     assert doubt == pytest.approx(2 * np.sqrt(10) * np.nanmax(floor))

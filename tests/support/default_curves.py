@@ -25,7 +25,7 @@ from gearbench.effects.off_line_contact import OffLineContact
 from gearbench.effects.profile_crowning import ProfileCrowning
 from gearbench.effects.tip_relief import TipRelief
 from gearbench.effects.topography import Topography
-from gearbench.results.cycle import MeshCycle, Phases, coefficients, peak_to_peak
+from gearbench.results.cycle import MeshCycle, Phases, coefficients
 from gearbench.scene import Load, Resolution, Scene
 from gearbench.solution import solve_lines, solve_scene
 from studies.s05_tooth_models.pairs import draw, in_use
@@ -130,7 +130,7 @@ def misses(cycle: MeshCycle, exact: MeshCycle, name: str) -> tuple[float, float]
     # span of the samples: the polynomials of tiny panels overshoot where nodes of a spur pair touch one by one
     span = float(np.ptp(getattr(exact, name)))
     allowed = np.maximum(0.05 * np.abs(wanted), 0.002 * span)
-    whole = float(peak_to_peak(cycle.phases, getattr(cycle, name)))
+    whole = float(cycle.curves[name].peak_to_peak)
     return float(np.max(np.abs(found - wanted) / allowed)), abs(whole / span - 1)
 
 
