@@ -289,7 +289,7 @@ class Model(LinearModel):
     @cached_property
     def static_states(self) -> tuple[StaticState, ...]:
         """Static equilibrium of each shaft under the mean flank forces, which act at their places on the face."""
-        loads = {name: mesh.load_on_shafts for name, mesh in zip(self.names, self.loaded_meshes, strict=True)}
+        loads = {name: mesh.load_on_shafts for name, mesh in zip(self.scene.pairs, self.loaded_meshes, strict=True)}
         pair = self.loaded_meshes[0].on_shafts
         assert pair is not None
         return static_equilibrium(self.scene.gearbox, loads, {gear.number: gear.settled for gear in pair.gears})
