@@ -64,27 +64,36 @@ class Work(NamedTuple):
 
 @part(SUMS)
 def eliminate(B, n):
-    """Replace the first n columns of B by their Cholesky factor U, and further columns b by U⁻ᵀ b.
+    """Replace the first n columns of B by their Cholesky factor U, and the next column b by U⁻ᵀ b.
 
-    Four rows are eliminated at a time. B is (n, ≥ n); elements below the diagonal are neither read nor written.
+    Four rows are eliminated at a time, from two rows at a time. B is (≥ n, ≥ n + 1); no result depends on the elements
+    below the diagonal, which are overwritten.
     """
-    width = B.shape[1]
     for first in range(0, n, 4):
         last = min(first + 4, n)
         for k in range(first, last):
-            scale = 1.0 / math.sqrt(B[k, k])
-            for j in range(k, width):
-                B[k, j] *= scale
+            pivot = B[k, k : n + 1]
+            scale = 1.0 / math.sqrt(pivot[0])
+            for j in range(pivot.size):
+                pivot[j] *= scale
             for i in range(k + 1, last):
-                f = B[k, i]
-                for j in range(i, width):
-                    B[i, j] -= f * B[k, j]
+                row, above, f = B[i, i : n + 1], B[k, i : n + 1], B[k, i]
+                for j in range(row.size):
+                    row[j] -= f * above[j]
         if last < first + 4:
             break
-        for i in range(last, n):
-            f0, f1, f2, f3 = B[first, i], B[first + 1, i], B[first + 2, i], B[first + 3, i]
-            for j in range(i, width):
-                B[i, j] -= (f0 * B[first, j] + f1 * B[first + 1, j]) + (f2 * B[first + 2, j] + f3 * B[first + 3, j])
+        for i in range(last, n, 2):
+            row, a, b = B[i, i : n + 1], B[first, i : n + 1], B[first + 1, i : n + 1]
+            c, d = B[first + 2, i : n + 1], B[first + 3, i : n + 1]
+            f, g = (a[0], b[0], c[0], d[0]), (a[1], b[1], c[1], d[1])
+            if i + 1 < n:
+                below = B[i + 1, i : n + 1]
+                for j in range(row.size):
+                    row[j] -= (f[0] * a[j] + f[1] * b[j]) + (f[2] * c[j] + f[3] * d[j])
+                    below[j] -= (g[0] * a[j] + g[1] * b[j]) + (g[2] * c[j] + g[3] * d[j])
+            else:
+                for j in range(row.size):
+                    row[j] -= (f[0] * a[j] + f[1] * b[j]) + (f[2] * c[j] + f[3] * d[j])
 
 
 @part(SUMS)
@@ -105,7 +114,7 @@ def factorise(H, weight, B, loaded, root):
             B[k, j] = s * root[j] * row[loaded[j]]
         B[k, k] += 1.0
         B[k, n] = s
-    eliminate(B[:, : n + 1], n)
+    eliminate(B, n)
     stiffness = 0.0
     for k in range(n):
         stiffness += B[k, n] * B[k, n]
@@ -117,18 +126,18 @@ def forward(B, n, x):
     """x ← U⁻ᵀ x."""
     for k in range(n):
         x[k] /= B[k, k]
-        y = x[k]
-        for j in range(k + 1, n):
-            x[j] -= B[k, j] * y
+        row, rest, y = B[k, k + 1 : n], x[k + 1 : n], x[k]
+        for j in range(row.size):
+            rest[j] -= row[j] * y
 
 
 @part(SUMS)
 def back(B, n, x):
     """x ← U⁻¹ x."""
     for k in range(n - 1, -1, -1):
-        t = x[k]
-        for j in range(k + 1, n):
-            t -= B[k, j] * x[j]
+        row, rest, t = B[k, k + 1 : n], x[k + 1 : n], x[k]
+        for j in range(row.size):
+            t -= row[j] * rest[j]
         x[k] = t / B[k, k]
 
 
@@ -311,17 +320,19 @@ def solve_for_forces(problem, q, delta, tolerance, limit, force, stiffness, step
     """
     p = problem
     positions, n = p.gap.shape
-    B, arrays, unguessed = np.empty((n, n + 1)), np.empty((SEGMENT_ARRAYS + 1, n)), delta == -math.inf
-    H, all_constants = np.empty((n, n)), np.empty((CONSTANTS, n))
-    all_scratch, loaded = np.empty((SCRATCH + 1, n)), np.empty(n, dtype=np.int64)
+    arrays, loaded, unguessed = np.empty((SEGMENT_ARRAYS + 1, n)), np.empty(n, dtype=np.int64), delta == -math.inf
+    # memory of the matrices; those of a position are contiguous, so that loops over a row become vector instructions
+    of_H, of_B, of_laws = np.empty(n * n), np.empty(n * (n + 1)), np.empty((CONSTANTS + SCRATCH + 1) * n)
     for i in range(positions):
         segment = np.flatnonzero(p.active[i])
         m, loads = segment.size, np.empty(segment.size)
         a, h, sigma, gap = p.a[i][segment], p.h[i][segment], p.sigma[i][segment], p.gap[i][segment]
         psi, active = p.factor[i][segment], p.active[i][segment]
-        C = H[:m, :m]
-        C[:] = np.dot(psi, psi.T)
-        constants = all_constants[:, :m]
+        H = of_H[: m * m].reshape((m, m))
+        np.dot(psi, psi.T, H)
+        constants = of_laws[: CONSTANTS * m].reshape((CONSTANTS, m))
+        scratch = of_laws[CONSTANTS * m : (CONSTANTS + SCRATCH + 1) * m].reshape((SCRATCH + 1, m))
+        B = of_B[: m * (m + 1)].reshape((m, m + 1))
         law_constants(a, h, sigma, constants)
         if unguessed[i]:
             previous = force[i - 1][segment]
@@ -336,9 +347,9 @@ def solve_for_forces(problem, q, delta, tolerance, limit, force, stiffness, step
         z[:] = np.dot(psi, q[i, 0])
         work = Work(
             arrays[0, :m], arrays[1, :m], arrays[2, :m], arrays[3, :m], arrays[4, :m], arrays[5, :m], arrays[6, :m],
-            arrays[7, :m], arrays[8, :m], loaded, constants, all_scratch[:, :m], B[:m],
+            arrays[7, :m], arrays[8, :m], loaded, constants, scratch, B,
         )  # fmt: skip
-        delta[i], stiffness[i], steps[i] = solve_forces(C, gap, z, square, delta[i], loads, work, tolerance, limit)
+        delta[i], stiffness[i], steps[i] = solve_forces(H, gap, z, square, delta[i], loads, work, tolerance, limit)
         q[i, 0] = np.dot(loads, psi)
         force[i] = 0.0
         for j in range(m):
