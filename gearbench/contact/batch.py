@@ -370,6 +370,14 @@ def existing_first(problem: ContactProblem) -> Callable[[NDArray], NDArray]:
     return pick
 
 
+def on_all_segments(batch: Batch, values: NDArray) -> NDArray:
+    """Values of existing segments (position, n, …) on all segments of the problem, (position, segment, …); else 0."""
+    problem = batch.problem
+    result = np.zeros((*problem.gap.shape, *values.shape[2:]))
+    result[problem.active] = values[np.arange(values.shape[1]) < batch.count[:, None]]
+    return result
+
+
 def _order(problem: ContactProblem) -> tuple[NDArray, NDArray, NDArray, NDArray]:
     """Order that puts existing blocks first (position, block); then ``Batch.count``, ``blocks`` and ``firsts``."""
     positions = problem.active.shape[0]

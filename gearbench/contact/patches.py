@@ -109,10 +109,11 @@ def last_round(problem: ContactProblem, guess: Guess, before: Round) -> tuple[Co
     return replace(solution, **coarse, **cells), Round(solution.approach, solution.stiffness, patches)
 
 
-def solve_roughly_on_patches(problem: ContactProblem, guess: Guess) -> tuple[NDArray, NDArray]:
+def solve_roughly_on_patches(problem: ContactProblem, guess: Guess, rounds: int = ROUNDS) -> tuple[NDArray, NDArray]:
     """Approach δ_n [mm] and ∂F_bn/∂δ_n [N/mm] on the contact patches, as ``solve_roughly``.
 
-    ``guess`` holds the solution of ``problem`` on cells; afterwards it holds the solution on the patches.
+    ``guess`` holds the solution of ``problem`` on cells; afterwards it holds the solution on the patches, whose ends
+    are computed ``rounds`` times.
 
     Raises
     ------
@@ -120,7 +121,7 @@ def solve_roughly_on_patches(problem: ContactProblem, guess: Guess) -> tuple[NDA
         If they are not finite.
     """
     found = next_round(problem, guess, None)
-    for _ in range(ROUNDS - 1):
+    for _ in range(rounds - 1):
         found = next_round(problem, guess, found.patches)
     if not np.isfinite([found.approach, found.stiffness]).all():
         raise ConvergenceError("contact not solved on its patches")

@@ -16,7 +16,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,9 +39,9 @@ class Fit:
     variables
         Variables of each term, (term, 2): the same variable twice, or the two of a product; −1 for the constant.
     coefficients, influence
-        β (term,), and the influence of each sample on β, (sample, term).
-    terms
-        Values of the terms, (sample, term).
+        β (term,), and the influence of each sample on β, (term, sample).
+    terms, scaled
+        Values of the terms (term, sample), and those of terms of a single variable at the scaled errors.
     residual
         Residuals (sample,).
     """
@@ -51,14 +50,15 @@ class Fit:
     coefficients: NDArray
     influence: NDArray
     terms: NDArray
+    scaled: NDArray
     residual: NDArray
 
     def contains(self, count: int, *, total: bool) -> NDArray:
-        """Whether a term contains each of ``count`` variables: alone or, if ``total``, also in a product.
+        """Whether each of ``count`` variables is in a term: alone or, if ``total``, also in a product.
 
-        Shape (term, variable).
+        Shape (variable, term).
         """
-        first, second = (self.variables[:, [i]] == np.arange(count) for i in (0, 1))
+        first, second = (self.variables[:, i] == np.arange(count)[:, None] for i in (0, 1))
         return first | second if total else first & second
 
 
@@ -88,15 +88,17 @@ class Candidates:
     variables
         Variables of each term, (term, 2).
     values, scaled
-        Values of all terms (sample, term), and of the terms of a single variable at the scaled errors.
-    low
-        Indices of the terms that every expansion contains, so that each index has an error estimate.
+        Values of all terms (term, sample), and of the terms of a single variable at the scaled errors.
+    low, basis
+        Indices of the terms that every expansion contains, so that each index has an error estimate, and orthonormal
+        rows (1 + low, sample) that span the constant and these terms.
     """
 
     variables: NDArray
     values: NDArray
     scaled: NDArray
     low: NDArray
+    basis: NDArray
 
 
 def sensitivities(errors: NDArray, responses: Sequence[NDArray], scale: float = 1.0) -> list[Sensitivity]:
@@ -124,7 +126,7 @@ def sensitivities(errors: NDArray, responses: Sequence[NDArray], scale: float = 
     n, d = x.shape
     varied = np.flatnonzero(np.ptp(x, axis=0) > 0) if n else np.arange(0)
     few = n < max(8, 2 * (len(varied) + 1))
-    candidates = None if few or not len(varied) else _candidates(x[:, varied], scale)
+    candidates = None if few or not len(varied) else _candidates(np.ascontiguousarray(x[:, varied].T), scale)
     by_response = []
     for values in responses:
         y = np.asarray(values, dtype=float)
@@ -134,133 +136,147 @@ def sensitivities(errors: NDArray, responses: Sequence[NDArray], scale: float = 
         if few or np.ptp(y) <= 1e-12 * np.abs(y).max():
             shares[:] = math.nan
         elif candidates is not None:
-            fit, scaled = _fit(candidates, y)
-            shares[0][:, varied] = _indices(fit, len(varied), total=False)
-            shares[1][:, varied] = _indices(fit, len(varied), total=True)
-            shares[2][:, varied] = _change(fit, scaled, len(varied))
+            fit = _fit(candidates, y)
+            shares[:2, :, varied] = _indices(fit, len(varied))
+            shares[2][:, varied] = _change(fit, len(varied))
         first, total, tightened = ((value, error) for value, error in shares)
         by_response.append(Sensitivity(first_order=first, total=total, tightened=tightened))
     return by_response
 
 
-def _indices(fit: Fit, count: int, *, total: bool) -> tuple[NDArray, NDArray]:
-    """Indices of ``count`` variables, corrected for bias, and their standard errors, both (variable,).
+def _indices(fit: Fit, count: int) -> NDArray:
+    """First-order and total indices of ``count`` variables, corrected for bias, and their standard errors.
 
-    An index is S = A/V, with the variance A of the effects of a variable, and the variance V of the response.
+    An index is S = A/V, with the variance A of the effects of a variable, and the variance V of the response. Shape
+    (first-order or total, index or error, variable).
     """
-    n, p = fit.influence.shape
+    p, n = fit.influence.shape
     β, ψ = fit.coefficients, fit.influence
     correction = n / (n - p)
-    var_β = correction * (ψ**2).mean(axis=0) / n
+    var_β = correction * (ψ**2).mean(axis=1) / n
     constant = fit.variables[:, 0] < 0
-    of_index, alone = fit.contains(count, total=total), fit.contains(count, total=False)
+    alone, together = (fit.contains(count, total=total) for total in (False, True))
     σ2 = correction * (fit.residual**2).mean()
-    A = (β**2 - var_β) @ of_index
     V = (β**2 - var_β)[~constant].sum() + σ2
 
-    def on(terms: NDArray) -> NDArray:
+    def on(of_index: NDArray) -> NDArray:
         """Influence of each sample on A: through β, and through the variance of the effect over the samples."""
-        effect = (fit.terms * β) @ terms
-        return 2 * (ψ * β) @ terms + (effect**2 - (effect**2).mean(axis=0))
+        effect = (of_index * β) @ fit.terms
+        return 2 * ((of_index * β) @ ψ) + effect**2 - (effect**2).mean(axis=1)[:, None]
 
-    on_A = on(of_index)
-    products = ~alone.any(axis=1) & ~constant
-    on_V = on(alone).sum(axis=1) + 2 * ψ[:, products] @ β[products] + correction * fit.residual**2 - σ2
-    S = A / V
-    on_S = (on_A - S * on_V[:, None]) / V
-    # With v = Var β̂: Var β̂² = 4 β² v + 2 v². The estimate 4 β̂² v − 2 v² is unbiased; it must be at least 2 v².
-    second_order = 2 * (var_β**2 @ of_index) / V**2
-    variance = np.maximum(correction * (on_S**2).mean(axis=0) / n - second_order, second_order)
-    return S, np.sqrt(variance)
-
-
-def _change(fit: Fit, scaled: NDArray, count: int) -> tuple[NDArray, NDArray]:
-    """E f_i(s x_i) − E f_i(x_i) of ``count`` variables, and its standard error, both (variable,).
-
-    ``scaled`` holds the terms of single variables at s x_i.
-    """
-    n, p = fit.influence.shape
-    alone = fit.contains(count, total=False)
-    change = (scaled - fit.terms) * alone.any(axis=1)
-    step = (change * fit.coefficients) @ alone  # f_i(s x_i) − f_i(x_i), (sample, variable)
-    influence = (fit.influence * change.mean(axis=0)) @ alone + step - step.mean(axis=0)
-    return step.mean(axis=0), np.sqrt(n / (n - p) * (influence**2).mean(axis=0) / n)
+    on_alone = on(alone)
+    products = ~alone.any(axis=0) & ~constant
+    on_V = on_alone.sum(axis=0) + 2 * β[products] @ ψ[products] + correction * fit.residual**2 - σ2
+    indices = []
+    for of_index, on_A in ((alone, on_alone), (together, on(together))):
+        S = of_index @ (β**2 - var_β) / V
+        on_S = (on_A - S[:, None] * on_V) / V
+        # With v = Var β̂: Var β̂² = 4 β² v + 2 v². The estimate 4 β̂² v − 2 v² is unbiased; it must be at least 2 v².
+        second_order = 2 * (of_index @ var_β**2) / V**2
+        variance = np.maximum(correction * (on_S**2).mean(axis=1) / n - second_order, second_order)
+        indices.append((S, np.sqrt(variance)))
+    return np.array(indices)
 
 
-def _fit(candidates: Candidates, y: NDArray) -> tuple[Fit, NDArray]:
-    """Least-squares fit on the terms that matching pursuit chooses, and these terms at the scaled x (sample, term)."""
-    n, variables, terms = len(y), candidates.variables, candidates.values
-    alone = variables[:, 0] == variables[:, 1]
-    chosen = _pursue(terms, y, candidates.low)
-    X = np.column_stack([np.ones(n), terms[:, chosen]])
-    Q, R = np.linalg.qr(X)
-    inverse = np.linalg.inv(R)
-    β = inverse @ (Q.T @ y)
-    e = y - X @ β
-    influence = n * e[:, None] * (Q @ inverse.T)
+def _change(fit: Fit, count: int) -> tuple[NDArray, NDArray]:
+    """E f_i(s x_i) − E f_i(x_i) of ``count`` variables, and its standard error, both (variable,)."""
+    p, n = fit.influence.shape
+    alone, change = fit.contains(count, total=False), fit.scaled - fit.terms
+    step = (alone * fit.coefficients) @ change  # f_i(s x_i) − f_i(x_i), (variable, sample)
+    mean = step.mean(axis=1)
+    influence = (alone * change.mean(axis=1)) @ fit.influence + step - mean[:, None]
+    return mean, np.sqrt(n / (n - p) * (influence**2).mean(axis=1) / n)
+
+
+def _fit(candidates: Candidates, y: NDArray) -> Fit:
+    """Least-squares fit on the terms that matching pursuit chooses."""
+    chosen, Q = _pursue(candidates, y)
+    variables, terms = candidates.variables[chosen], candidates.values[chosen]
     # products do not change the mean if one variable is scaled
-    single = [candidates.scaled[:, i] if alone[i] else terms[:, i] for i in chosen]
-    chosen_variables = np.concatenate([[[-1, -1]], variables[chosen]])
-    at_scale = np.column_stack([np.ones(n), *single])
-    return Fit(variables=chosen_variables, coefficients=β, influence=influence, terms=X, residual=e), at_scale
+    scaled = terms.copy()
+    alone = variables[:, 0] == variables[:, 1]
+    scaled[alone] = candidates.scaled[np.array(chosen)[alone]]
+    one = np.ones((1, len(y)))
+    X = np.concatenate([one, terms])
+    # X = (X Qᵀ) Q, because the rows of Q are orthonormal and span those of X; so the pseudo-inverse of Xᵀ is (X Qᵀ)⁻ᵀ Q
+    inverse = np.linalg.inv(X @ Q.T).T @ Q
+    β = inverse @ y
+    e = y - β @ X
+    return Fit(
+        variables=np.concatenate([[[-1, -1]], variables]),
+        coefficients=β,
+        influence=len(y) * e * inverse,
+        terms=X,
+        scaled=np.concatenate([one, scaled]),
+        residual=e,
+    )
 
 
-def _pursue(terms: NDArray, y: NDArray, low: NDArray) -> list[int]:
-    """Orthogonal matching pursuit: indices of the terms ``low`` and of further terms that explain y significantly."""
-    n = len(y)
-    chosen = list(low)
-    most = max(min(n // 4, terms.shape[1]), len(chosen))
-    Q = np.empty((n, most + 1), order="F")
-    p = len(chosen) + 1
-    Q[:, :p] = np.linalg.qr(np.column_stack([np.ones(n), terms[:, low]]))[0]
-    r = y - Q[:, :p] @ (Q[:, :p].T @ y)
+def _pursue(candidates: Candidates, y: NDArray) -> tuple[list[int], NDArray]:
+    """Orthogonal matching pursuit: terms ``low`` and further terms that explain y significantly.
+
+    Returns the indices of these terms, and orthonormal rows (1 + term, sample) that span the constant and the terms.
+    """
+    terms, chosen = candidates.values, list(candidates.low)
+    n, p = len(y), len(chosen) + 1
+    most = max(min(n // 4, len(terms)), len(chosen))
+    Q = np.empty((most + 1, n))
+    Q[:p] = candidates.basis
+    r = y - (Q[:p] @ y) @ Q[:p]
     floor = NEGLIGIBLE * float(((y - y.mean()) ** 2).sum())
     # a term must reduce n log(residual) by this much: extended Bayesian information criterion (Chen & Chen 2008)
-    worth = math.log(n) + 2 * math.log(terms.shape[1] or 1)
+    worth = math.log(n) + 2 * math.log(len(terms) or 1)
     while p <= most and r @ r > floor:
-        score = np.abs(r @ terms)
+        score = np.abs(terms @ r)
         score[chosen] = 0.0
         best = int(score.argmax())
-        q = terms[:, best] - Q[:, :p] @ (Q[:, :p].T @ terms[:, best])
+        q = terms[best] - (Q[:p] @ terms[best]) @ Q[:p]
         norm = math.sqrt(q @ q)
         after = r - q * (q @ r) / norm**2 if norm > 1e-6 * math.sqrt(n) else r
         if n * math.log((r @ r) / max(after @ after, 1e-3 * floor)) < worth:
             break
         chosen.append(best)
-        Q[:, p], r, p = q / norm, after, p + 1
-    return chosen
+        Q[p], r, p = q / norm, after, p + 1
+    return chosen, Q[:p]
 
 
 def _candidates(x: NDArray, scale: float) -> Candidates:
-    """Polynomials of each variable of x (sample, variable), also at scale · x, and products of two variables."""
-    n, d = x.shape
-    both = [_orthonormal(column, scale) for column in x.T]
-    single = [basis for basis, _ in both]
-    variables = [(i, i) for i, basis in enumerate(single) for _ in range(basis.shape[1])]
-    degree = [k + 1 for basis in single for k in range(basis.shape[1])]
-    terms = single
+    """Polynomials of each variable of x (variable, sample), also at scale · x, and products of two variables."""
+    d, n = x.shape
+    polynomials, scaled = _orthonormal(x, scale)
+    distinct = 1 + np.count_nonzero(np.diff(np.sort(x)), axis=1)
+    degree = 1 + np.arange(DEGREE)
+    exists = degree[:, None] < distinct
+    variables, values = np.stack(2 * [np.nonzero(exists)[1]], axis=1), polynomials[exists]
     if d <= MOST_WITH_PRODUCTS:
-        pairs = [
-            (a[:, :PRODUCT_DEGREE, None] * b[:, None, :PRODUCT_DEGREE]).reshape(n, -1)
-            for a, b in combinations(single, 2)
-        ]
-        terms = [*single, *pairs]
-        couples = zip(combinations(range(d), 2), pairs, strict=True)
-        variables += [couple for couple, products in couples for _ in range(products.shape[1])]
-    low = np.flatnonzero(np.array(degree) <= (2 if n >= 8 * d else 1))
-    return Candidates(
-        variables=np.array(variables).reshape(-1, 2),
-        values=np.concatenate(terms, axis=1),
-        scaled=np.concatenate([at for _, at in both], axis=1),
-        low=low,
-    )
+        couples = np.stack(np.triu_indices(d, 1))
+        a, b = (polynomials[:PRODUCT_DEGREE, each] for each in couples)
+        products = (a[:, None] * b).reshape(-1, n)
+        both = exists[:PRODUCT_DEGREE, None, couples[0]] & exists[:PRODUCT_DEGREE, couples[1]]
+        variables = np.concatenate([variables, np.tile(couples.T, (PRODUCT_DEGREE**2, 1))[both.ravel()]])
+        values = np.concatenate([values, products if both.all() else products[both.ravel()]])
+    low = np.flatnonzero(np.nonzero(exists)[0] < (2 if n >= 8 * d else 1))
+    # QR of columns: the factor R is not needed
+    basis = np.linalg.qr(np.concatenate([np.ones((1, n)), values[low]]).T)[0].T
+    return Candidates(variables=variables, values=values, scaled=scaled[exists], low=low, basis=basis)
 
 
 def _orthonormal(x: NDArray, scale: float) -> tuple[NDArray, NDArray]:
-    """Polynomials (sample, degree) from degree 1, orthonormal over the samples and without mean, at x and scale · x."""
-    low, high = x.min(), x.max()
-    degree = min(DEGREE, len(np.unique(x)) - 1)
-    at = (2 * np.concatenate([x, scale * x]) - low - high) / (high - low)
-    powers, scaled = np.split(np.polynomial.legendre.legvander(at, degree), 2)
-    basis = math.sqrt(len(x)) * np.linalg.inv(np.linalg.qr(powers, mode="r"))[:, 1:]
-    return powers @ basis, scaled @ basis
+    """Polynomials of each variable of x (variable, sample), at x and at scale · x, both (degree, variable, sample).
+
+    They are orthonormal over the samples and without mean: degrees 1 to ``DEGREE``, of which only those below the
+    number of distinct values are meaningful. The three-term recurrence follows from sums over the samples (Stieltjes;
+    Gautschi, Orthogonal Polynomials, 2004, 2.2.3).
+    """
+    low, high = x.min(axis=1), x.max(axis=1)
+    at = (2 * np.stack([x, scale * x]) - (low + high)[:, None]) / (high - low)[:, None]
+    polynomials = np.empty((DEGREE, *at.shape))
+    before, now, β = np.zeros(at.shape), np.ones(at.shape), np.ones(len(x))
+    for k in range(DEGREE):
+        α = np.einsum("in,in,in->i", at[0], now[0], now[0]) / x.shape[1]
+        after = (at - α[:, None]) * now - β[:, None] * before
+        β = np.sqrt(np.einsum("in,in->i", after[0], after[0]) / x.shape[1])
+        # without further distinct values the next polynomial is zero
+        polynomials[k] = after / np.where(β > 0, β, 1.0)[:, None]
+        before, now = now, polynomials[k]
+    return polynomials[:, 0], polynomials[:, 1]

@@ -87,6 +87,15 @@ def test_any_distribution_and_constant_errors():
     assert (index[3], error[3]) == (0.0, 0.0)
 
 
+def test_errors_with_few_distinct_values():
+    """y = x_0 + x_0 x_1 + x_1², x_0 two values of equal weight, x_1 three: variances 1, 2/3 and 2/9 (of x_1²)."""
+    x = np.sign(unit_samples("sobol", 1024, 2, 5) - 0.5)
+    x[:, 1] = np.floor(3 * unit_samples("sobol", 1024, 2, 5)[:, 1]) - 1
+    (found,) = sensitivities(x, [x[:, 0] + x[:, 0] * x[:, 1] + x[:, 1] ** 2])
+    assert_allclose(found.first_order[0], np.array([9, 2]) / 17, atol=2e-3)  # thirds of 1024 points
+    assert_allclose(found.total[0], np.array([15, 8]) / 17, atol=2e-3)
+
+
 def test_too_few_samples_or_nothing_to_explain():
     x = unit_samples("random", 100, 6, 0)
     for points, y in ((x[:13], x[:13, 0]), (x[:0], x[:0, 0]), (x[:1], x[:1, 0]), (x, np.full(100, 0.1))):
