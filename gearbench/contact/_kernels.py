@@ -249,12 +249,33 @@ def solve_positions(problem, work, q, delta, tolerance, limit, force, stiffness,
     """Solve every position of a problem for its amplitudes q (position, block, rank) and approach δ.
 
     q and δ hold the guess (δ = −∞ for none), and the solution afterwards. Fills forces, ∂F/∂δ and the numbers of steps,
-    at most ``limit``.
+    at most ``limit``. If ``tolerance`` is positive, a position without guess starts from the forces of the previous
+    position, see ``_force_kernels.solve_for_forces``.
     """
     for i in range(len(delta)):
         work.q[:] = q[i]
+        if tolerance > 0.0 and i > 0 and delta[i] == -math.inf:
+            delta[i] = guess_from_forces(i, problem, force[i - 1], delta[i - 1], work.q)
         delta[i], stiffness[i], steps[i] = solve_position(i, problem, work, delta[i], tolerance, limit, force[i])
         q[i] = work.q
+
+
+@part(SUMS)
+def guess_from_forces(i, problem, forces, delta, q):
+    """Fill the amplitudes q = Ψᵀ P of position i under ``forces`` of other segments; return δ, −∞ if none is loaded."""
+    total = 0.0
+    q[:] = 0.0
+    for j in range(forces.size):
+        if problem.active[i, j]:
+            total += forces[j]
+    if not total > 0.0:
+        return -math.inf
+    for j in range(forces.size):
+        if problem.active[i, j] and forces[j] > 0.0:
+            P, k = forces[j] / total, problem.block[i, j]
+            for c in range(q.shape[1]):
+                q[k, c] += P * problem.factor[i, j, c]
+    return delta
 
 
 @part()

@@ -97,12 +97,25 @@ class CoarseSolution:
     shares: NDArray
 
     def under(self, shares: NDArray) -> CoarseSolution:
-        """Coarse solution under the loads ``shares``, from this one under a single load."""
-        count = len(self.phase)
-        phases = np.tile(np.arange(count), len(shares))
+        """Coarse solution under the loads ``shares``, from this one under a single load.
+
+        Amplitudes and approach, divided by the load, are almost linear in the reciprocal of the load, since it is that
+        of the gaps. Each load starts from the straight line through the two loads before it.
+        """
+        count, loads = len(self.phase), len(shares)
+        phases = np.tile(np.arange(count), loads)
         problem = under_shares(part_of(self.problem, phases), np.repeat(shares, count))
         guess = Guess(q=self.guess.q[phases], delta=self.guess.delta[phases])
-        solve_roughly(problem, guess)
+        q, delta = (values.reshape(loads, count, *values.shape[1:]) for values in (guess.q, guess.delta))
+        x = 1 / shares
+        for i in range(loads):
+            if i == 1:
+                q[1], delta[1] = q[0], delta[0]
+            elif i > 1:
+                t = (x[i] - x[i - 1]) / (x[i - 1] - x[i - 2])
+                for each in (q, delta):
+                    each[i] = each[i - 1] + t * (each[i - 1] - each[i - 2])
+            solve_roughly(part_of(problem, slice(i * count, (i + 1) * count)), Guess(q=q[i], delta=delta[i]))
         return replace(self, lines=self.lines.part(phases), problem=problem, guess=guess, shares=shares)
 
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose
+from numpy.testing import assert_allclose, assert_array_equal
 from scipy.integrate import quad
 
 from gearbench import read_scene
@@ -13,7 +13,7 @@ from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.interpolation import interpolation_matrix
 from gearbench.contact.law import compression, inverse
 from gearbench.contact.patches import patch_nodes, patch_rules
-from gearbench.contact.problem import ContactProblem
+from gearbench.contact.problem import ContactProblem, part_of
 from gearbench.contact.solver import Guess, newton
 from gearbench.effects.off_line_contact import OffLineContact
 from gearbench.effects.tip_relief import TipRelief
@@ -197,3 +197,15 @@ def test_a_rough_solution_is_known_to_the_square_of_its_residual(monkeypatch, de
         assert_allclose(approach, solution.approach, rtol=1e-10)
         assert_allclose(rough.q, exact.q, rtol=0, atol=1e-10)
         assert_allclose(stiffness, solution.stiffness, rtol=1e-5)
+
+
+@pytest.mark.parametrize("dense", [0.0, np.inf], ids=["amplitudes", "forces"])
+def test_a_rough_solution_starts_from_the_forces_of_the_previous_position(monkeypatch, dense):
+    monkeypatch.setattr(solver, "DENSE", dense)
+    problem = part_of(coupled_problem(1, 13, sigma=True), np.array([2, 0, 0]))
+    steps = newton(problem, guess=Guess.empty(problem), tolerance=solver.ROUGH)[3]
+    assert steps[2] <= 2 < steps[0]
+    # a solution to rounding does not depend on the previous position
+    force, *_, steps = newton(problem, guess=Guess.empty(problem))
+    assert steps[2] == steps[1]
+    assert_array_equal(force[2], force[1])
