@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 from numpy.testing import assert_allclose
 
-from gearbench import open_result, response, robust, save, simulate, sweep
+from gearbench import open_result, response, revolution_response, robust, save, simulate, sweep
 from gearbench.errors import InputError
 from gearbench.results.origin import scene_of, single_mesh
 from gearbench.scene_file import parse_scene, scene_at
@@ -275,8 +275,18 @@ def test_a_train_on_its_shafts_is_the_gearbox_whose_meshes_are_files():
             assert_allclose(single_mesh(whole, name)[variable], exact[variable], rtol=1e-9, atol=1e-9)
     dynamic, before = (response(each, speed=[1000.0, 2000.0]) for each in (scene, files))
     assert dynamic["mesh"].values.tolist() == ["motor to idler", "out"]
+    assert dynamic["gear"].values.tolist()[:2] == ["motor to idler pinion", "motor to idler wheel"]
     for name in ("dynamic_transmission_error_rms", "bearing_load"):
         assert_allclose(dynamic[name].values, before[name].values, rtol=1e-9)
+
+
+def test_sidebands_of_a_train_on_its_shafts_are_those_of_its_first_pair():
+    tables = gearbox()
+    tables["gears"]["motor"]["pitch_errors"] = np.random.default_rng(1).normal(0.0, 3.0, 19).tolist()
+    scene = parse_scene(tables)
+    own, of_pair = (revolution_response(each, speed=[1000.0], harmonics=1) for each in (scene, scene.seen_from("pair")))
+    assert own["mesh"].values.tolist() == ["motor to idler"]
+    assert_allclose(own["mesh_force_amplitude"], of_pair["mesh_force_amplitude"], rtol=1e-9)
 
 
 @pytest.mark.parametrize(

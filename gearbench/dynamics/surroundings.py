@@ -23,11 +23,6 @@ TILTS = ("about x", "about y")
 MILLIRADIANS = 1e3
 
 
-def gear_names(box: Gearbox) -> list[str]:
-    """Names of the gears, in the order of the meshes, driver first."""
-    return [f"{mesh} {GEARS[index]}" for mesh in box.names for index in (0, 1)]
-
-
 def static_deflection(box: Gearbox, static_states: tuple[StaticState, ...]) -> Variables:
     """Deflection and tilt of the axes at the middle of every gear, and the resulting misalignment of every mesh."""
     deflections, tilts, misalignment = [], [], []
@@ -118,9 +113,9 @@ def coords(model: Model) -> dict[str, Any]:
     stations = [(shaft.shaft.name, z) for shaft in box.models for z in shaft.nodes]
     kinds = ["shaft"] * len(box.models) + ["bearing"] * len(model.mechanics.bearing_names)
     parts = [f"{kind} {part.name}" for kind, part in zip(kinds, model.mechanics.parts, strict=True)]
-    parts += [f"mesh {name}" for name in box.names]
+    parts += [f"mesh {name}" for name in model.names]
     coordinates = {
-        "gear": ("gear", gear_names(box)),
+        "gear": ("gear", [f"{mesh} {gear}" for mesh in model.names for gear in GEARS]),
         "tilt": ("tilt", list(TILTS)),
         "part": ("part", [*parts, "couplings and bodies"]),
         "shaft": ("station", [name for name, _ in stations]),

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import lru_cache, partial
 
 import numpy as np
@@ -112,8 +113,9 @@ def tooth_to_tooth_effects(scene: Scene) -> tuple[GapEffect, ...]:
 def with_equal_teeth(scene: Scene) -> Scene:
     """Return the scene without the effects that change from mesh cycle to mesh cycle."""
     differing = tooth_to_tooth_effects(scene)
-    flanks = {key: tuple(e for e in getattr(scene, key) if e not in differing) for key in ("effects", "coast")}
-    return changed(scene, **flanks) if differing else scene
+    effects, coast = (tuple(e for e in flanks if e not in differing) for flanks in (scene.effects, scene.coast))
+    train = scene.train and replace(scene.train, first=(scene.pair, effects, coast, scene.system))
+    return changed(scene, effects=effects, coast=coast, train=train) if differing else scene
 
 
 def cycle_gap_modes(effects: Sequence[GapEffect], lines: ContactLines) -> GapModes:
