@@ -106,13 +106,6 @@ def test_no_packages_import_each_other_in_a_circle():
     assert circle(graph) == []
 
 
-def test_circles_and_imports_in_functions_are_seen():
-    text = "from gearbench.scene import Scene\ndef f():\n    from gearbench.contact import dense\n"
-    assert imports(ast.parse(text)) == {"gearbench.scene", "gearbench.contact.dense"}
-    assert imports(ast.parse(text), everywhere=False) == {"gearbench.scene"}
-    assert set(circle({"a": {"b"}, "b": {"c"}, "c": {"a"}, "d": {"a"}})) == {"a", "b", "c"}
-
-
 def test_heavy_packages_are_imported_where_they_are_used():
     for path, tree in trees().items():
         if path.parts[-2] == "fem_reference" or path.name.endswith("kernels.py"):

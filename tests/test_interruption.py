@@ -2,37 +2,18 @@
 
 from __future__ import annotations
 
-import os
 import random
 import signal
-import subprocess
 import sys
 import time
-from functools import partial
-from pathlib import Path
 
 import pytest
 
 from tests.support.campaign import many
 from tests.support.paths import ROOT
+from tests.support.programs import end, start
 
 SCENE = ROOT / "examples" / "gear55_robust.toml"
-
-
-def start(*command: object, folder: Path | None = None) -> subprocess.Popen[str]:
-    """A program that hears Ctrl-C, though it may be started by a shell's background, which hands down deafness."""
-    heard = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
-    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "preexec_fn": heard, "start_new_session": True}
-    return subprocess.Popen([*map(str, command)], text=True, cwd=folder, env=environment, **pipes)
-
-
-def end(process: subprocess.Popen[str]) -> tuple[int, str]:
-    try:
-        _, err = process.communicate(timeout=30)
-    finally:
-        process.kill()
-    return process.returncode, err
 
 
 SWALLOWED = """
@@ -152,18 +133,8 @@ COMMANDS = (
 STARTING = ("Fatal Python error: init", "Could not import runpy module")
 
 
-def interrupt_at(moment: float, number: signal.Signals, command: tuple, folder: Path) -> tuple[int, str]:
-    folder.mkdir()
-    process = start(sys.executable, "-m", "gearbench", *command, folder=folder)
-    time.sleep(moment)
-    process.send_signal(number)
-    return end(process)
-
-
-def hold(code: int, err: str, number: signal.Signals, folder: Path) -> bool:
+def hold(code: int, err: str, number: signal.Signals) -> bool:
     """Check the end of a program that a signal was sent to; whether it was still running."""
-    hidden = [path.name for path in folder.rglob(".*") if path.name != ".lock"]
-    assert hidden == []
     if code == 0:  # it had come to its end before
         assert err == ""
         return False
@@ -177,17 +148,15 @@ def hold(code: int, err: str, number: signal.Signals, folder: Path) -> bool:
     return True
 
 
-def interrupt_often(count: int, longest: float, tmp_path: Path, seed: int) -> int:
-    rng = random.Random(seed)
-    interrupted = 0
-    for i in range(count):
-        number = signal.SIGTERM if i % 4 == 3 else signal.SIGINT
-        folder, command = tmp_path / str(i), COMMANDS[rng.randrange(len(COMMANDS))]
-        interrupted += hold(*interrupt_at(rng.uniform(0.02, longest), number, command, folder), number, folder)
-    return interrupted
-
-
 @pytest.mark.slow
 def test_many_interruptions_are_all_heard(tmp_path):
-    count = many(24)
-    assert interrupt_often(count, 2.0, tmp_path, seed=2) >= count // 3
+    rng, interrupted, count = random.Random(2), 0, many(24)
+    for i in range(count):
+        number, folder = signal.SIGTERM if i % 4 == 3 else signal.SIGINT, tmp_path / str(i)
+        folder.mkdir()
+        process = start(sys.executable, "-m", "gearbench", *COMMANDS[rng.randrange(len(COMMANDS))], folder=folder)
+        time.sleep(rng.uniform(0.02, 2.0))
+        process.send_signal(number)
+        interrupted += hold(*end(process), number)
+        assert [path.name for path in folder.rglob(".*") if path.name != ".lock"] == []
+    assert interrupted >= count // 3

@@ -141,13 +141,6 @@ def test_figures_of_one_scene_ask_for_a_point_and_show_it(loads, distances, axes
     assert scene_of(loads) == SCENE  # of all points, what they share
 
 
-def test_a_sweep_does_not_pass_for_its_first_point(loads):
-    """What ``xr.concat`` of single runs would do: the attributes of the first."""
-    assert scene_of(loads).load == SCENE.load
-    assert list(np.atleast_1d(loads.attrs["swept"])) == ["load.torque"]
-    assert loads["torque"].values.tolist() == TORQUES
-
-
 # -- axes and titles --------------------------------------------------------------------------------------------------
 
 

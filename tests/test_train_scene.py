@@ -197,14 +197,6 @@ def test_faults_of_effects_name_the_gear():
         parse_scene(idler() | {"effects": {**IDLER["effects"], "gear_body": {}}})
 
 
-def test_parallel_paths_are_refused():
-    tables = idler()
-    tables["gears"]["other"] = {**GEAR, "teeth": 31}
-    tables["meshes"].insert(1, {"driver": "motor", "driven": "other", "centre_distance": 52.7, "direction": 180.0})
-    with pytest.raises(InputError, match="parallel"):
-        parse_scene(tables)
-
-
 def test_what_is_of_one_mesh_says_so():
     scattered = {**IDLER["effects"], "manufacturing_errors": {"preset": "garambois2017"}}
     with pytest.raises(InputError, match="2 meshes: in a row are for simulate without --report, sweep and, with"):

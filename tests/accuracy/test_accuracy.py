@@ -186,21 +186,6 @@ def test_an_accuracy_out_of_range_is_refused(accuracy):
         parse_scene(case(1).to_mapping() | {"resolution": {"accuracy": accuracy}})
 
 
-def test_samples_conflict_with_accuracy():
-    with pytest.raises(InputError, match="samples = 10: conflicts with accuracy"):
-        robust(asking(gear("55").scene(errors=True), 0.1), samples=10)
-
-
-def test_what_cannot_be_met_is_said():
-    runs = iter(range(1000))
-
-    def never(_: Scene) -> np.ndarray:
-        return np.full(4, 1.0 + next(runs) % 2)
-
-    with pytest.raises(InputError, match=r"accuracy = 0.001: the search ended at an error of about .*because"):
-        choose(asking(case(1), 0.001), never)
-
-
 def test_what_solid_teeth_cannot_reach_is_said_at_once():
     """Values that converge like 1/√n with the number n of functions along the height are refused after two orders."""
     runs = []

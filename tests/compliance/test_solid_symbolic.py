@@ -51,21 +51,3 @@ def test_displacements_under_unit_forces(shape):
     rows = [solid.functional(float(at), float(s), float(z), np.eye(3)[field]) for field, s, at, z in POINTS]
     # the promise, 1e-12, of the greatest: some displacements vanish by symmetry
     assert_allclose(solid.compliance(np.array(rows)), exact, rtol=1e-12, atol=1e-12 * np.abs(exact).max())
-
-
-def test_symbolic_strain_of_rigid_motions_is_zero():
-    """Translation across and turn about the axis of a sector, in cylindrical components at angle θ + κz."""
-    s, z = symbolic_solid.s, symbolic_solid.z
-    half_width, screw = (ROOT + x) / 16, R(1, 15)
-    angle = s / 16 + screw * z
-    motions = [
-        [sp.cos(angle), sp.sin(angle), 0],  # along X
-        [-sp.sin(angle), sp.cos(angle), 0],  # along Y
-        [ROOT + x, 0, 0],  # turn about the axis
-        [0, 0, 1],
-        # tilt about X: u = (0, z, −Y), Y = R cos
-        [-z * sp.sin(angle), z * sp.cos(angle), -(ROOT + x) * sp.cos(angle)],
-    ]
-    for motion in motions:
-        grad = symbolic_solid.gradient([sp.sympify(c) for c in motion], half_width, ROOT, screw)
-        assert sp.simplify(grad + grad.T) == sp.zeros(3, 3)

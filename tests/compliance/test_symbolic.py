@@ -27,15 +27,3 @@ def test_deflections(kind, basis):
     factor = numeric_plate(kind, basis).factor(x, y)
     # the promise: 1e-12 relative
     assert_allclose(factor @ factor.T, np.array(exact, dtype=float), rtol=1e-12)
-
-
-def test_the_symbolic_energy_of_a_rigid_motion_is_zero_and_of_a_pure_bend_is_the_book_s():
-    x, y = symbolic.x, symbolic.y
-    h, e, nu, c = sp.symbols("h E nu c", positive=True)
-    assert symbolic.energy_density(c * x, 0, -c, h, e, nu) == 0
-    assert symbolic.energy_density(c * y, c, 0, h, e, nu) == 0
-    d = e * h**3 / (12 * (1 - nu**2))
-    bend = symbolic.energy_density(-c * x**2 / 2, 0, c * x, h, e, nu)
-    assert sp.simplify(bend - d * c**2 / 2) == 0
-    twist = symbolic.energy_density(c * x * y, c * x, -c * y, h, e, nu)
-    assert sp.simplify(twist - d * (1 - nu) / 2 * (2 * c) ** 2 / 2) == 0

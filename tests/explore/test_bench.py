@@ -189,14 +189,6 @@ def test_few_functions_are_good_enough_for_a_sketch():
     )  # the page shows three digits until the slider rests
 
 
-def test_tables_that_a_slider_leaves_alone_stay_the_same_objects(scene):
-    tables = scene.to_mapping()
-    tables["load"]["torque"] += 1.0
-    first, second = changed(scene, scene.to_mapping()), changed(scene, tables)
-    assert first.pair is second.pair
-    assert first.load != second.load
-
-
 def test_a_newer_question_ends_the_torques(scene):
     found = [list(answer["now"][0]) for answer in Answers(scene)(asked(scene), lambda: True)]
     assert found

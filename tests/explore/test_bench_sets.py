@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 pytest.importorskip("bokeh", reason="the explorer needs the extra gearbench[explore]")
 
 from gearbench.errors import InputError
-from gearbench.explore.bench.answers import COARSE, QUICK_ORDER, Answers, changed
+from gearbench.explore.bench.answers import COARSE, Answers, changed
 from gearbench.explore.bench.form import flat, form
 from gearbench.explore.bench.session import bench, bench_html, example
 from gearbench.explore.gear_data import tables
@@ -202,16 +202,6 @@ def test_faults_are_one_line_with_key_and_value(change, line):
     (found,) = answered(SET, **change)
     assert found["message"][0].startswith(line)
     assert "\n" not in found["message"][0]
-
-
-def test_new_teeth_of_a_set_are_sketched_with_few_functions():
-    scene = read_scene(EXAMPLES / "planetary.toml")
-    ask = Answers(scene)
-    assert ask.sketch(scene) == replace(scene, resolution=COARSE)
-    wider = parse_scene(moved(scene.to_mapping(), planetary__face_width=26.0))
-    sketch = ask.sketch(wider)
-    assert sketch.effect("tooth_bending").order == QUICK_ORDER
-    assert (sketch.pair, sketch.resolution) == (wider.pair, COARSE)
 
 
 # -- pages ------------------------------------------------------------------------------------------------------------

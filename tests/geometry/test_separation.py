@@ -87,25 +87,18 @@ def against_search(pairs: int, seed: int, rounded: bool = False) -> NDArray:
     return np.array(found)
 
 
-def test_separation_is_that_of_a_search_of_two_surfaces() -> None:
-    """Measured: 1e-11 mm and less, a few 1e-10 mm near an interference point, where profiles curve sharply."""
-    differences = against_search(12, seed=3)
-    assert len(differences) > 20
-    assert_allclose(differences, 0.0, atol=1e-9)
+@pytest.mark.parametrize(
+    ("pairs", "rounded", "least"),
+    [(12, False, 20), (8, True, 15), pytest.param(many(370), False, 1000, marks=pytest.mark.slow)],
+    ids=["sharp", "rounded", "many"],
+)
+def test_separation_is_that_of_a_search_of_two_surfaces(pairs: int, rounded: bool, least: int) -> None:
+    """Either rounding of the tips may touch the flank of the mate, with relief and profile curves.
 
-
-def test_separation_of_rounded_tips_is_that_of_a_search_of_two_surfaces() -> None:
-    """Both tips are rounded, with relief and profile curves; either rounding may touch the flank of the mate."""
-    differences = against_search(8, seed=5, rounded=True)
-    assert len(differences) > 15
-    assert_allclose(differences, 0.0, atol=1e-9)
-
-
-@pytest.mark.slow
-def test_separation_is_that_of_a_search_of_two_surfaces_a_thousand_times() -> None:
-    """1000 flanks, phases and modifications at the accuracy that is promised, 1e-9 mm; ``CAMPAIGN=10`` for more."""
-    differences = against_search(many(370), seed=11)
-    assert len(differences) > 1000
+    Measured: 1e-11 mm and less, a few 1e-10 mm near an interference point, where profiles curve sharply.
+    """
+    differences = against_search(pairs, 3, rounded)
+    assert len(differences) > least
     assert_allclose(differences, 0.0, atol=1e-9)
 
 

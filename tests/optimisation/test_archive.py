@@ -3,25 +3,17 @@
 from __future__ import annotations
 
 import math
-import shutil
 import tomllib
-from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 from hashlib import sha256
-from pathlib import Path
 
 import numpy as np
-import pytest
-import xarray as xr
 
-from gearbench import optimise, read_study
+from gearbench import read_study
 from gearbench.optimisation.archive import Archive
 from gearbench.optimisation.problem import Evaluation, assignments
-from gearbench.optimisation.run import Progress
-from gearbench.optimisation.study import Algorithm, Design, OptimisationStudy
+from gearbench.optimisation.study import Design, OptimisationStudy
 from gearbench.optimisation.study_file import parse_study
-from gearbench.results.netcdf import open_result
 from tests.support.paths import EXAMPLES
 
 EXAMPLE = EXAMPLES / "optimise_small.toml"
@@ -104,31 +96,3 @@ def test_responses_are_kept_of_the_front_only():
 
 
 # -- what is on disk ---------------------------------------------------------------------------------------------------
-@pytest.fixture(scope="module")
-def search(tmp_path_factory) -> tuple[Path, xr.Dataset]:
-    """The folder of a search that costs nothing, and its result."""
-    folder = tmp_path_factory.mktemp("stored") / "front"
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("gearbench.optimisation.workers.evaluate", answer)
-        return folder, optimise(SEARCH, directory=folder, threads=1)
-
-
-SEARCH = replace(STUDY, algorithm=Algorithm(population=8, generations=3, seed=1))
-
-
-def resumed(folder: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, rewrite: Callable[[Path], object]) -> int:
-    """Rewrite a generation of a copy of the search and continue it; how many generations were read."""
-    states: list[Progress] = []
-    copy = Path(shutil.copytree(folder, tmp_path / "copy"))
-    rewrite(copy / "generation_0002.nc")
-    monkeypatch.setattr("gearbench.optimisation.workers.evaluate", answer)
-    found = optimise(SEARCH, directory=copy, resume=True, threads=1, progress=states.append)
-    assert found.equals(open_result(folder / "front.nc"))
-    shutil.rmtree(copy)
-    return states[-1].restored
-
-
-def test_a_generation_that_another_program_saved_again_is_read(search, tmp_path, monkeypatch):
-    folder, _ = search
-    dataset = open_result(folder / "generation_0002.nc")
-    assert resumed(folder, monkeypatch, tmp_path, partial(dataset.to_netcdf, engine="h5netcdf")) == 3

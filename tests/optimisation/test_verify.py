@@ -199,16 +199,3 @@ def test_command(stored, tmp_path, monkeypatch, run, plate_for_finite_elements):
     assert answer["number"] == found["number"].values.tolist()
     # rounding of the correlation
     assert answer["rank_correlation"] == pytest.approx({str(name): 1.0 for name in found["objective_name"].values})
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["missing.nc"], "missing.nc"),
-        (["{stored}", "--design", "99999"], "design = 99999"),
-        (["{folder}"], "no front.nc"),
-    ],
-)
-def test_bad_input_is_one_line(stored, tmp_path, refused, arguments, message):
-    err = refused("verify", *(a.format(stored=stored, folder=tmp_path) for a in arguments))
-    assert message in err

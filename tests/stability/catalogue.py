@@ -25,35 +25,14 @@ from gearbench.geometry.pair import Member, Pair
 from gearbench.scene import LOADS, Load, Resolution, Scene
 
 SPUR = Pair(normal_module=3.0, face_width=24.0, centre_distance=90.0, pinion=Member(teeth=24), wheel=Member(teeth=36))
-HELICAL = Pair(
-    normal_module=3.0,
-    helix_angle=18.0,
-    face_width=24.0,
-    centre_distance=94.9,
-    pinion=Member(teeth=24),
-    wheel=Member(teeth=36),
-)
+HELICAL = replace(SPUR, helix_angle=18.0, centre_distance=94.9)
 NOMINAL = 150.0  # N·m
 PAPER, BANASCHEK, YANG = ToothBending(), Hertz(law="weber_banaschek"), Hertz(law="yang_sun")
 
 
 @dataclass(frozen=True, kw_only=True)
 class HardCase:
-    """A named scene and why it is hard.
-
-    Parameters
-    ----------
-    name, why
-        What it is called and what could go wrong.
-    build
-        Makes the scene.
-    digits
-        Correct digits asserted against extended precision.
-    phases
-        Mesh phases at which it is compared; beside them it is solved all over the mesh cycle.
-    slow
-        Whether it takes more than a second or two.
-    """
+    """A named scene, why it is hard, and the digits asserted against extended precision at some mesh phases."""
 
     name: str
     why: str
@@ -98,15 +77,10 @@ def last_valid(build: Callable[[float], Any], good: float, bad: float) -> Any:
 # -- geometry ---------------------------------------------------------------------------------------------------------
 def undercut(teeth: int) -> Pair:
     """Pinion without profile shift far below the limit of undercut; enough helix to keep a total contact ratio of 1."""
-    beta = 20.0
-    return Pair(
-        normal_module=2.0,
-        helix_angle=beta,
-        face_width=30.0,
-        centre_distance=(teeth + 40) / math.cos(math.radians(beta)),
-        pinion=Member(teeth=teeth, profile_shift=0.0 if teeth > 6 else 0.15, addendum=0.9),
-        wheel=Member(teeth=40, addendum=0.9),
-    )
+    pinion = Member(teeth=teeth, profile_shift=0.0 if teeth > 6 else 0.15, addendum=0.9)
+    sizes = {"normal_module": 2.0, "helix_angle": 20.0, "face_width": 30.0}
+    distance = (teeth + 40) / math.cos(math.radians(20.0))
+    return Pair(**sizes, centre_distance=distance, pinion=pinion, wheel=Member(teeth=40, addendum=0.9))
 
 
 for _z in (5, 8):
@@ -119,13 +93,8 @@ for _z in (5, 8):
 
 @hard("undercut spur, z = 12", "as above; u_A is the undercut, not the mate's tip")
 def _() -> Scene:
-    pair = Pair(
-        normal_module=2.0,
-        face_width=20.0,
-        centre_distance=52.0,
-        pinion=Member(teeth=12, profile_shift=0.0),
-        wheel=Member(teeth=40),
-    )
+    pinion, wheel = Member(teeth=12, profile_shift=0.0), Member(teeth=40)
+    pair = Pair(normal_module=2.0, face_width=20.0, centre_distance=52.0, pinion=pinion, wheel=wheel)
     return scene(pair, torque=20.0)
 
 
@@ -140,15 +109,14 @@ def _() -> Scene:
 
 @hard("r_f < r_b", "no involute below the base circle; the thickness has a branch point inside the tooth")
 def _() -> Scene:
-    pinion, wheel = Member(teeth=18), Member(teeth=22)
-    return scene(Pair(normal_module=3.0, face_width=24.0, centre_distance=60.0, pinion=pinion, wheel=wheel))
+    return scene(replace(SPUR, centre_distance=60.0, pinion=Member(teeth=18), wheel=Member(teeth=22)))
 
 
 @hard("r_f just above r_b", "the branch point of the thickness lies just outside the tooth, hidden from quadrature")
 def _() -> Scene:
     def pair(dedendum: float) -> Pair:
         member = Member(teeth=50, addendum=1.0, dedendum=dedendum)
-        return Pair(normal_module=3.0, face_width=24.0, centre_distance=150.0, pinion=member, wheel=member)
+        return replace(SPUR, centre_distance=150.0, pinion=member, wheel=member)
 
     gap = 50 / 2 * (1 - math.cos(math.radians(20.0)))  # (r − r_b)/m
     return scene(pair(gap - 1e-7))
@@ -169,24 +137,23 @@ def _() -> Scene:
     return scene(replace(HELICAL, helix_angle=45.0, centre_distance=128.0, face_width=60.0))
 
 
+def short(of: Pair, low: float) -> Scene:
+    """Both addenda a millionth longer than they must be to keep contact."""
+
+    def pair(addendum: float) -> Pair:
+        return replace(of, pinion=Member(teeth=24, addendum=addendum), wheel=Member(teeth=36, addendum=addendum))
+
+    return scene(pair(last_valid(pair, 1.0, low).pinion.addendum * (1 + 1e-6)))
+
+
 @hard("ε_γ just above 1, spur", "one pair carries nearly everywhere; the panel of two pairs is 1e-6 of the cycle wide")
 def _() -> Scene:
-    def pair(addendum: float) -> Pair:
-        pinion, wheel = Member(teeth=24, addendum=addendum), Member(teeth=36, addendum=addendum)
-        return Pair(normal_module=3.0, face_width=24.0, centre_distance=90.0, pinion=pinion, wheel=wheel)
-
-    closest = last_valid(pair, 1.0, 0.2)
-    return scene(pair(closest.pinion.addendum * (1 + 1e-6)))
+    return short(SPUR, 0.2)
 
 
 @hard("ε_γ just above 1, helical", "the lines of two pairs are never there together but for corners", digits=12)
 def _() -> Scene:
-    def pair(addendum: float) -> Pair:
-        pinion, wheel = Member(teeth=24, addendum=addendum), Member(teeth=36, addendum=addendum)
-        return replace(HELICAL, pinion=pinion, wheel=wheel, face_width=8.0)
-
-    closest = last_valid(pair, 1.0, 0.1)
-    return scene(pair(closest.pinion.addendum * (1 + 1e-6)))
+    return short(replace(HELICAL, face_width=8.0), 0.1)
 
 
 @hard("b/m = 0.5", "a plate four times as high as wide: its width functions hardly differ over the face")
@@ -199,28 +166,25 @@ def _() -> Scene:
     return scene(replace(HELICAL, face_width=300.0), torque=1500.0)
 
 
+def shifted(x: float) -> Pair:
+    """SPUR with opposite profile shifts."""
+    return replace(SPUR, pinion=Member(teeth=24, profile_shift=x), wheel=Member(teeth=36, profile_shift=-x))
+
+
 @hard("x at its upper limit", "pinion tooth all but pointed, wheel with negative shift")
 def _() -> Scene:
-    def pair(x: float) -> Pair:
-        return replace(SPUR, pinion=Member(teeth=24, profile_shift=x), wheel=Member(teeth=36, profile_shift=-x))
-
-    return scene(last_valid(pair, 0.0, 3.0), torque=50.0)
+    return scene(last_valid(shifted, 0.0, 3.0), torque=50.0)
 
 
 @hard("x at its lower limit", "undercut until the contact ratio is 1 or no involute is left")
 def _() -> Scene:
-    def pair(x: float) -> Pair:
-        return replace(SPUR, pinion=Member(teeth=24, profile_shift=x), wheel=Member(teeth=36, profile_shift=-x))
-
-    return scene(last_valid(pair, 0.0, -3.0), torque=50.0)
+    return scene(last_valid(shifted, 0.0, -3.0), torque=50.0)
 
 
 @hard("two thousand teeth", "R and r_b agree in their first digits: the roll angle is a difference")
 def _() -> Scene:
-    pair = Pair(
-        normal_module=1.0, face_width=10.0, centre_distance=1010.0, pinion=Member(teeth=20), wheel=Member(teeth=2000)
-    )
-    return scene(pair, torque=5.0)
+    sizes = {"normal_module": 1.0, "face_width": 10.0, "centre_distance": 1010.0}
+    return scene(Pair(**sizes, pinion=Member(teeth=20), wheel=Member(teeth=2000)), torque=5.0)
 
 
 # -- load and gaps ----------------------------------------------------------------------------------------------------
@@ -297,19 +261,16 @@ for _nu in (0.0, 0.4999999999):
 def _() -> Scene:
     def pair(dedendum: float) -> Pair:
         member = Member(teeth=60, addendum=1.0, dedendum=dedendum, fillet_radius=0.0)
-        return Pair(
-            normal_module=2.0, pressure_angle=14.5, face_width=30.0, centre_distance=120.0, pinion=member, wheel=member
-        )
+        sizes = {"normal_module": 2.0, "pressure_angle": 14.5, "face_width": 30.0, "centre_distance": 120.0}
+        return Pair(**sizes, pinion=member, wheel=member)
 
     return scene(last_valid(pair, 1.25, 3.0), order=(4, 3))
 
 
 for _order in ((1, 1), (4, 4), (6, 6)):
-    hard(
-        f"Ritz order {_order}",
-        "K is ill-conditioned in monomials; in Legendre functions it must not",
-        slow=False,
-    )(lambda order=_order: scene(HELICAL, order=order, segments=9))
+    hard(f"Ritz order {_order}", "K is ill-conditioned in monomials; in Legendre functions it must not")(
+        lambda order=_order: scene(HELICAL, order=order, segments=9)
+    )
 
 
 for _n in (1, 2, 500):

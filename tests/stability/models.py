@@ -10,7 +10,7 @@ from gearbench.effects.tooth_bending import ToothBending
 from gearbench.geometry.material import Material
 from gearbench.geometry.pair import Member, Pair
 from gearbench.scene import Scene
-from tests.stability.catalogue import CASES, SPUR
+from tests.stability.catalogue import CASES, shifted
 
 ORDER = (3, 4, 4)
 
@@ -69,9 +69,7 @@ QUICK = {"undercut, z = 5", "β = 45°"}
 def just_below_pointed(x: float) -> Scene:
     """Profile shift so much below the one at which the tip is pointed."""
     base = CASES["x at its upper limit"].build()
-    shift = base.pair.pinion.profile_shift - x
-    pair = replace(SPUR, pinion=Member(teeth=24, profile_shift=shift), wheel=Member(teeth=36, profile_shift=-shift))
-    return replace(base, pair=pair)
+    return replace(base, pair=shifted(base.pair.pinion.profile_shift - x))
 
 
 SOLIDS: dict[str, SolidCase] = {

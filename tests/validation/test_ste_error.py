@@ -11,7 +11,6 @@ from numpy.testing import assert_allclose
 from gearbench.effects.crowning import Crowning
 from gearbench.effects.hertz import Hertz
 from gearbench.effects.tooth_bending import ToothBending
-from gearbench.errors import InputError
 from gearbench.library.garambois2017 import case
 from gearbench.results.cycle import Phases
 from gearbench.scene import Resolution
@@ -81,18 +80,3 @@ def test_a_scene_with_a_body_is_compared_with_teeth_on_a_body():
     members = {name: replace(getattr(scene.pair, name), bore_diameter=bore) for name, bore in bores.items()}
     scene = replace(scene, pair=replace(scene.pair, **members), effects=(*scene.effects, GearBody(coupled=False)))
     assert reference_scene(scene).effects[:2] == (ToothBending(model="finite_elements"), GearBody())
-
-
-@pytest.mark.parametrize(
-    ("effects", "message"),
-    [
-        (
-            (ToothBending(model="finite_elements"), Hertz()),
-            "tooth_bending.model = finite_elements: is the reference",
-        ),
-        ((Hertz(),), "nothing to compare: add tooth_bending"),
-    ],
-)
-def test_scenes_without_anything_to_compare_are_refused(effects, message):
-    with pytest.raises(InputError, match=message):
-        reference_scene(replace(case(1), effects=effects))
