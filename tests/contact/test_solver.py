@@ -1,4 +1,4 @@
-"""The structured Newton solver against its readable version, a dense active set, a generic QP solver and mpmath."""
+"""The structured Newton solver against its readable version, a dense active set and mpmath."""
 
 from __future__ import annotations
 
@@ -7,9 +7,7 @@ from functools import cache
 
 import mpmath
 import numpy as np
-import osqp
 import pytest
-import scipy.sparse as sparse
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
@@ -153,29 +151,6 @@ def test_agrees_with_a_dense_active_set():
         # condition of H is below 1e4 and gaps below 1e3: 1e-16 · 1e3 · 1e4 and a margin
         assert_allclose(solution.force.ravel()[problem.active[0]], P, atol=1e-9, err_msg=f"seed {seed}")
         assert_allclose(solution.approach[0], delta, rtol=1e-11, atol=1e-11)
-
-
-def test_agrees_with_a_generic_qp_solver():
-    for seed in range(EXAMPLES):
-        problem, solution = solved(seed, True)
-        H, e = dense(problem)
-        n = e.size
-        qp = osqp.OSQP()
-        qp.setup(
-            P=sparse.csc_matrix(np.triu(H)),
-            q=e - e.min(),
-            A=sparse.csc_matrix(np.vstack([np.ones(n), np.eye(n)])),
-            l=np.append(1.0, np.zeros(n)),
-            u=np.append(1.0, np.full(n, np.inf)),
-            verbose=False,
-            eps_abs=1e-10,
-            eps_rel=1e-10,
-            max_iter=100_000,
-            polishing=True,
-        )
-        found = qp.solve(raise_error=True)
-        # an objective within 1e-9 of a minimum of curvature ≥ 0.5 n leaves 1e-4/√n, polishing makes it far better
-        assert_allclose(solution.force.ravel()[problem.active[0]], found.x, atol=1e-7, err_msg=f"seed {seed}")
 
 
 @pytest.mark.parametrize("method", [dense_fallback.active_set, dense_fallback.one_at_a_time])

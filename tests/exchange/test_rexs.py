@@ -151,19 +151,14 @@ def test_notes_say_what_is_derived(tmp_path):
     assert not any("material" in note for note in notes)
 
 
-def test_real_backlash_is_kept(tmp_path):
-    wheel = '<attribute id="normal_pressure_angle" unit="deg">20</attribute>\n      <attribute id="tip_d'
-    text = change(wheel, '<attribute id="addendum_modification" unit="mm">0.0</attribute>\n      ' + wheel)
-    pair = read_rexs(write(tmp_path, text)).pair
+def test_real_backlash_is_kept_and_shifts_that_overlap_by_more_than_rounding_are_refused(tmp_path):
+    before = '<attribute id="normal_pressure_angle" unit="deg">20</attribute>\n      <attribute id="tip_d'
+    shift = '<attribute id="addendum_modification" unit="mm">{}</attribute>\n      '
+    pair = read_rexs(write(tmp_path, change(before, shift.format(0.0) + before))).pair
     assert pair.profile_shifts == (0.2, 0.0)
     assert 0.02 < pair.actual_backlash < 0.5
-
-
-def test_shifts_that_overlap_by_more_than_rounding_are_refused(tmp_path):
-    wheel = '<attribute id="normal_pressure_angle" unit="deg">20</attribute>\n      <attribute id="tip_d'
-    text = change(wheel, '<attribute id="addendum_modification" unit="mm">0.6</attribute>\n      ' + wheel)
     with pytest.raises(InputError, match="teeth overlap"):
-        read_rexs(write(tmp_path, text))
+        read_rexs(write(tmp_path, change(before, shift.format(0.6) + before)))
 
 
 def test_a_namespace_changes_nothing(tmp_path):
@@ -325,19 +320,14 @@ def test_files_that_cannot_be_read(tmp_path):
 @pytest.mark.parametrize("teeth", [66, -66])
 def test_a_ring_gear_has_negative_teeth_in_a_scene(tmp_path, teeth):
     text = change('name="wheel" type="cylindrical_gear"', 'name="wheel" type="ring_gear"')
-    text = change(
-        '<attribute id="number_of_teeth" unit="">44<', f'<attribute id="number_of_teeth" unit="">{teeth}<', text
-    )
-    text = change(
-        '<attribute id="center_distance" unit="mm">100<', '<attribute id="center_distance" unit="mm">71.5<', text
-    )
-    text = change('unit="deg">-15<', 'unit="deg">15<', text)
-    text = change(
-        '<attribute id="tip_diameter" unit="mm">142.7<', '<attribute id="tip_diameter" unit="mm">200.5<', text
-    )
-    text = change(
-        '<attribute id="root_diameter" unit="mm">129.0<', '<attribute id="root_diameter" unit="mm">213.0<', text
-    )
+    for old, new in (
+        ('number_of_teeth" unit="">44<', f'number_of_teeth" unit="">{teeth}<'),
+        ('center_distance" unit="mm">100<', 'center_distance" unit="mm">71.5<'),
+        ('unit="deg">-15<', 'unit="deg">15<'),
+        ('tip_diameter" unit="mm">142.7<', 'tip_diameter" unit="mm">200.5<'),
+        ('root_diameter" unit="mm">129.0<', 'root_diameter" unit="mm">213.0<'),
+    ):
+        text = change(old, new, text)
     pair = read_rexs(write(tmp_path, text)).pair
     assert (pair.pinion.teeth, pair.wheel.teeth, pair.centre_distance) == (20, -66, -71.5)
     assert 2 * pair.gears[1].tip_radius == pytest.approx(-200.5)

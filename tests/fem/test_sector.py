@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from fem_reference.section import Body, MeshingError
+from fem_reference.section import Body
 from fem_reference.sector import Grain, Outline, Section, lagrange, lobatto
 from gearbench.compliance.bases import gauss
 from gearbench.errors import InputError
@@ -130,22 +130,3 @@ def test_bodies_that_do_not_exist_are_refused():
         Body(gear=gear, bore_radius=4.0, teeth=4)
     with pytest.raises(InputError, match="teeth"):
         Body(gear=gear, teeth=3)
-
-
-class Crossing:
-    """A gear whose flanks cross below the tip: not made by ``Gear``, but by a damaged one."""
-
-    def __init__(self, gear: Gear) -> None:
-        self.gear = gear
-
-    def __getattr__(self, name):
-        return getattr(self.gear, name)
-
-    def half_angle(self, radius):
-        return self.gear.half_angle(radius) - 0.05
-
-
-def test_self_intersecting_section_is_refused():
-    section = Section(body=Body(gear=Crossing(standard_gear())), grain=Grain(degree=2))  # type: ignore[arg-type]
-    with pytest.raises(MeshingError, match="flanks of the tooth cross at R"):
-        _ = section.maps
