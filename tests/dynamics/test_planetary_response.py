@@ -474,17 +474,6 @@ def test_the_turning_carrier_moves_modes_by_its_frequency_at_most():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("more", [{}, STEPPED | {"planet_torsional_stiffness": 1e5}], ids=["simple", "twisted"])
-def test_figures_are_of_the_set(tmp_path, more):
-    keys = {**ELASTIC, **more, "planets": 4, "phases": 16}
-    found = response(scene(**keys), speed=np.linspace(1000, 9000, 6), harmonics=3)
-    names = [path.name for path in draw_response(found, tmp_path)]
-    assert names[:4] == ["modes.png", "sharing.png", "bearings.png", "ring.png"]
-    assert len([name for name in names if name.startswith("campbell")]) == 1
-    assert all((tmp_path / name).stat().st_size > 10_000 for name in names)
-
-
-@pytest.mark.slow
 def test_axes_name_the_member_and_names_of_modes_do_not_overlap(tmp_path, monkeypatch):
     keep, save = {}, Figure.savefig
     monkeypatch.setattr(Figure, "savefig", lambda own, *a, **k: (keep.setdefault(len(keep), own), save(own, *a, **k)))

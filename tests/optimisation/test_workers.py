@@ -8,7 +8,7 @@ import signal
 import subprocess
 import sys
 import time
-from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
 from multiprocessing import get_context
@@ -66,35 +66,6 @@ def test_any_executor_gives_the_same_result():
 
 def first(design: Design) -> int:
     return int(design[0])
-
-
-class Mortal(Executor):
-    """Executor that works at once, and loses a worker with the share of a deadly design, once for every mention."""
-
-    def __init__(self, *deadly: Design) -> None:
-        self.deadly, self.shares = [*deadly], []
-
-    def submit(self, function, /, *arguments, **_):
-        share = arguments[-1]
-        self.shares.append(share)
-        future = Future()
-        killer = next((design for design in share if design in self.deadly), None)
-        if killer is None:
-            future.set_result(function(*arguments))
-        else:
-            self.deadly.remove(killer)
-            future.set_exception(BrokenExecutor())
-        return future
-
-
-def test_designs_of_a_lost_worker_are_evaluated_again_alone_and_one_that_loses_two_is_named():
-    shares = [DESIGNS[:3], DESIGNS[3:5], DESIGNS[5:]]
-    mortal = Mortal(DESIGNS[4])
-    assert sorted(side_by_side(mortal, STUDY, first, shares)) == [(design, design[0]) for design in DESIGNS]
-    assert mortal.shares == [*shares, [DESIGNS[3]], [DESIGNS[4]]]
-    done = []
-    with pytest.raises(GearbenchError, match=r"^the design teeth = 16, .* ended two worker processes: too little mem"):
-        done += side_by_side(Mortal(DESIGNS[4], DESIGNS[4]), STUDY, first, shares)
 
 
 def deadly(folder: Path, how: str, design: Design) -> int:

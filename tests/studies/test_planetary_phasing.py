@@ -1,17 +1,16 @@
 """Phasing of a planetary set: the stored Dataset, and what docs/results_planetary.md says of it."""
 
 import re
-from importlib import resources
 
 import numpy as np
 import pytest
 import xarray as xr
 
-from gearbench.results.netcdf import open_result
-from studies.s13_planetary_phasing import checks, figures, scene
+from studies.s13_planetary_phasing import checks, scene
 from studies.s13_planetary_phasing.data import ARRANGEMENTS, RESPONSES, answers
 from studies.s13_planetary_phasing.findings import factor, value
 from tests.support.paths import ROOT
+from tests.support.stored import stored
 
 #: Columns of the first table: response, sun.
 SHOWN = (
@@ -22,10 +21,9 @@ SHOWN = (
 )
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture
 def kept() -> xr.Dataset:
-    with resources.as_file(resources.files("studies.s13_planetary_phasing") / "dataset.nc") as path:
-        return open_result(path)
+    return stored("s13_planetary_phasing")
 
 
 def test_stored_sets_keep_their_limits(kept):
@@ -70,9 +68,3 @@ def test_a_set_is_as_it_was_stored(kept):
     found = answers(scene(), RESPONSES, kept.attrs["samples"])
     at = {"arrangement": "in phase", "sun": "floating"}
     np.testing.assert_allclose(found, kept["value"].sel(at), rtol=1e-3, atol=1e-6)
-
-
-@pytest.mark.slow
-def test_figures_come_from_the_stored_dataset(kept, tmp_path):
-    figures(kept, tmp_path)
-    assert {path.name for path in tmp_path.iterdir()} == {"phasing.png", "load_factor.png", "report.md"}

@@ -65,6 +65,7 @@ def test_stored_numbers_keep_their_limits(name, limits):
         pytest.param("s09_contact_in_use", "curves.png residual.png", marks=pytest.mark.slow),
         ("s10_fronts_on_bodies", "fronts.png report.md table_2.png"),
         pytest.param("s12_fronts_off_line", "fronts.png report.md table_2.png", marks=pytest.mark.slow),
+        pytest.param("s13_planetary_phasing", "load_factor.png phasing.png report.md", marks=pytest.mark.slow),
     ],
 )
 def test_figures_come_from_the_stored_dataset(name, files, tmp_path):
