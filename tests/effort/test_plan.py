@@ -19,6 +19,7 @@ from gearbench.loads import WeightedLoad, greatest_load
 from gearbench.optimisation.study_file import read_study
 from gearbench.scene import Resolution
 from gearbench.scene_file import read_scene
+from gearbench.simulation import simulate
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
