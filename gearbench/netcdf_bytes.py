@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import io
 import warnings
-from typing import TYPE_CHECKING
 
 from gearbench.errors import InputError
-
-if TYPE_CHECKING:
-    import xarray as xr
+from gearbench.lazy import xr
 
 
 def is_netcdf(data: bytes) -> bool:
@@ -25,8 +22,6 @@ def dataset_of(data: bytes) -> xr.Dataset:
     InputError
         If the data are not netCDF, or are damaged; the error has no key and value.
     """
-    import xarray as xr
-
     if not is_netcdf(data):
         raise InputError("", "", "must be a netCDF file")
     engine = "scipy" if data[:3] == b"CDF" else "h5netcdf"

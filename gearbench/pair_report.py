@@ -17,11 +17,11 @@ from gearbench.geometry.names import GEARS
 from gearbench.geometry.pair import Pair
 from gearbench.geometry.tooth_shapes import mesh
 from gearbench.html import head, picture, table
+from gearbench.lazy import xr
 from gearbench.plotting import BLUE, ORANGE, load_map, new_figure, order_spectrum, over_two_periods
 from gearbench.results.origin import scene_of
 
 if TYPE_CHECKING:
-    import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from gearbench.dynamics.figures import draw_response
 from gearbench.geometry.pair import Pair
 from gearbench.hunting.figures import draw_side_bands, side_bands
+from gearbench.lazy import xr
 from gearbench.plotting import (
     contributions,
     density,
@@ -21,9 +22,6 @@ from gearbench.plotting import (
 from gearbench.sweeps.figures import draw_sweep, harris_map, orders_over_torque, peak_to_peak_over_torque
 from gearbench.sweeps.relieve import draw_relief
 from gearbench.trains.figures import load_shares
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 __all__ = [
     "contributions",

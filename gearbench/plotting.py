@@ -16,13 +16,13 @@ from gearbench.errors import InputError, plain
 from gearbench.files import replacing
 from gearbench.geometry.names import GEARS
 from gearbench.geometry.pair import Pair
+from gearbench.lazy import xr
 from gearbench.results.cycle import fourier, panels
 from gearbench.results.flank_map import over_flank
 from gearbench.results.origin import scene_of
 from gearbench.scene import Scene
 
 if TYPE_CHECKING:
-    import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 

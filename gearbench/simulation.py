@@ -5,18 +5,15 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gearbench.lazy import xr
 from gearbench.results.origin import with_grids
 from gearbench.results.outputs import DEFAULT_OUTPUTS, check_outputs, output
 from gearbench.results.solved import Solved
 from gearbench.scene import Scene, check_scene
 from gearbench.solution import dataset, solve_scene
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 #: Noise floors of the harmonics and of the peak-to-peak value, over the peak-to-peak value, above which a run warns.
 NOISE, EXTREMES = 0.01, 0.07

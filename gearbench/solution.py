@@ -6,7 +6,6 @@ import logging
 import time
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +16,7 @@ from gearbench.contact.mesh_loads import with_mesh_loads
 from gearbench.contact.patches import solve_patches
 from gearbench.contact.transitions import loaded_phases
 from gearbench.geometry.action import ContactLines
+from gearbench.lazy import xr
 from gearbench.results.outputs import output
 from gearbench.results.points import Columns
 from gearbench.results.provenance import provenance
@@ -24,9 +24,6 @@ from gearbench.results.responses import described
 from gearbench.results.solved import Solved
 from gearbench.scene import Scene
 from gearbench.threads import single_threaded_blas
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _LOG = logging.getLogger(__name__)
 #: Reason why harmonics and panels may be NaN.
@@ -76,8 +73,6 @@ def dataset(
     ``before`` gives the dimensions that the arrays of the solution have before the position, with their values and
     attributes; outputs have these dimensions too.
     """
-    import xarray as xr
-
     coords, variables = columns(solved, outputs)
     variables = {
         name: ((*before, *dims)[-np.ndim(x) :] if np.ndim(x) else (), x) for name, (dims, x) in variables.items()

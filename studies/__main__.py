@@ -8,15 +8,13 @@ from inspect import signature
 from pathlib import Path
 from pkgutil import iter_modules
 from types import ModuleType
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 import studies
+from gearbench.lazy import xr
 from gearbench.results.netcdf import open_result, save
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, help=__doc__)
 Output = Annotated[Path, typer.Option("--output", "-o", help="Folder for Datasets, figures and reports.")]

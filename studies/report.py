@@ -4,12 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from gearbench.lazy import xr
 from gearbench.results.netcdf import open_result, save
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 def verdicts(checks: Iterable[tuple[str, bool]]) -> list[str]:

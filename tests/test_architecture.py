@@ -125,6 +125,13 @@ def test_importing_the_package_imports_next_to_nothing_and_commands_import_what_
     assert done.stdout == "[]\n[]\n"
 
 
+def test_a_lazy_package_is_imported_when_one_of_its_names_is_used():
+    code = "import sys; from gearbench.lazy import xr; print('xarray' in sys.modules);"
+    code += "print(xr.Dataset is sys.modules['xarray'].Dataset)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "False\nTrue\n"
+
+
 def test_public_functions_are_documented():
     for path, tree in trees().items():
         for owner in (tree, *(node for node in tree.body if isinstance(node, ast.ClassDef))):

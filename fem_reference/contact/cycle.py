@@ -9,7 +9,6 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,13 +24,11 @@ from gearbench.errors import InputError
 from gearbench.geometry.names import GEARS
 from gearbench.geometry.pair import Pair
 from gearbench.geometry.support import Support
+from gearbench.lazy import xr
 from gearbench.results.cycle import HARMONICS, MICROMETRES, MeshCycle, Phases, coefficients
 from gearbench.results.provenance import provenance
 from gearbench.results.responses import USUAL, described, response
 from gearbench.scene import Scene
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 #: Number of phases computed with a coarser mesh and a stiffer contact for the error.
 _CHECKED = 3
@@ -257,8 +254,6 @@ def _dataset(
     loads: Sequence[float],
     single: bool,
 ) -> xr.Dataset:
-    import xarray as xr
-
     phases, lead = cycle.phases, ("torque",)
     names, of_pairs = pairs
     variables: dict[str, tuple] = {}

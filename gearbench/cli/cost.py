@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from gearbench.cli.options import SceneFile, plot_folder
 from gearbench.cli.output import answer
-
-if TYPE_CHECKING:
-    import xarray as xr
+from gearbench.lazy import xr
 
 Folder = Annotated[
     Path | None, typer.Option("--output", "-o", metavar="DIR", help="Write cost.nc and plots into this folder.")

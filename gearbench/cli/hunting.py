@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from gearbench.cli.options import Output, Plots, SceneFile, Threads, plot_folder, saved
 from gearbench.cli.output import answer
-
-if TYPE_CHECKING:
-    import xarray as xr
+from gearbench.lazy import xr
 
 Orders = Annotated[float, typer.Option("--orders", metavar="N", min=0.01, max=100.0, help="Highest mesh order.")]
 #: Number of lines in the table of the largest amplitudes.

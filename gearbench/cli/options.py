@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from gearbench.cli.log import begin
+from gearbench.lazy import xr
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from gearbench.scene import Scene
 
 

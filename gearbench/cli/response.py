@@ -10,11 +10,11 @@ import typer
 from gearbench.cli.options import Output, Plots, Threads, plot_folder, saved, to_file
 from gearbench.cli.output import answer
 from gearbench.cli.rexs import AnyFile, LoadCase, StageName, Torque, load_any
+from gearbench.lazy import xr
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    import xarray as xr
     from numpy.typing import NDArray
 
     from gearbench.scene import Scene

@@ -5,15 +5,13 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 import typer
 
 from gearbench.cli.options import AccuracyText, Output, Plots, SceneFile, Threads, plot_folder, saved, with_accuracy
 from gearbench.cli.output import answer, progress_line
-
-if TYPE_CHECKING:
-    import xarray as xr
+from gearbench.lazy import xr
 
 Samples = Annotated[
     int | None, typer.Option(min=2, help="Number of error samples; by default 1000, or as --accuracy needs.")

@@ -10,10 +10,9 @@ import typer
 from gearbench.cli.options import AccuracyText, Output, Plots, plot_folder, saved, to_file, with_accuracy
 from gearbench.cli.output import answer
 from gearbench.cli.rexs import AnyFile, LoadCase, StageName, Torque, load_any
+from gearbench.lazy import xr
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from gearbench.scene import Scene
 
 Also = Annotated[

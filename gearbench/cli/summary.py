@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gearbench.cli.table import print_columns
+from gearbench.lazy import xr
 from gearbench.results.provenance import support
 from gearbench.scene import Scene
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from gearbench.geometry.pair import Pair
 
 #: Number of mesh orders in a summary.

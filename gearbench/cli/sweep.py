@@ -12,10 +12,9 @@ import typer
 
 from gearbench.cli.options import Output, Plots, SceneFile, Threads, plot_folder, saved
 from gearbench.cli.output import answer, progress_line
+from gearbench.lazy import xr
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from gearbench.scene import Scene
 
 Torques = Annotated[

@@ -9,10 +9,9 @@ import typer
 
 from gearbench.cli.options import share
 from gearbench.cli.output import answer, progress
+from gearbench.lazy import xr
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from gearbench.scene import Scene
 
 SceneFiles = Annotated[list[Path], typer.Argument(metavar="SCENE...", help="Scene files (TOML).", show_default=False)]

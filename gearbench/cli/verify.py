@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from gearbench.cli.options import Output, Plots, Stored, Threads, plot_folder, saved, to_file
 from gearbench.cli.output import answer, progress
-
-if TYPE_CHECKING:
-    import xarray as xr
+from gearbench.lazy import xr
 
 Designs = Annotated[list[int] | None, typer.Option("--design", metavar="N", help="Only this design; repeatable.")]
 Accuracy = Annotated[

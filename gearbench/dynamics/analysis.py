@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,14 +19,12 @@ from gearbench.dynamics.steady import MOST_COMBINATIONS, SETTLED, steady
 from gearbench.dynamics.train_model import train_model
 from gearbench.errors import InputError
 from gearbench.hunting.cycles import tooth_to_tooth_effects
+from gearbench.lazy import xr
 from gearbench.results.origin import with_grids
 from gearbench.results.provenance import provenance
 from gearbench.results.responses import described
 from gearbench.scene import Scene, check_scene
 from gearbench.threads import single_threaded_blas
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _LOG = logging.getLogger(__name__)
 
@@ -308,8 +305,6 @@ def response_dataset(
     ``start`` is the time at which the run began, ``scene`` by default that of the model, ``seed`` that of samples.
     ``labels`` holds the labels of further dimensions by name, and those of ``mesh`` if the response omits meshes.
     """
-    import xarray as xr
-
     meshes = labels.pop("mesh", model.names)
     known: Variables = {
         "mesh": (("mesh",), list(meshes)),

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import tomllib
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from gearbench.files import replacing
+from gearbench.lazy import xr
 from gearbench.plotting import as_label
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 #: Largest number of letters of a name in a title; longer names are cut.
 NAME = 40

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections import Counter
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -15,9 +15,7 @@ from gearbench.dynamics.drawing import hertz, legend, peak, rounded, speed_label
 from gearbench.dynamics.nonlinear import SWEEPS
 from gearbench.dynamics.train_figures import draw_modes, draw_ring, draw_sharing
 from gearbench.files import file_parts
-
-if TYPE_CHECKING:
-    import xarray as xr
+from gearbench.lazy import xr
 
 #: Modes with a smaller share in the compliance of a mesh are not drawn.
 SHOWN = 0.01

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gearbench.errors import InputError, naming
 from gearbench.files import read_bytes
+from gearbench.lazy import xr
 from gearbench.netcdf_bytes import dataset_of
 from gearbench.results.responses import described
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 #: Largest allowed value of a transfer function; sums of squares stay far below overflow.
 LARGEST = 1e100

@@ -28,14 +28,13 @@ from gearbench.dynamics.size import bearings
 from gearbench.dynamics.stability import free_motion
 from gearbench.dynamics.train_model import TrainModel, train_model
 from gearbench.errors import InputError
+from gearbench.lazy import xr
 from gearbench.results.cycle import Phases
 from gearbench.scene import Scene
 from gearbench.threads import single_threaded_blas
 from gearbench.trains.solve import check_train
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from gearbench.dynamics._kernels import ForceTable, MeanState
 
 #: Labels of the sweeps, and their names in texts.

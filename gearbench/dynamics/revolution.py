@@ -8,7 +8,7 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -32,12 +32,10 @@ from gearbench.hunting.cycles import (
     tooth_to_tooth_effects,
     with_equal_teeth,
 )
+from gearbench.lazy import xr
 from gearbench.results.cycle import MICROMETRES
 from gearbench.scene import Scene
 from gearbench.threads import single_threaded_blas
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 #: Bearing forces are left out if a revolution has more mesh cycles than this, because of their many orders.
 _LONG = 400

@@ -6,7 +6,7 @@ import math
 import time
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -28,15 +28,13 @@ from gearbench.dynamics.model import Group, LinearModel, Model
 from gearbench.dynamics.sample_balance import SampleBalance
 from gearbench.dynamics.train_model import TrainModel, train_model
 from gearbench.errors import InputError
+from gearbench.lazy import xr
 from gearbench.results.responses import STATISTICS
 from gearbench.robustness.montecarlo import SAMPLES, RobustProblem, prepare_problem, require_errors
 from gearbench.robustness.sampling import Sampler
 from gearbench.scene import Scene
 from gearbench.threads import default_threads, single_threaded_blas
 from gearbench.trains.scatter import sampled_train
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 #: Percentiles of the mesh force at each speed.
 PERCENTILES = (5.0, 25.0, 50.0, 75.0, 95.0, 99.0)

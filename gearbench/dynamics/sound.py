@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.errors import InputError
 from gearbench.files import write_bytes
-
-if TYPE_CHECKING:
-    import xarray as xr
+from gearbench.lazy import xr
 
 #: Sampling rate [Hz].
 RATE = 44100

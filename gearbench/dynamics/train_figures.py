@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from gearbench.dynamics.drawing import hertz, legend, peak, rounded, speed_label
+from gearbench.lazy import xr
 from gearbench.results.origin import scene_of
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 #: Maximum number of modes drawn, and modes in a row.
 DRAWN, ROW = 8, 4

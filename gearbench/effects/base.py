@@ -19,10 +19,9 @@ from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.pair import Pair
 from gearbench.geometry.profile import Modification
+from gearbench.lazy import xr
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from gearbench.compliance.flank import FlankCompliance
 
 

@@ -12,17 +12,14 @@ are in mm; the attribute ``units`` of the variable is µm or mm.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.errors import InputError
 from gearbench.geometry.gear import Gear
+from gearbench.lazy import xr
 from gearbench.netcdf_bytes import dataset_of, is_netcdf
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 ALONG = ("radius", "diameter", "roll_length")
 FACE = "face_position"
@@ -75,8 +72,6 @@ class FlankGrid:
 
     def to_array(self, name: str) -> xr.DataArray:
         """The grid as a variable ``name`` of a Dataset [µm], with dimensions whose names begin with ``name`` [mm]."""
-        import xarray as xr
-
         dims = tuple(f"{name}_{axis}" for axis in (self.along, FACE))
         coords = {
             dim: (dim, values, {"units": "mm", "long_name": axis.replace("_", " ")})

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,12 +15,10 @@ from gearbench.contact.smooth import clear_compliance_cache
 from gearbench.effects.teeth import clear_tooth_cache
 from gearbench.effects.tooth_bending import tooth_bending
 from gearbench.effort.clock import Cost, apart, measured, most_megabytes, timed, unseen
+from gearbench.lazy import xr
 from gearbench.results.quantities import QUANTITIES
 from gearbench.scene import Scene
 from gearbench.solution import cycle_values
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 #: An error is used for the observed order if it exceeds CLEAR times its error bar, and ROUNDING.
 CLEAR, ROUNDING = 4.0, 1e-12
@@ -148,7 +145,6 @@ def finite_element_run(scene: Scene) -> dict[str, float]:
 
 def as_dataset(curves: Sequence[WorkPrecision]) -> xr.Dataset:
     """Dataset of curves with one row per level; see ``workprecision.cost``."""
-    import xarray as xr
 
     def rows(name: str) -> NDArray:
         return np.concatenate([c.column(name) for c in curves])

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gearbench.lazy import xr
 from gearbench.plotting import BLUE, GREEN, GREY, ORANGE, PURPLE, heading, new_figure, write_figure
 
 if TYPE_CHECKING:
-    import xarray as xr
     from matplotlib.axes import Axes
 
 #: Colour and marker of the settings, in the order of the dataset.

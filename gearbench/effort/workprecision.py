@@ -18,6 +18,7 @@ from gearbench.accuracy.settings import GAUSS_POINTS, SETTINGS, Setting
 from gearbench.effort.clock import measured, timed
 from gearbench.effort.curves import Point, WorkPrecision, as_dataset, setting_curve
 from gearbench.errors import InputError
+from gearbench.lazy import xr
 from gearbench.results.provenance import provenance
 from gearbench.robustness.montecarlo import prepare_scene, respond
 from gearbench.robustness.sampling import Sampler
@@ -25,8 +26,6 @@ from gearbench.robustness.statistics import average_error
 from gearbench.scene import Scene
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from gearbench.effort.curves import WorkPrecision
 
 

@@ -13,7 +13,6 @@ from collections.abc import Iterable
 from copy import deepcopy
 from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING
 from xml.etree.ElementTree import Element, SubElement, tostring
 
 from gearbench.errors import InputError
@@ -21,9 +20,7 @@ from gearbench.exchange import PACKED, PLAIN
 from gearbench.exchange.rexs import Stage
 from gearbench.exchange.rexs_document import RexsDocument, children
 from gearbench.files import check_target, write_bytes
-
-if TYPE_CHECKING:
-    import xarray as xr
+from gearbench.lazy import xr
 
 CUSTOM = "custom_gearbench_"
 #: First minor version with attributes for curves over the mesh cycle.

@@ -6,13 +6,13 @@ import logging
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.errors import InputError
 from gearbench.explore.columns import Column, known_column, variable_column
+from gearbench.lazy import xr
 from gearbench.optimisation.designs import Designs
 from gearbench.optimisation.select import chosen_scene, open_designs
 from gearbench.optimisation.study import RESPONSES
@@ -21,9 +21,6 @@ from gearbench.results.origin import scene_of
 from gearbench.results.provenance import support
 from gearbench.results.responses import is_response, statistics_of
 from gearbench.scene import Scene
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _LOG = logging.getLogger(__name__)
 

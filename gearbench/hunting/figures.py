@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.geometry.names import GEARS
+from gearbench.lazy import xr
 from gearbench.plotting import BLUE, GREEN, GREY, ORANGE, PURPLE, heading, legend_below, new_figure, write_figure
 
 if TYPE_CHECKING:
-    import xarray as xr
     from matplotlib.axes import Axes
 
 #: Decades that a figure shows below the largest amplitude.

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -23,6 +22,7 @@ from gearbench.hunting.cycles import (
     solve_cycles,
     tooth_to_tooth_effects,
 )
+from gearbench.lazy import xr
 from gearbench.results.cycle import MeshCycle, Phases
 from gearbench.results.origin import with_grids
 from gearbench.results.points import Columns
@@ -31,9 +31,6 @@ from gearbench.results.responses import described
 from gearbench.scene import Scene, check_scene
 from gearbench.threads import single_threaded_blas
 from gearbench.trains.cycles import train_cycles
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 @single_threaded_blas()
@@ -65,8 +62,6 @@ def hunting_cycle(scene: Scene, *, orders: float = ORDERS, threads: int = 1) -> 
         If no effect differs from tooth to tooth, the gears are on shafts, there are more than 100 000 mesh cycles, or
         no order up to ``orders`` is known.
     """
-    import xarray as xr
-
     check_scene(scene)
     start = time.perf_counter()
     phases, coords, variables = (_of_train if scene.coupled else _of_pair)(scene, orders, threads)

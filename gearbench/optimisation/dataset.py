@@ -4,18 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gearbench.lazy import xr
 from gearbench.optimisation.archive import Archive
 from gearbench.optimisation.problem import Evaluation, values_of
 from gearbench.optimisation.study import Design, OptimisationStudy
 from gearbench.results.responses import described
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 #: Dimensions of the Datasets. A design variable must not have one of these names.
 DIMENSIONS = frozenset({"design", "generation", "variable", "constraint", "objective_name", "member"})
@@ -29,8 +26,6 @@ def designs_dataset(
     ``code`` (design, variable) holds the values of real variables and indices into the grids of others, see
     ``Variable.bounds``.
     """
-    import xarray as xr
-
     codes = np.array(designs, dtype=float).reshape(len(designs), len(study.variables))
     objectives = np.array([result.objectives(study) for result in results]).reshape(len(results), -1)
     results_by_name: dict[str, tuple] = {

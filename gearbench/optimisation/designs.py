@@ -9,12 +9,12 @@ import tomllib
 from collections.abc import Iterable
 from functools import cached_property, lru_cache
 from hashlib import sha256
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.errors import InputError, naming
+from gearbench.lazy import xr
 from gearbench.optimisation.dataset import read_names
 from gearbench.optimisation.numbers import OF_PAIR, OF_SCENE, OF_SET
 from gearbench.optimisation.problem import scene_of
@@ -23,9 +23,6 @@ from gearbench.optimisation.study_file import parse_study
 from gearbench.results.provenance import support
 from gearbench.results.quantities import QUANTITIES
 from gearbench.scene import Scene
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 #: Number of scenes kept in memory.
 SCENES = 4096

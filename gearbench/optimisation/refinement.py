@@ -13,12 +13,12 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.errors import InputError
+from gearbench.lazy import xr
 from gearbench.optimisation.dataset import designs_dataset
 from gearbench.optimisation.designs import Designs
 from gearbench.optimisation.front import hypervolume, non_dominated
@@ -28,9 +28,6 @@ from gearbench.optimisation.variables import Variable
 from gearbench.optimisation.workers import side_by_side, worker_processes
 from gearbench.results.responses import described
 from gearbench.threads import default_threads
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 #: Default of the largest number of evaluations per design.
 EVALUATIONS = 60

@@ -8,8 +8,8 @@ from concurrent.futures import Executor
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from gearbench.lazy import xr
 from gearbench.optimisation.archive import Archive
 from gearbench.optimisation.dataset import front_dataset
 from gearbench.optimisation.problem import Evaluation
@@ -20,9 +20,6 @@ from gearbench.optimisation.study import Design, OptimisationStudy
 from gearbench.optimisation.study_file import check_study
 from gearbench.optimisation.workers import evaluations, worker_processes
 from gearbench.threads import default_threads
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 @dataclass(frozen=True, kw_only=True)

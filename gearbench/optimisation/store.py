@@ -9,19 +9,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from filelock import FileLock, Timeout
 
 from gearbench.errors import InputError
 from gearbench.files import is_part, make_folder, write_text
+from gearbench.lazy import xr
 from gearbench.optimisation.dataset import designs_dataset, read_designs
 from gearbench.optimisation.problem import Evaluation
 from gearbench.optimisation.study import Design, OptimisationStudy
 from gearbench.results.netcdf import open_result, save
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 STUDY, FRONT, LOCK = "study.toml", "front.nc", ".lock"
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from copy import deepcopy
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from gearbench.effects.gear_body import GearBody
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.errors import GearbenchError, InputError
+from gearbench.lazy import xr
 from gearbench.optimisation.designs import Designs
 from gearbench.optimisation.front import non_dominated
 from gearbench.optimisation.problem import Evaluation, macro_geometry
@@ -22,9 +23,6 @@ from gearbench.optimisation.study import Design, OptimisationStudy
 from gearbench.optimisation.workers import evaluations, worker_processes
 from gearbench.results.responses import described
 from gearbench.threads import default_threads
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 def verify(

@@ -6,18 +6,15 @@ import io
 import warnings
 from dataclasses import dataclass
 from pathlib import PurePath
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.errors import InputError
+from gearbench.lazy import xr
 from gearbench.named_files import content
 from gearbench.netcdf_bytes import dataset_of
 from gearbench.system.dmig import Punched, read_dmig
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 #: Directions of the motions of a node: translations along the axes, and rotations about them.
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")

@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.geometry.train import Train
+from gearbench.lazy import xr
 from gearbench.plotting import BLUE, GREY, ORANGE, heading, legend_below, new_figure, plot_two_periods, write_figure
 from gearbench.results.cycle import Phases
 from gearbench.results.origin import scene_of
 
 if TYPE_CHECKING:
-    import xarray as xr
     from matplotlib.axes import Axes
 
 #: Number of points on each flank of a drawn tooth.

@@ -14,6 +14,7 @@ from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.transitions import mesh_phases
 from gearbench.effort.clock import timed, times, unseen
 from gearbench.errors import GearbenchError, InputError, naming
+from gearbench.lazy import xr
 from gearbench.results.provenance import provenance, run_provenance
 from gearbench.results.responses import described
 from gearbench.scene import Scene
@@ -26,8 +27,6 @@ from gearbench.validation.sets import distinct, members, meshes_of, set_cycle
 from gearbench.validation.ste_error import CURVES, HARMONICS, OUTPUTS, shared_load
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from gearbench.compliance.flank import FlankCompliance
 
 T = TypeVar("T")
@@ -59,8 +58,6 @@ def compare(scene: Scene, accuracy: float | None = None) -> xr.Dataset:
     AccuracyError
         If no reference can be computed; says which accuracy is possible.
     """
-    import xarray as xr
-
     start = time.perf_counter()
     reference_scene(scene)  # raises before anything is computed
     fast_run, first_call = timed(lambda: set_cycle(scene) if scene.coupled else simulate(scene, outputs=OUTPUTS))

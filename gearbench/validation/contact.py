@@ -21,6 +21,7 @@ from gearbench.contact.coarse_solution import scene_lines
 from gearbench.effects.off_line_contact import OffLineContact
 from gearbench.effects.teeth import require_bores
 from gearbench.errors import InputError, naming
+from gearbench.lazy import xr
 from gearbench.plotting import BLUE, GREEN, ORANGE
 from gearbench.results.netcdf import save
 from gearbench.results.provenance import provenance
@@ -30,8 +31,6 @@ from gearbench.solution import solve_lines
 from gearbench.validation.reference import reference_scene
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from gearbench.geometry.pair import Pair
     from gearbench.results.cycle import MeshCycle
 
@@ -83,8 +82,6 @@ def compare_contact(scene: Scene, phases: int, report: Callable[[str], None] = l
     of the load that contact finite elements carry outside the path of contact; and ``residual`` (model), the RMS
     difference of a model's transmission error from that of contact finite elements, over their mean.
     """
-    import xarray as xr
-
     from fem_reference.contact.cycle import contact_cycle, halfway
     from fem_reference.contact.laying import Fineness
     from fem_reference.contact.spatial import SpatialSettings

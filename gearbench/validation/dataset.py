@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-if TYPE_CHECKING:
-    import xarray as xr
+from gearbench.lazy import xr
 
 #: Attribute of a single comparison → variable that holds it in a Dataset of several scenes.
 TEXTS = {
@@ -27,8 +25,6 @@ CYCLE = ("mesh_phase", "phase_weight", "panel_start", "panel_end", "pair_index")
 
 def stack(datasets: Sequence[xr.Dataset], names: Sequence[str]) -> xr.Dataset:
     """Stack comparisons into one Dataset; positions and pairs that a scene does not have are NaN."""
-    import xarray as xr
-
     sizes = {
         dim: max(dataset.sizes[dim] for dataset in datasets) for dim in ("position", "pair") if dim in datasets[0].dims
     }

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gearbench.lazy import xr
 from gearbench.plotting import BLUE, GREEN, GREY, ORANGE, PURPLE, legend_below, new_figure, plot_two_periods
 from gearbench.results.cycle import Phases, curves
 from gearbench.validation.dataset import side
 
 if TYPE_CHECKING:
-    import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 

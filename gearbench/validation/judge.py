@@ -9,7 +9,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,6 +16,7 @@ from gearbench.budget import MemoryBudgetError
 from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.size import require_contact_memory
 from gearbench.contact.transitions import mesh_phases
+from gearbench.lazy import xr
 from gearbench.results.cycle import Phases
 from gearbench.scene import Scene
 from gearbench.solution import dataset, solve_lines
@@ -25,9 +25,6 @@ from gearbench.validation.mac import compare_shapes, line_mac
 from gearbench.validation.reference import finest_level, missing_levels, reference_scene, solved_reference
 from gearbench.validation.sets import distinct, members, meshes_of, set_cycle
 from gearbench.validation.ste_error import CURVES, OUTPUTS, cycle_errors, error_bars
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 #: Errors that are judged; factor by which the reference must be more accurate than they are.
 JUDGED = tuple(f"{curve}_{part}_error" for curve in CURVES for part in ("mean", "peak_to_peak"))

@@ -7,12 +7,12 @@ from html import escape
 from importlib.resources import files
 from pathlib import Path
 from string import Template
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gearbench.files import make_folder, write_text
 from gearbench.html import head, picture, table
+from gearbench.lazy import xr
 from gearbench.results.netcdf import save
 from gearbench.validation import figures
 from gearbench.validation.dataset import of_scene
@@ -20,9 +20,6 @@ from gearbench.validation.figures import duration
 from gearbench.validation.judge import NEGLIGIBLE, TIMES
 from gearbench.validation.mac import RESPONSES
 from gearbench.validation.mesh_picture import mesh_figure
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 REPORT, DATASET = "report.html", "validation.nc"
 _ERRORS = {

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 from gearbench.geometry.names import PAIR
+from gearbench.lazy import xr
 from gearbench.results.cycle import Phases
 from gearbench.results.responses import response
 from gearbench.scene import Scene
 from gearbench.trains.solve import mesh_scenes, solve_train
 from gearbench.validation.ste_error import CURVES
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 def meshes_of(scene: Scene) -> dict[str, Scene]:
@@ -44,8 +41,6 @@ def set_cycle(scene: Scene, meshes: Mapping[str, Scene] | None = None, phases: P
 
     Transmission error and stiffness are those of the set, on the base circle of the first gear.
     """
-    import xarray as xr
-
     solved = solve_train(scene, meshes=meshes, phases=phases)
     cycle, sharing = solved.cycles[0], solved.cycle.sharing
     variables = {name: (("position",), getattr(cycle, name)) for name in CURVES}

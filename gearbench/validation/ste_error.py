@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from gearbench.lazy import xr
 from gearbench.results.cycle import fourier
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 #: Curves that are compared, and number of their harmonics.
 CURVES = ("transmission_error", "mesh_stiffness")

@@ -5,19 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import product
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.effects.manufacturing_errors import PRESETS, ErrorKind, ManufacturingErrors, Tolerance
+from gearbench.lazy import xr
 from gearbench.library.garambois2017 import gear, table_2
 from gearbench.robustness.montecarlo import Responses, prepare_scene, respond
 from gearbench.scene import Resolution, Scene
 from gearbench.threads import default_threads
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 #: Statistics of the table in the order of its columns, and their units.
 UNITS = {"m_k": "%", "m_ste": "µm", "sigma_k": "%", "max_k": "%", "sigma_ste": "µm", "max_ste": "µm"}
@@ -114,8 +112,6 @@ def paper() -> NDArray:
 
 def compute(*, quick: bool = False) -> xr.Dataset:
     """Compute all conventions on all rows, and the adopted one with 1000 samples."""
-    import xarray as xr
-
     tried = list(single_changes())
     tried += [(name, errors, Resolution()) for name, errors in ([] if quick else product_conventions())]
     values = [evaluate(errors, resolution, 64 if quick else 256) for _, errors, resolution in tried]

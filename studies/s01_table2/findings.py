@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gearbench.lazy import xr
 from gearbench.plotting import BLUE, GREEN, ORANGE, PURPLE, new_figure, write_figure
 from studies.report import table
 from studies.s01_table2.data import COLUMNS, UNITS
-
-if TYPE_CHECKING:
-    import xarray as xr
-
 
 LIMITS = {"m_k": 0.10, "m_ste": 0.15, "sigma_k": 0.30, "max_k": 0.30, "sigma_ste": 0.30, "max_ste": 0.30}
 

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from gearbench.effort.curves import as_dataset
 from gearbench.effort.workprecision import sample_curves
+from gearbench.lazy import xr
 from gearbench.library.garambois2017 import gear
 from gearbench.scene import Scene
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 GEARS, COUNTS, SEEDS = ("SC", "7", "19", "36", "55"), (64, 128, 256, 512, 1000), 20
 #: Means m_k and m_ste → names of their responses.
@@ -27,8 +23,6 @@ def compute(*, quick: bool = False) -> xr.Dataset:
 
     The quick size has one gear but all seeds: with few seeds, chance would decide which sampler is better.
     """
-    import xarray as xr
-
     gears, reference = GEARS[:1] if quick else GEARS, 2**13 if quick else 2**16
     curves = [sample_curves(scene(name), 1, SEEDS, reference, COUNTS) for name in gears]
     return xr.concat([as_dataset(each) for each in curves], "gear").assign_coords(gear=list(gears))

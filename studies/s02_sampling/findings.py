@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from gearbench.lazy import xr
 from gearbench.plotting import BLUE, ORANGE, new_figure, write_figure
 from studies.s02_sampling.data import COUNTS, QUANTITIES
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 def relative_error(dataset: xr.Dataset, sampler: str, quantity: str) -> xr.DataArray:

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from gearbench.effects.manufacturing_errors import ErrorKind, ManufacturingErrors
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.pair import Pair
+from gearbench.lazy import xr
 from gearbench.library.garambois2017 import gear
 from gearbench.scene import Scene
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 MEANING = {
     "profile_slope": "f_Hα: linear along the profile, zero in its middle",
@@ -50,8 +48,6 @@ def flank(pair: Pair, points: int = 60) -> ContactLines:
 
 def compute(*, quick: bool = False) -> xr.Dataset:
     """Compute the gap of every error over radius and face width [µm]."""
-    import xarray as xr
-
     lines = flank(scene().pair, 12 if quick else 60)
     data = {}
     for kind in MEANING:

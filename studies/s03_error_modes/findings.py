@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gearbench.lazy import xr
 from gearbench.plotting import new_figure, write_figure
 from studies.s03_error_modes.data import MEANING
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 def checks(dataset: xr.Dataset) -> list[tuple[str, bool]]:

@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gearbench.effects.gear_body import GearBody
 from gearbench.effects.hertz import Hertz
 from gearbench.effects.tooth_bending import ToothBending
+from gearbench.lazy import xr
 from gearbench.library.garambois2017 import case
 from gearbench.scene import Scene
 from gearbench.simulation import simulate
 from gearbench.validation.comparison import validate
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 ERRORS = {
     "mean STE": "transmission_error_mean_error",

@@ -5,19 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gearbench.lazy import xr
 from gearbench.plotting import BLUE, ORANGE, legend_below, new_figure, plot_two_periods, write_figure
 from gearbench.validation.dataset import of_scene, side
 from gearbench.validation.figures import percent
 from studies.report import table
 from studies.s04_paper_validation.data import ERRORS, FINE, PAPER, SOLID
-
-if TYPE_CHECKING:
-    import xarray as xr
-
 
 #: Claims of the paper: relative error of mean and peak-to-peak of STE and stiffness [%], the same in odd cases [%],
 #: MAC. The next line has its times of the fast model and of finite elements [s], and their ratio.

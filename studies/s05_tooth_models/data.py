@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from itertools import islice
-from typing import TYPE_CHECKING
 
 import numpy as np
 from pydantic import ValidationError
@@ -15,6 +14,7 @@ from gearbench.effects.base import Effect
 from gearbench.effects.gear_body import GearBody
 from gearbench.effects.hertz import Hertz
 from gearbench.effects.tooth_bending import ToothBending
+from gearbench.lazy import xr
 from gearbench.scene import Scene
 from gearbench.simulation import simulate
 from gearbench.validation.comparison import compliance_seconds
@@ -22,9 +22,6 @@ from gearbench.validation.mac import compare_shapes
 from gearbench.validation.reference import fe_flanks, reference_scene
 from gearbench.validation.ste_error import OUTPUTS, cycle_errors
 from studies.s05_tooth_models.pairs import draw, everyday
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 SEED, PAIRS = 2017, 48
 #: Accuracy of the finite elements, for a clamped tooth and for a sector of teeth on its body.
@@ -61,8 +58,6 @@ def scene(i: int = 0) -> Scene:
 
 def compute(*, quick: bool = False) -> xr.Dataset:
     """Compute errors [%], worst MAC and times of every model on every pair; NaN if a model refuses a pair."""
-    import xarray as xr
-
     scenes = list(islice(draw(everyday, SEED), 2 if quick else PAIRS))
     data: dict[str, tuple] = {"scene": (("design",), [scene.to_toml() for scene in scenes])}
     for support, models in MODELS.items():

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from gearbench.lazy import xr
 from gearbench.plotting import BLUE, ORANGE, new_figure, write_figure
 from studies.s05_tooth_models.data import ERRORS, MODELS
-
-if TYPE_CHECKING:
-    import xarray as xr
-
 
 #: Recommended model by support, and its limits: errors of mean and peak-to-peak [%], worst MAC.
 BEST = {"clamped": "solid", "rim": "solid + ring"}

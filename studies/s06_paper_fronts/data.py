@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from gearbench.lazy import xr
 from gearbench.library.garambois2017 import gear, table_2
 from gearbench.optimisation.constraints import constrained, judge
 from gearbench.optimisation.designs import Designs
@@ -15,9 +16,6 @@ from gearbench.scene import Resolution, Scene
 from studies.s01_table2.data import COLUMNS, UNITS, statistics
 from studies.s06_paper_fronts.findings import wide
 from studies.s06_paper_fronts.search import MODULE, TOOLS, search, study
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 #: Gear whose samples Figure 5 shows.
 SHOWN = "55"
@@ -34,8 +32,6 @@ _STATISTIC = {
 
 def compute(*, quick: bool = False, folder: Path | None = None) -> xr.Dataset:
     """Compute the fronts of the three tools, and the rows of Table 2; the searches are kept in ``folder``."""
-    import xarray as xr
-
     searches = {tool: search(tool, quick=quick, folder=folder) for tool in TOOLS}
     gears = xr.concat([_gears(tool, found) for tool, found in searches.items()], dim="design")
     runs = xr.concat([_run(found) for found in searches.values()], dim="tool")
@@ -50,8 +46,6 @@ def compute(*, quick: bool = False, folder: Path | None = None) -> xr.Dataset:
 
 def _gears(tool: int, found: xr.Dataset) -> xr.Dataset:
     """Dataset of the feasible designs of a search."""
-    import xarray as xr
-
     feasible = np.flatnonzero(found["feasible"].values)
     designs = Designs(found)
     scenes = [designs.scene(int(i)) for i in feasible]
@@ -81,8 +75,6 @@ def macro_and_micro(scene: Scene) -> dict[str, float]:
 
 def _run(found: xr.Dataset) -> xr.Dataset:
     """Dataset of cost and history of the search of a tool."""
-    import xarray as xr
-
     feasible = found["feasible"].values == 1
     # variables that determine the compliance of the teeth
     macro = np.stack([found[v].values[feasible] for v in ("teeth", "helix_angle", "addendum_fraction")], axis=1)
@@ -95,8 +87,6 @@ def _run(found: xr.Dataset) -> xr.Dataset:
 
 def _rows(quick: bool) -> xr.Dataset:
     """Dataset of Table 2: printed values, values of this model, and limits that the rows keep."""
-    import xarray as xr
-
     rows = table_2()
     answers = [statistics(responses(row.gear, quick)) for row in rows]
     limits = study(1).constraints
@@ -116,8 +106,6 @@ def _rows(quick: bool) -> xr.Dataset:
 
 def _samples(quick: bool) -> xr.Dataset:
     """Dataset of RMS values of one gear over the error samples."""
-    import xarray as xr
-
     answer = responses(SHOWN, quick)
     return xr.Dataset(
         {

@@ -5,17 +5,12 @@ All objectives are minimised; ``F`` holds them, (point, objective).
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import NDArray
 
+from gearbench.lazy import xr
 from gearbench.optimisation.front import hypervolume
 from studies.s06_paper_fronts.search import TOOLS
-
-if TYPE_CHECKING:
-    import xarray as xr
-
 
 #: A gear belongs to the wide front if it is worse than a gear of the front by at most this share in both objectives.
 WIDE = 0.10

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gearbench.lazy import xr
 from gearbench.plotting import BLUE, GREEN, ORANGE, legend_below, new_figure, write_figure
 from studies.s06_paper_fronts import tables
 from studies.s06_paper_fronts.data import SHOWN
@@ -14,7 +15,6 @@ from studies.s06_paper_fronts.findings import LEAD, WIDE, front, measures
 from studies.s06_paper_fronts.search import MODULE, TOOLS
 
 if TYPE_CHECKING:
-    import xarray as xr
     from numpy.typing import NDArray
 
 #: Okabe–Ito colours and markers of the tools, which stay distinct in grey.

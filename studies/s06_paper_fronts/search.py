@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from gearbench.lazy import xr
 from gearbench.optimisation.run import optimise
 from gearbench.optimisation.study import Algorithm, OptimisationStudy, Robustness
 from gearbench.optimisation.study_file import parse_study
 from gearbench.scene_file import read_toml
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 TOOLS = (1, 2, 3)
 MODULE = {1: 1.0, 2: 1.5, 3: 2.0}  # m_n [mm]

@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import csv
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gearbench.lazy import xr
 from studies.report import table, verdicts
 from studies.s01_table2.data import COLUMNS, UNITS
 from studies.s06_paper_fronts.findings import checks, distance, front, lead, measures
 from studies.s06_paper_fronts.search import MODULE, TOOLS, study
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 #: Columns of a gear in the lists, and their units.
 _GEAR = {

@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,6 +15,7 @@ from gearbench.effects.base import Effect
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.effort.curves import run
 from gearbench.effort.workprecision import cost
+from gearbench.lazy import xr
 from gearbench.library.garambois2017 import case, gear
 from gearbench.scene import Scene
 from gearbench.validation.reference import fe_flanks
@@ -32,9 +32,6 @@ from studies.s07_accuracy_cost.promises import (
     solid_promise,
 )
 from studies.s07_accuracy_cost.scaling import scaling
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 SOLID = ToothBending(model="solid")
 MESHED_TOOTH = ToothBending(model="finite_elements")
@@ -95,8 +92,6 @@ def _parts(quick: bool) -> Iterator[tuple[str, Callable[[], xr.Dataset]]]:
 
 def join(parts: list[xr.Dataset]) -> xr.Dataset:
     """Join all parts into one Dataset; the diagrams of the scenes follow one another."""
-    import xarray as xr
-
     joined = {}
     for dim in ("setting", "curve"):
         split = [p.drop_dims("curve" if dim == "setting" else "setting") for p in parts if dim in p.dims]
@@ -115,8 +110,6 @@ def _diagram(name: str, scene: Scene, repeats: int) -> xr.Dataset:
 
 def _front(name: str, scene: Scene) -> xr.Dataset:
     """Measure every tooth model at several resolutions: error against finite elements, and time for a new pair."""
-    import xarray as xr
-
     fine = partial(with_resolution, segments=64, gauss_points=12)
     reference = with_teeth(scene, replace(MESHED_TOOTH, accuracy=FE_REFERENCE))
     exact, _ = run(fine(reference), 1)
@@ -149,8 +142,6 @@ def _scaling(repeats: int) -> xr.Dataset:
 
 def _fronts() -> xr.Dataset:
     """Compute the fronts of both cases, one after the other."""
-    import xarray as xr
-
     return xr.concat([_front(f"case {k}", case(k)) for k in (1, 2)], "model")
 
 
@@ -169,6 +160,4 @@ def _promised(kind: str, quick: bool) -> xr.Dataset:
 
 def as_table(kind: str, rows: list[dict[str, float]]) -> xr.Dataset:
     """Make a Dataset of rows of numbers along the dimension ``kind``."""
-    import xarray as xr
-
     return xr.Dataset({f"{kind}_{name}": (kind, np.array([row[name] for row in rows])) for name in rows[0]})

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from gearbench.lazy import xr
 from studies.s07_accuracy_cost.scaling import DIMENSIONS, exponent
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 #: Limits: least share of the scenes whose true error is within the requested accuracy, and largest ratio of the time,
 #: search included, to that of the best setting.

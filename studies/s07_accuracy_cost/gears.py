@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING
 
 from gearbench.accuracy.settings import GAUSS_POINTS, SEGMENTS, SOLID_ORDER, solid_orders
 from gearbench.effort.curves import as_dataset, setting_curve
+from gearbench.lazy import xr
 from gearbench.scene_file import read_scene
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from gearbench.scene import Scene
 
 _GEARS = Path(__file__).parents[2] / "examples" / "gears"

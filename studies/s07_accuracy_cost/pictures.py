@@ -4,18 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gearbench.effort.figures import LEAST, cheapest, work_precision_diagram
+from gearbench.lazy import xr
 from gearbench.plotting import BLUE, GREEN, GREY, ORANGE, PURPLE, new_figure, write_figure
 from studies.s07_accuracy_cost.findings import TIMES, diagram, met, ratios, scaling_part
 from studies.s07_accuracy_cost.gears import gears
 from studies.s07_accuracy_cost.scaling import exponent, speed_up
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 FAMILIES = {"plate": (BLUE, "o"), "solid": (ORANGE, "s"), "finite elements": (GREEN, "^")}
 

@@ -4,21 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gearbench.accuracy.settings import with_resolution
 from gearbench.effort.clock import times
+from gearbench.lazy import xr
 from gearbench.library.garambois2017 import case, gear
 from gearbench.robustness.montecarlo import prepare_scene, respond
 from gearbench.robustness.sampling import unit_samples
 from gearbench.scene import Scene
 from gearbench.solution import cycle_values
 from gearbench.threads import default_threads
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 SEGMENTS, SAMPLES, WIDTHS = (2, 4, 8, 16, 32, 64, 128, 256, 512), (64, 256, 1024, 4096, 16384), (1, 2, 4, 8, 16)
 #: Number of samples of the run that is distributed over workers.
@@ -29,8 +26,6 @@ DIMENSIONS = ("segments", "samples", "pairs", "workers")
 
 def scaling(repeats: int, *, quick: bool = False) -> xr.Dataset:
     """Measure wall and processor time [s] over ``size`` for all ``DIMENSIONS``, with one entry of ``run`` per size."""
-    import xarray as xr
-
     rows: list[tuple[str, float, float, float]] = []
 
     def add(name: str, size: float, work: Callable[[], object]) -> None:

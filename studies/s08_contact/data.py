@@ -15,13 +15,12 @@ from gearbench.effects.off_line_contact import OffLineContact
 from gearbench.effects.tip_relief import TipRelief
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.geometry.pair import Member, Pair
+from gearbench.lazy import xr
 from gearbench.results.responses import described
 from gearbench.scene import Load, Resolution, Scene
 from gearbench.validation.contact import model_cycle
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from gearbench.results.cycle import MeshCycle
 
 PHASES = 20
@@ -103,8 +102,6 @@ def compute(*, quick: bool = False) -> xr.Dataset:
 
 def compare(names: Sequence[str], phases: int = PHASES) -> xr.Dataset:
     """Compute the curves of some cases, as ``compute``."""
-    import xarray as xr
-
     from fem_reference.contact.cycle import halfway
 
     rows: dict[str, list] = {

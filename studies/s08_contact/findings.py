@@ -7,15 +7,11 @@ with contact off the line are checked against contact finite elements.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gearbench.lazy import xr
 from gearbench.plotting import BLUE, GREEN, ORANGE, new_figure, write_figure
-
-if TYPE_CHECKING:
-    import xarray as xr
-
 
 #: STE of the spur pair under 100 N·m by another contact FE program with its own mesher [µm].
 LEVELS = {"mean": 11.15, "RMS": 1.74, "peak-to-peak": 4.76}

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,14 +13,12 @@ from fem_reference.contact.laying import Fineness
 from fem_reference.contact.spatial import SpatialSettings
 from gearbench.effects.off_line_contact import OffLineContact
 from gearbench.effects.tip_relief import TipRelief
+from gearbench.lazy import xr
 from gearbench.results.responses import described
 from gearbench.scene import Load, Resolution, Scene
 from gearbench.validation.contact import model_cycle
 from studies.s08_contact.data import scene
 from studies.s08_contact.findings import off_line
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 #: Relief of both gears, amount [µm] and length [mm]. Spur and helical pair have the same teeth, module and bores.
 _RELIEF = {"": None, "relief": (20.0, 1.0), "short_relief": (10.0, 0.5), "long_relief": (20.0, 2.0)}
@@ -94,8 +91,6 @@ def wide(name: str) -> xr.Dataset:
 
 def collected(name: str, rows: list[tuple[str, float, NDArray, NDArray]]) -> xr.Dataset:
     """Dataset of curves, given by scene, torque [N·m], STE [µm] and stiffness [N/µm], (position,)."""
-    import xarray as xr
-
     chosen = WIDE[name]
     scenes, torques, ste, stiffness = (list(each) for each in zip(*rows, strict=True))
     r_b = [wide_scene(which).pair.gears[0].base_radius for which in scenes]

@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +17,7 @@ from gearbench.effects.hertz import Hertz
 from gearbench.effects.off_line_contact import OffLineContact
 from gearbench.effects.tip_relief import TipRelief
 from gearbench.effects.tooth_bending import ToothBending
+from gearbench.lazy import xr
 from gearbench.results.cycle import MeshCycle
 from gearbench.results.responses import described
 from gearbench.scene import Load, Resolution, Scene
@@ -27,9 +27,6 @@ from gearbench.validation.reference import reference_scene
 from studies.report import kept
 from studies.s05_tooth_models.pairs import draw, in_use
 from studies.s08_contact.data import scene as spur_scene
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 PHASES = 8
 SEED = 2409
@@ -111,8 +108,6 @@ def compute(*, quick: bool = False, folder: Path | None = None) -> xr.Dataset:
 
 def contact_curve(scene: Scene, phases: int) -> xr.Dataset:
     """Compute a pair by contact finite elements, (position,)."""
-    import xarray as xr
-
     from fem_reference.contact.cycle import contact_cycle
     from fem_reference.contact.laying import Fineness
     from fem_reference.contact.spatial import SpatialSettings
@@ -141,8 +136,6 @@ def with_models(row: xr.Dataset) -> xr.Dataset:
 
 def collected(rows: list[xr.Dataset]) -> xr.Dataset:
     """Join all pairs along ``design``."""
-    import xarray as xr
-
     # encodings of rows read from disk hold a text length: without this, longer scenes would be cut off
     return xr.concat(rows, "design", coords="minimal", compat="override").drop_encoding()
 

@@ -5,16 +5,12 @@ from __future__ import annotations
 import math
 import tomllib
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gearbench.lazy import xr
 from gearbench.plotting import BLUE, GREEN, ORANGE, new_figure, write_figure
 from studies.s09_contact_in_use.data import residual
-
-if TYPE_CHECKING:
-    import xarray as xr
-
 
 #: Limits over the mean STE [%]: RMS error of the fast teeth over the cycle, and error bar of contact finite elements.
 RESIDUAL, BAR = 1.0, 0.5

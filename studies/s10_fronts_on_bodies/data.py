@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.effects.gear_body import GearBody
 from gearbench.effects.tooth_bending import ToothBending
+from gearbench.lazy import xr
 from gearbench.library.garambois2017 import table_2
 from gearbench.optimisation.designs import Designs
 from gearbench.optimisation.problem import evaluate
@@ -20,9 +20,6 @@ from gearbench.robustness.montecarlo import prepare_scene, respond
 from gearbench.scene import Resolution, Scene
 from studies.s06_paper_fronts.search import QUICK, TOOLS, kept_search
 from studies.s06_paper_fronts.search import study as plate_study
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 #: Names of the tooth models in this study.
 MODELS = ("plate", "solid")
@@ -69,8 +66,6 @@ def compute(*, quick: bool = False, folder: Path | None = None) -> xr.Dataset:
 
 def assemble(found: dict[tuple[int, str], xr.Dataset], *, quick: bool) -> xr.Dataset:
     """Make the Dataset of the study from its searches, given by tool and model."""
-    import xarray as xr
-
     fronts = xr.concat([_front(tool, model, found, quick) for tool, model in found], dim="design")
     dataset = xr.merge([fronts, rows(quick)])
     for name in dataset:
@@ -80,8 +75,6 @@ def assemble(found: dict[tuple[int, str], xr.Dataset], *, quick: bool) -> xr.Dat
 
 def _front(tool: int, model: str, found: dict[tuple[int, str], xr.Dataset], quick: bool) -> xr.Dataset:
     """Evaluate the front of a search with both tooth models; NaN if a model refuses a gear."""
-    import xarray as xr
-
     designs = Designs(found[tool, model])
     numbers = np.flatnonzero(found[tool, model]["on_front"].values)
     own = found[tool, model]["objective"].values[numbers]
@@ -98,8 +91,6 @@ def _front(tool: int, model: str, found: dict[tuple[int, str], xr.Dataset], quic
 
 def rows(quick: bool) -> xr.Dataset:
     """Dataset of m_k and m_ste of the rows of Table 2: as printed, with the plate, and with solid teeth on bodies."""
-    import xarray as xr
-
     table = table_2()
     resolution = Resolution(**plate_study(1).base["resolution"])
     scenes = [row.scene(errors=True, resolution=resolution) for row in table]

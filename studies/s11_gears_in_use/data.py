@@ -8,7 +8,6 @@ from dataclasses import replace
 from functools import partial
 from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from pydantic import ValidationError
@@ -17,6 +16,7 @@ from gearbench.effects.base import Effect
 from gearbench.effects.gear_body import GearBody
 from gearbench.effects.hertz import Hertz
 from gearbench.effects.tooth_bending import ToothBending
+from gearbench.lazy import xr
 from gearbench.scene import Scene
 from gearbench.simulation import simulate
 from gearbench.solution import dataset, solve_scene
@@ -28,9 +28,6 @@ from studies.report import kept
 from studies.s05_tooth_models.data import ERRORS
 from studies.s05_tooth_models.data import MODELS as MODELS_OF_S05
 from studies.s05_tooth_models.pairs import draw, in_use
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 #: Seed → number of pairs. The thresholds of the default order of solid teeth (``gearbench.effects.teeth``) were tuned
 #: on the first set; the second set was drawn afterwards.
@@ -51,8 +48,6 @@ def compute(*, quick: bool = False, folder: Path | None = None) -> xr.Dataset:
 
     Finished pairs are kept in ``folder`` and not computed again.
     """
-    import xarray as xr
-
     drawn = [(seed, each) for seed, pairs in DRAWN.items() for each in islice(draw(in_use, seed), pairs)]
     seeds, scenes = zip(*drawn[: 1 if quick else None], strict=True)
     found = [kept(folder and folder / f"{i:03d}.nc", partial(pair_errors, each)) for i, each in enumerate(scenes)]
@@ -61,8 +56,6 @@ def compute(*, quick: bool = False, folder: Path | None = None) -> xr.Dataset:
 
 def pair_errors(scene: Scene) -> xr.Dataset:
     """Compute errors, error bars, MAC and times of the models on a pair, (tooth_model,), and data of the reference."""
-    import xarray as xr
-
     solid = replace(scene, effects=(ToothBending(model="solid"), GearBody(), Hertz()))
     reference = reference_scene(solid, ACCURACY)
     exact, again = simulate(reference, outputs=OUTPUTS), _finest_cycle(reference)

@@ -4,19 +4,15 @@ from __future__ import annotations
 
 import tomllib
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gearbench.lazy import xr
 from gearbench.plotting import BLUE, ORANGE, new_figure, write_figure
 from studies.s05_tooth_models.data import ERRORS
 from studies.s05_tooth_models.findings import LABELS, boxes
 from studies.s11_gears_in_use.data import DRAWN
-
-if TYPE_CHECKING:
-    import xarray as xr
-
 
 BEST = "solid + ring"
 #: Limits for the errors of BEST: mean and peak-to-peak [%], worst MAC.

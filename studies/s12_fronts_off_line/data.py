@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gearbench.effects.base import Effect
 from gearbench.effects.off_line_contact import OffLineContact
 from gearbench.errors import InputError
+from gearbench.lazy import xr
 from gearbench.library.garambois2017 import table_2
 from gearbench.optimisation.designs import Designs
 from gearbench.optimisation.study import Robustness
@@ -20,9 +20,6 @@ from gearbench.simulation import simulate
 from studies.s06_paper_fronts.search import TOOLS, kept_search
 from studies.s06_paper_fronts.search import study as plate_study
 from studies.s10_fronts_on_bodies.data import MODELS, means, on_body, study
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 #: Contact models: on the line of action, and off it.
 CONTACTS = ("line", "off_line")
@@ -59,8 +56,6 @@ def judged(scene: Scene, r: Robustness) -> np.ndarray:
 
 def compute(*, quick: bool = False, folder: Path | None = None) -> xr.Dataset:
     """Evaluate all rows and fronts; the searches with the plate are kept in ``folder``."""
-    import xarray as xr
-
     table = table_2()[:4] if quick else table_2()
     r = plate_study(1, quick=quick).robustness
     rows = _columns("row", [scene(i) for i in range(len(table))], r)

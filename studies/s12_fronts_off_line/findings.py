@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gearbench.lazy import xr
 from gearbench.optimisation.front import non_dominated
 from gearbench.optimisation.verify import rank_correlation
 from gearbench.plotting import BLUE, GREY, ORANGE, legend_below, new_figure, write_figure
@@ -15,10 +16,6 @@ from studies.report import table, verdicts
 from studies.s06_paper_fronts.search import MODULE, TOOLS
 from studies.s10_fronts_on_bodies.data import MODELS
 from studies.s12_fronts_off_line.data import CONTACTS, NAMES
-
-if TYPE_CHECKING:
-    import xarray as xr
-
 
 _OBJECTIVES = ("m_k", "m_ste")
 #: Least rank correlation between m_ste on the line and m_ste off it.

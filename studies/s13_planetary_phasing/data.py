@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gearbench.lazy import xr
 from gearbench.results.responses import response
 from gearbench.robustness.montecarlo import respond
 from gearbench.scene import Scene
 from gearbench.scene_file import parse_scene
 from gearbench.trains.scatter import sampled_train
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 #: Arrangement of four planets → teeth of sun and planet; the ring has z_s + 2 z_p teeth.
 ARRANGEMENTS = {"in phase": (24, 30), "sequential": (25, 31), "counter phase": (26, 32)}
@@ -107,8 +105,6 @@ def answers(scene: Scene, names: tuple[str, ...], samples: int) -> NDArray:
 
 def compute(*, quick: bool = False) -> xr.Dataset:
     """Compute the responses of all arrangements, and K_γ over the tolerance classes."""
-    import xarray as xr
-
     samples, positions = (16, 12) if quick else (1024, 24)
     suns: dict[str, dict[str, Any] | None] = {"floating": None, "held": {}}
     phasing = [

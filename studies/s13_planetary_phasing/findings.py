@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
+from gearbench.lazy import xr
 from studies.s13_planetary_phasing.data import ARRANGEMENTS, HARMONICS, LOADED, SUNS
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 #: Standard → number of planets → K_γ.
 NORMS = {

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from gearbench.lazy import xr
 from gearbench.plotting import BLUE, GREY, ORANGE, legend_below, new_figure, write_figure
 from studies.report import table, verdicts
 from studies.s13_planetary_phasing.data import ARRANGEMENTS, CURVES, HARMONICS, LOADED, SUNS, SUPPORTS
 from studies.s13_planetary_phasing.findings import NORMS, checks, factor, value
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _COLOURS = dict(zip(ARRANGEMENTS, (BLUE, ORANGE, "0.45"), strict=True))
 #: Support of the sun → responses shown, with their labels.

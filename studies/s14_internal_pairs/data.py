@@ -5,11 +5,11 @@ from __future__ import annotations
 from functools import partial
 from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gearbench.effects.teeth import require_bores
+from gearbench.lazy import xr
 from gearbench.scene import Scene
 from gearbench.simulation import simulate
 from gearbench.validation.judge import cycle_beside
@@ -19,9 +19,6 @@ from studies.report import kept
 from studies.s05_tooth_models.data import ERRORS
 from studies.s05_tooth_models.pairs import draw
 from studies.s14_internal_pairs.pairs import internal, support_of
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 SEED, PAIRS = 31, 60
 #: Accuracy of the finite elements.
@@ -35,8 +32,6 @@ def scene(i: int = 0) -> Scene:
 
 def compute(*, quick: bool = False, folder: Path | None = None) -> xr.Dataset:
     """Compute errors [%] with error bars on every pair; finished pairs are kept in ``folder``."""
-    import xarray as xr
-
     scenes = list(islice(draw(internal, SEED), 1 if quick else PAIRS))
     found = [kept(folder and folder / f"{i:02d}.nc", partial(pair_errors, each)) for i, each in enumerate(scenes)]
     return xr.concat(found, "design").assign(number=("design", np.arange(len(found))))
@@ -44,8 +39,6 @@ def compute(*, quick: bool = False, folder: Path | None = None) -> xr.Dataset:
 
 def pair_errors(scene: Scene) -> xr.Dataset:
     """Compute errors [%] of the cycle of a pair against finite elements, their error bars, and data of the pair."""
-    import xarray as xr
-
     own, reference = simulate(scene, outputs=OUTPUTS), reference_scene(scene, ACCURACY)
     exact, again = (cycle_beside(own, kind(reference), reference) for kind in (solved_reference, finest_level))
     errors = cycle_errors(own, exact)

@@ -5,16 +5,13 @@ from __future__ import annotations
 import csv
 import tomllib
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from gearbench.lazy import xr
 from gearbench.plotting import BLUE, GREEN, ORANGE, new_figure, write_figure
 from gearbench.scene_file import parse_scene
 from studies.s05_tooth_models.data import ERRORS
 from studies.s05_tooth_models.findings import LABELS
 from studies.s14_internal_pairs.pairs import SUPPORTS
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 #: Limits for the errors of means and of peak-to-peak values [%].
 LIMITS = {"mean": 1.0, "peak_to_peak": 3.0}

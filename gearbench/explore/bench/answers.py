@@ -20,6 +20,7 @@ from gearbench.explore.gear_data import ORDERS, Tables, densities, tables
 from gearbench.explore.model import with_scatter, without_scatter
 from gearbench.explore.page import answer_data
 from gearbench.keys import value_at
+from gearbench.lazy import xr
 from gearbench.results import flank
 from gearbench.results.solved import Solved
 from gearbench.results.warnings import warnings as scene_warnings
@@ -161,8 +162,6 @@ def _compliance_inputs(scene: Scene) -> tuple[Any, ...]:
 
 def warnings(solved: Solved | SolvedTrain) -> list[str]:
     """Warnings to show with the curves, one line per warning."""
-    import xarray as xr
-
     meshes, lines = solved.meshes if isinstance(solved, SolvedTrain) else {"": solved}, []
     for name, mesh in meshes.items():
         loaded = (mesh.solution.force > 0).any(axis=(-2, -1))
