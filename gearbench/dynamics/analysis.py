@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from gearbench.budget import require_each, speed_memory
 from gearbench.dynamics import waves
-from gearbench.dynamics.balance import Excitation
 from gearbench.dynamics.model import Group, LinearModel, Model, Variables, Vibration
 from gearbench.dynamics.size import bearings
 from gearbench.dynamics.stability import is_proven_stable, multipliers
@@ -114,13 +113,11 @@ def speed_variables(model: LinearModel, speeds: NDArray, harmonics: int) -> Vari
     """Variables of the Dataset that depend on speed, by name."""
     # with several frequencies the truncated products make the last orders inaccurate: solve a few more than returned
     solved = harmonics + (EXTRA_ORDERS if len(model.groups) > 1 else 0)
-    # a row is a relative motion of the flanks of a mesh; each mesh has ``rows_per_mesh``, first the approach
-    rows = np.arange(len(model.stiffness))
     solution, stability = steady(model, speeds, solved), _stability(model, speeds, harmonics)
     index, equivalent_force = solution.multiples[1:], np.moveaxis(solution.equivalent_force, 1, 2)
     # transmission errors (speed, order, mesh), motions (speed, order, row), bearings (speed, order, bearing, 3)
-    te, motion, at_bearings = model.modes.response_to_mesh_forces(solution.omega, equivalent_force, rows)
-    # mesh force: equivalent force f − K̄ x, plus K̄ x; only that along the approach
+    te, motion, at_bearings = model.modes.response_to_forces(solution.omega, equivalent_force, model.modes.mesh)
+    # mesh force: equivalent force f − K̄ x, plus K̄ x; only that along the approach, the first row of each mesh
     force = (equivalent_force + motion @ model.stiffness.T)[..., :: model.rows_per_mesh]
     # an unstable motion has no steady response
     unstable = (stability > 1 + GROWTH_TOLERANCE).any(axis=1)
@@ -198,16 +195,12 @@ def _combination(names: Sequence[str], index: NDArray) -> str:
 
 def growth(model: LinearModel, group: Group, speeds: NDArray, harmonics: int) -> NDArray:
     """Largest Floquet multiplier of a group (speed,); NaN if the group is proven to be stable at any speed."""
-    rows, stiffness = model.rows_of(group.meshes), stiffness_over_time(model.excitation(group, harmonics))
+    rows, excitation = model.rows_of(group.meshes), model.excitation(group, harmonics)
+    points = max(STEPS, waves.points(excitation.orders[-1]))
+    stiffness = np.moveaxis(waves.curve(excitation.stiffness, points), -1, 0)  # (time, row, row)
     if is_proven_stable(model.modes, rows, stiffness):
         return np.full(len(speeds), np.nan)
     return multipliers(model.modes, rows, model.omega(group, speeds), stiffness[None])
-
-
-def stiffness_over_time(excitation: Excitation) -> NDArray:
-    """Stiffness of the rows over a period (time, row, row) [N/mm], from which ``multipliers`` finds the stability."""
-    points = max(STEPS, waves.points(excitation.orders[-1]))
-    return np.moveaxis(waves.curve(excitation.stiffness, points), -1, 0)
 
 
 def _orders_of_group(model: LinearModel, solved: int, harmonics: int) -> NDArray:

@@ -14,7 +14,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.dynamics.modes import Modes
 from gearbench.dynamics.size import in_blocks
 
 
@@ -72,7 +71,7 @@ def convolution(stiffness: NDArray, index: NDArray | None = None, along: int = 0
     K = np.empty((*lower.shape[:-1], 2 * len(multiples) - 1), dtype=complex)
     K[..., 0] = lower[..., 0]
     K[..., 1::2], K[..., 2::2] = (lower + upper)[..., 1:], 1j * (lower - upper)[..., 1:]
-    return _real_rows(K, axis=-2)
+    return real(K, axis=-2)
 
 
 def _between(stiffness: NDArray, difference: NDArray, along: int) -> NDArray:
@@ -84,30 +83,17 @@ def _between(stiffness: NDArray, difference: NDArray, along: int) -> NDArray:
     return np.where(reached, np.where(n >= 0, values, np.conj(values)), 0.0)
 
 
-def _real_rows(values: NDArray, axis: int = -1) -> NDArray:
-    """Orders 0 … H (complex) as x_0, Re x̂_1, Im x̂_1, … along an axis."""
+def real(values: NDArray, axis: int = -1) -> NDArray:
+    """Orders 0 … H (complex) along an axis as real numbers x_0, Re x̂_1, Im x̂_1, …."""
     z = np.moveaxis(np.asarray(values, dtype=complex), axis, 0)
     out = np.empty((2 * len(z) - 1, *z.shape[1:]))
     out[0], out[1::2], out[2::2] = np.real(z[0]), np.real(z[1:]), np.imag(z[1:])
     return np.moveaxis(out, 0, axis)
 
 
-def real(values: NDArray) -> NDArray:
-    """Orders 0 … H (…, H+1) as real numbers (…, 2H+1)."""
-    return _real_rows(values)
-
-
 def complex_orders(values: NDArray) -> NDArray:
     """Complex orders 0 … H (…, H+1) from real numbers (…, 2H+1): the inverse of ``real``."""
     return np.concatenate([values[..., :1] + 0j, values[..., 1::2] + 1j * values[..., 2::2]], axis=-1)
-
-
-def receptances(modes: Modes, rows: NDArray, omega: NDArray, orders: int | NDArray) -> NDArray:
-    """Receptances ĥ (D4) of the given ``rows`` (speed, order, row, row) [mm/N], at mesh frequencies ω (speed,) [rad/s].
-
-    ``orders`` are those kept; a number H means 0 … H.
-    """
-    return modes.mesh_receptance(omega[:, None] * (np.arange(orders + 1) if isinstance(orders, int) else orders), rows)
 
 
 def block_rows(h: NDArray) -> NDArray:

@@ -111,21 +111,6 @@ class ForceCurve:
         """Number of steps of the phase."""
         return len(self.begin)
 
-    def force(self, x: NDArray) -> NDArray:
-        """Force [N] at x (…, phase) [mm]; tests compare it with the kernel ``_kernels.run``."""
-        low = np.floor(self.back_phase).astype(int)
-        f, share = self._drive(x, np.arange(self.steps)), self.back_phase - low
-        for index, weight in ((low % self.steps, 1 - share), ((low + 1) % self.steps, share)):
-            f = f - weight * self._drive(-x - self.backlash, index)
-        return f
-
-    def _drive(self, x: NDArray, phase: NDArray) -> NDArray:
-        """Force of the drive flanks [N] at x (…, phase) [mm] and at the steps ``phase`` (phase,)."""
-        position = np.maximum((x - self.begin[phase]) / self.spacing, 0.0)
-        interval = np.minimum(position.astype(int), self.table.shape[1] - 2)
-        low, high = self.table[phase, interval], self.table[phase, interval + 1]
-        return low + (position - interval) * (high - low)
-
 
 def force_curve(mesh: LoadedMesh, steps: int) -> ForceCurve:
     """Compute the curve of a mesh: solve its contact on the shafts at several loads, then subtract the shafts' part.

@@ -58,18 +58,6 @@ class FlankState:
     motion: NDArray
     stiffness: NDArray
 
-    @classmethod
-    def off_shafts(cls, force: NDArray, stiffness: NDArray, error: NDArray, compliance: NDArray) -> FlankState:
-        """State from which the ``compliance`` C of the shafts is removed (W14).
-
-        ``stiffness`` S [N/mm] and ``error``, the STE [mm], contain the shafts; ``force`` is as in the class.
-        """
-        motion = -force @ compliance
-        motion[..., 0] += error
-        # K = (1 − S C)⁻¹ S
-        K = np.linalg.solve(np.eye(len(compliance)) - stiffness @ compliance, stiffness)
-        return cls(force=force, motion=motion, stiffness=(K + np.swapaxes(K, -1, -2)) / 2)
-
     def excitation(self, waves: NDArray) -> Excitation:
         """Excitation of orders 0 … H, from the matrix ``waves`` (2H + 1, position) of ``LoadedMesh.waves``."""
         lower = waves[: len(waves) // 2 + 1]
@@ -104,11 +92,6 @@ class LoadedMesh:
     def effects(self) -> tuple[Effect, ...]:
         """All effects that act, including the effects of the shafts."""
         return self.scene.flank_effects if self.on_shafts is None else self.on_shafts.effects
-
-    @property
-    def lines(self) -> ContactLines:
-        """Contact lines."""
-        return self.solved.lines
 
     @property
     def cycle(self) -> MeshCycle:
@@ -169,23 +152,28 @@ class LoadedMesh:
         return self._off_shafts(cycle, forces)
 
     def _off_shafts(self, cycle: MeshCycle, with_shafts: Resultants | None) -> FlankState:
-        """Teeth and bodies of a ``cycle`` without the shafts; without resultants the approach is the only motion."""
+        """Teeth and bodies of a ``cycle``, from which the compliance C of the shafts is removed (W14).
+
+        Without resultants the approach is the only motion.
+        """
         with_shafts = with_shafts or _one_row(self.scene, cycle)
-        return FlankState.off_shafts(
-            with_shafts.force, with_shafts.stiffness, cycle.transmission_error / MICROMETRES, self.compliance
-        )
+        S, C = with_shafts.stiffness, self.compliance
+        motion = -with_shafts.force @ C
+        motion[..., 0] += cycle.transmission_error / MICROMETRES
+        K = np.linalg.solve(np.eye(len(C)) - S @ C, S)
+        return FlankState(force=with_shafts.force, motion=motion, stiffness=(K + np.swapaxes(K, -1, -2)) / 2)
 
     @property
     def load_on_shafts(self) -> tuple[NDArray, NDArray]:
         """Mean loads of the flank forces on the node motions of the shafts of pinion and wheel, (motion,) each."""
         assert self.on_shafts is not None
-        return flank_loads(self.on_shafts.gears, self.lines, self.solved.solution.force, self.solved.weight)
+        return flank_loads(self.on_shafts.gears, self.solved.lines, self.solved.solution.force, self.solved.weight)
 
     @cached_property
     def friction(self) -> NDArray:
         """Estimated friction force across the line of action (position,) [N]; it changes sign at the pitch point."""
         meshing = self.scene.pair.meshing
-        side = np.sign(self.lines.u - meshing.pitch_point)
+        side = np.sign(self.solved.lines.u - meshing.pitch_point)
         return FRICTION * math.cos(meshing.beta_b) * (self.solved.solution.force * side).sum(axis=(1, 2))
 
     @property

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
 from gearbench.dynamics import surroundings
-from gearbench.dynamics.balance import Excitation, receptances
+from gearbench.dynamics.balance import Excitation
 from gearbench.dynamics.loaded_mesh import FRICTION, LoadedMesh, loaded_mesh
 from gearbench.dynamics.modes import Modes, modes
 from gearbench.errors import InputError
@@ -233,10 +233,9 @@ class LinearModel(ABC):
         """Frequency of order 1 of a group (speed,) [rad/s] at speeds of the pinion [1/min]."""
         return 2 * np.pi / 60 * group.rate * speed
 
-    def receptances(self, group: Group, speed: NDArray, harmonics: int) -> NDArray:
-        """Receptances ĥ of the meshes of a group at its orders (speed, order, row, row) [mm/N]."""
-        orders = group.orders(harmonics)
-        return receptances(self.modes, self.rows_of(group.meshes), self.omega(group, speed), orders)
+    def receptances(self, group: Group, speed: NDArray, orders: NDArray) -> NDArray:
+        """Receptances ĥ (D4) of the meshes of a group at some of its ``orders`` (speed, order, row, row) [mm/N]."""
+        return self.modes.mesh_receptance(self.omega(group, speed)[:, None] * orders, self.rows_of(group.meshes))
 
 
 @dataclass(frozen=True, kw_only=True)

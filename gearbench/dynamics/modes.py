@@ -71,52 +71,45 @@ class Modes:
             raise InputError("system.damping_ratio", 0.0, f"an order excites the undamped mode at {f:.6g} Hz")
         return real / size, -imaginary / size
 
-    def _between(self, left: NDArray, right: NDArray, omega: NDArray) -> NDArray:
-        """Receptance (…, left, right) between ``left`` and ``right`` (row, mode) at any real ω, dampers included."""
-        frequencies, receptance = omega.ravel(), np.empty((omega.size, len(left), len(right)), dtype=complex)
-        for block in in_blocks(omega.size, len(self.frequency)):
-            receptance[block] = self._at(left, right, frequencies[block])
-        return receptance.reshape(*omega.shape, len(left), len(right))
-
-    def _at(self, left: NDArray, right: NDArray, omega: NDArray) -> NDArray:
-        """``_between`` for one block of frequencies ω (frequency,); dampers act as forces."""
-        g = self._dynamic(omega)
+    def _damped(self, omega: NDArray, g: tuple[NDArray, NDArray]) -> tuple[NDArray, NDArray]:
+        """iωc of the viscous dampers (frequency, damper, 1), and 1 + iωc times the receptances between them."""
         rows, constants = self.dampers
-        if not len(constants):
-            return _summed(left, g, right)
-        damping = (1j * omega[..., None] * constants)[..., None]
-        coupled = np.eye(len(constants)) + damping * _summed(rows, g, rows)
-        return _summed(left, g, right) - _summed(left, g, rows) @ np.linalg.solve(
-            coupled, damping * _summed(rows, g, right)
-        )
+        damping = (1j * omega[:, None] * constants)[..., None]
+        return damping, np.eye(len(constants)) + damping * _summed(rows, g, rows)
 
     def mesh_receptance(self, omega: NDArray, rows: NDArray) -> NDArray:
-        """ĥ (D4): negative motion of each of the mesh ``rows`` per force on each of them, (…, row, row) [mm/N]."""
-        return self._between(self.mesh[rows], self.mesh[rows], omega)
+        """ĥ (D4): negative motion of each of the mesh ``rows`` per force on each of them, (…, row, row) [mm/N].
 
-    def response_to_mesh_forces(
-        self, omega: NDArray, force: NDArray, rows: NDArray
-    ) -> tuple[NDArray, NDArray, NDArray]:
-        """Response of the system to forces ``force`` (…, row) on the mesh ``rows`` at the frequencies ``omega`` (…,).
+        It holds at any real frequencies ``omega`` (…,); the dampers act as forces.
+        """
+        mesh, dampers, frequencies = self.mesh[rows], self.dampers[0], omega.ravel()
+        receptance = np.empty((omega.size, len(mesh), len(mesh)), dtype=complex)
+        for block in in_blocks(omega.size, len(self.frequency)):
+            g = self._dynamic(frequencies[block])
+            receptance[block] = _summed(mesh, g, mesh)
+            if len(dampers):
+                damping, coupled = self._damped(frequencies[block], g)
+                by_dampers = np.linalg.solve(coupled, damping * _summed(dampers, g, mesh))
+                receptance[block] -= _summed(mesh, g, dampers) @ by_dampers
+        return receptance.reshape(*omega.shape, len(mesh), len(mesh))
+
+    def response_to_forces(self, omega: NDArray, force: NDArray, rows: NDArray) -> tuple[NDArray, NDArray, NDArray]:
+        """Response of the system to forces ``force`` (…, row) at the frequencies ``omega`` (…,).
+
+        ``rows`` (row, mode) are the modal components of the forces: rows of ``mesh`` for mesh forces.
 
         Returns
         -------
         Transmission errors (…, mesh), motions of all meshes (…, row), and forces on the bearings (…, bearing, 3).
         """
-        return self.response_to_forces(omega, force, self.mesh[rows])
-
-    def response_to_forces(self, omega: NDArray, force: NDArray, rows: NDArray) -> tuple[NDArray, NDArray, NDArray]:
-        """Response as in ``response_to_mesh_forces``, to forces whose modal components are ``rows`` (row, mode)."""
         outputs = np.concatenate([-self.rotation, -self.mesh, self.bearing.reshape(-1, len(self.frequency))]).T
-        w, forces = omega.ravel(), force.reshape(-1, len(rows))
+        w, forces, dampers = omega.ravel(), force.reshape(-1, len(rows)), self.dampers[0]
         response = np.empty((len(w), outputs.shape[1]), dtype=complex)
         for block in in_blocks(len(w), len(self.frequency)):
             real, imaginary = self._dynamic(w[block])
             g, load = real + 1j * imaginary, forces[block] @ rows
-            dampers, constants = self.dampers
-            if len(constants):
-                damping = (1j * w[block, None] * constants)[..., None]
-                coupled = np.eye(len(constants)) + damping * _summed(dampers, (real, imaginary), dampers)
+            if len(dampers):
+                damping, coupled = self._damped(w[block], (real, imaginary))
                 load = load - np.linalg.solve(coupled, damping * ((g * load) @ dampers.T)[..., None])[..., 0] @ dampers
             q = g * load
             response[block] = q.real @ outputs + 1j * (q.imag @ outputs)

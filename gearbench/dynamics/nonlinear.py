@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.linalg import expm
 
 from gearbench.budget import nonlinear_memory, require_each
 from gearbench.dynamics import waves
@@ -159,17 +160,11 @@ class NonlinearModel:
             dt = period / steps / substeps
             free = np.vstack([free_motion(r, zeta, np.array(dt)), 1 / r])
             most = np.clip(FADED / max((zeta * r).min() * period, 1e-12), LEAST, MOST)
-            damper_factors = _damper_factors(damping, dt) if len(constants) else np.zeros((0, 0))
+            # by which the dampers reduce the modal speeds in a time step
+            damper_factors = np.ascontiguousarray(expm(-dt * damping)) if len(constants) else np.zeros((0, 0))
             limits = np.array([dt, substeps, most, SAME, NEAR])
             periods[k] = run(state, free, damper_factors, mesh_motion, *self.compiled, record[k], limits)
         return periods, record
-
-
-def _damper_factors(damping: NDArray, dt: float) -> NDArray:
-    """Matrix (mode, mode) by which the dampers reduce the modal speeds in a time step dt [s]."""
-    from scipy.linalg import expm
-
-    return np.ascontiguousarray(expm(-dt * damping))
 
 
 def integrated_modes(model: LinearModel, group: Group, highest: float) -> NDArray:
@@ -306,7 +301,9 @@ def variables_at(sweep: NonlinearModel, speed: float, harmonics: int, periods: i
     multiples, kept = np.arange(1, count * mesh_orders[-1] + 1), count * mesh_orders - 1
     x, f = (_orders(values, multiples) for values in record)
     omega = float(model.omega(group, np.array(speed))) * multiples / count
-    te, _, at_bearings = model.modes.response_to_mesh_forces(omega, (f - sweep.stiffness @ x).T, sweep.rows)
+    te, _, at_bearings = model.modes.response_to_forces(
+        omega, (f - sweep.stiffness @ x).T, model.modes.mesh[sweep.rows]
+    )
     te, f = te[:, group.meshes].T, f[:: model.rows_per_mesh]
     over_time = record[1, :: model.rows_per_mesh].reshape(len(f), -1)
     vibration = Vibration(

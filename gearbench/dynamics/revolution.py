@@ -80,7 +80,7 @@ def revolution(mesh: LoadedMesh, effects: Sequence[GapEffect], harmonics: int) -
     InputError
         If the gaps repeat only after more than 100 000 mesh cycles.
     """
-    scene, lines = mesh.scene, mesh.lines
+    scene, lines = mesh.scene, mesh.solved.lines
     teeth = (abs(gear.teeth) for gear in scene.pair.gears)
     amounts = cycle_gap_amounts(effects, lines, check_cycles(scene.pair.gears))
     cycles = next(P for P in (1, *sorted(teeth), len(amounts)) if _repeats(amounts, P))
@@ -195,7 +195,8 @@ def _over_speed(
     at_bearings = np.empty((len(speeds), bearings, 3, len(order)), dtype=complex)
     for k, omega in enumerate(model.omega(group, speeds)):
         x, f = side_bands(revolution, model.modes.mesh_receptance(omega * np.append(0.0, order), rows), mean)
-        te_of_meshes, _, bearing = model.modes.response_to_mesh_forces(omega * order, (f - mean @ x)[:, 1:].T, rows)
+        push = (f - mean @ x)[:, 1:].T
+        te_of_meshes, _, bearing = model.modes.response_to_forces(omega * order, push, model.modes.mesh[rows])
         te[k, 1:], forces[k] = te_of_meshes[:, mesh], f[0]
         if bearings:
             at_bearings[k] = np.moveaxis(bearing, 0, -1)

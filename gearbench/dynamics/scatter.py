@@ -22,7 +22,7 @@ from gearbench.dynamics.analysis import (
     response_dataset,
     spans,
 )
-from gearbench.dynamics.balance import Excitation, receptances
+from gearbench.dynamics.balance import Excitation
 from gearbench.dynamics.loaded_mesh import LoadedMesh, order_rows
 from gearbench.dynamics.model import Group, LinearModel, Model
 from gearbench.dynamics.sample_balance import SampleBalance
@@ -57,7 +57,7 @@ def sample_problem(model: Model) -> RobustProblem:
         raise InputError("effects.manufacturing_errors.centre_distance", "given", "only the command robust supports it")
     phases = mesh.cycle.phases
     scene = replace(mesh.scene, resolution=replace(mesh.scene.resolution, gauss_points=phases.size))
-    return prepare_problem(scene, mesh.lines, phases.weight, mesh.solved.problem)
+    return prepare_problem(scene, mesh.solved.lines, phases.weight, mesh.solved.problem)
 
 
 def pair_excitations(
@@ -121,7 +121,7 @@ def force_rms(
     first chunk.
     """
     rows = model.rows_of(group.meshes)
-    h = receptances(model.modes, rows, model.omega(group, speed), samples[0].orders)
+    h = model.receptances(group, speed, samples[0].orders)
     # the first row of each mesh is its approach
     approach = range(0, len(rows), len(rows) // len(group.meshes))
     balance = SampleBalance.of(samples[0], h, model.stiffness_of(group.meshes), approach)

@@ -56,7 +56,7 @@ def multipliers(modes: Modes, rows: NDArray, omega: NDArray, stiffness: NDArray)
 
     A step combines free motion of the modes with a kick by K(t) − K̄, (D7) of docs/algorithms.md. Both are exact.
     Alternating them is accurate to second order in the step, and preserves area in phase space if there is no damping.
-    Modes that turn by more than ``RESOLVED`` per step are left out. ``analysis.stiffness_over_time`` gives at least
+    Modes that turn by more than ``RESOLVED`` per step are left out. ``analysis.growth`` gives at least
     16 H steps for H orders of the motion, so these modes lie above order 16 H/2π, beyond the 2 H orders of K(t).
 
     Parameters

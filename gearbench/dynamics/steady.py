@@ -64,7 +64,7 @@ def steady(model: LinearModel, speeds: NDArray, harmonics: int) -> Steady:
     for g, group in enumerate(groups):
         rows, group_orders = model.rows_of(group.meshes), slice(first[g], first[g + 1])
         excitation, mean = model.excitation(group, harmonics), model.stiffness_of(group.meshes)
-        x, f = solve(excitation, model.receptances(group, speeds, harmonics), mean)
+        x, f = solve(excitation, model.receptances(group, speeds, kept[g]), mean)
         p = excitation.force - mean @ excitation.motion
         multiples[group_orders, g] = kept[g][1:]
         x_s[rows, group_orders], p_s[rows, group_orders] = excitation.motion[:, 1:], p[:, 1:]

@@ -185,18 +185,14 @@ class TrainModel(LinearModel):
     @property
     def damping_ratio(self) -> float:
         """ζ of every mode."""
-        planetary = self.scene.train and self.scene.train.planetary
-        return (PlanetaryDynamics() if not planetary else planetary.keys.dynamics).damping_ratio
+        planetary = self.scene.planetary
+        return (PlanetaryDynamics() if planetary is None else planetary.keys.dynamics).damping_ratio
 
     @cached_property
     def stiffness(self) -> NDArray:
-        """K̄ of all meshes (mesh, mesh) [N/mm]."""
-        return np.einsum("p,pmn->mn", self.solved.phases.weight, self._tangent)
-
-    @cached_property
-    def _tangent(self) -> NDArray:
-        """K = (1/k + C)⁻¹ (position, mesh, mesh) [N/mm] with mesh stiffnesses k and the compliance C of the bodies."""
-        return self.solved.coupling.tangent(self.solved.balance.stiffness)
+        """K̄ of all meshes (mesh, mesh) [N/mm], the mean of (1/k + C)⁻¹ with mesh stiffnesses k and bodies C."""
+        tangent = self.solved.coupling.tangent(self.solved.balance.stiffness)
+        return np.einsum("p,pmn->mn", self.solved.phases.weight, tangent)
 
     @cached_property
     def groups(self) -> tuple[Group, ...]:
@@ -361,8 +357,8 @@ class TrainModel(LinearModel):
             )
         if self.linkage.carrier is None:
             return lines
-        planetary = self.scene.train and self.scene.train.planetary
-        carrier = planetary.keys.dynamics.carrier if planetary else None
+        planetary = self.scene.planetary
+        carrier = None if planetary is None else planetary.keys.dynamics.carrier
         if carrier and None in (carrier.mass, carrier.inertia):
             body = self.bodies["carrier"]
             lines.append(

@@ -35,7 +35,7 @@ def doubts_of_shafts(box: Gearbox) -> Iterator[str]:
         shaft, body = box.system.shafts[number], box.pairs[mesh].gears[gear]
         disc = steel_disc(body.pitch_radius, 0.0, body.face_width)[1] / INERTIA
         largest, of = max(largest, disc), f"shaft {shaft.name}, gear at {seat.position:g} mm"
-        diameter = seat.diameter or _diameter(shaft, seat.position)
+        diameter = seat.diameter or box.models[number].diameters(seat.position, seat.position)[0][0]
         if body.sign > 0 and diameter > 2 * body.root_radius:
             yield f"{of}: the shaft, {diameter:.4g} mm, is thicker than its root circle, {2 * body.root_radius:.4g} mm"
         if seat.inertia is not None and not disc / GEAR < seat.inertia < disc * GEAR:
@@ -57,14 +57,3 @@ def _doubts_of_bearings(shaft: Shaft) -> Iterator[str]:
         too_large = rolling.clearance > LARGEST_CLEARANCE * 1e3 * rolling.D_w
         if abs(rolling.clearance) < SMALLEST_CLEARANCE or too_large:
             yield f"shaft {shaft.name}: a bearing has a clearance of {rolling.clearance:g} µm: is it in micrometres?"
-
-
-def _diameter(shaft: Shaft, position: float) -> float:
-    """Outer diameter of a shaft at a position [mm]."""
-    start = 0.0
-    for section in shaft.sections:
-        if position <= start + section.length:
-            end = section.diameter if section.end_diameter is None else section.end_diameter
-            return section.diameter + (end - section.diameter) * (position - start) / section.length
-        start += section.length
-    return shaft.sections[-1].diameter

@@ -188,7 +188,7 @@ def mechanics(box: Gearbox, static_states: tuple[StaticState, ...], spread: Sequ
         bearing=np.array([part.stiffness[:3] @ part.rows for part in parts]).reshape(-1, 3, n),
         bearing_names=tuple(part.name for part in parts),
         bearing_load=np.array(
-            [force[:3] for number in models for force in static_states[number].bearing_force(number)]
+            [force[:3] for number in models for force, _ in static_states[number].bearings(number)]
         ).reshape(-1, 3),
         ripples=np.array(ripples).reshape(-1, n),
         parts=(
@@ -220,8 +220,7 @@ def _supports(
     n, names, parts, dampers, constants = len(K), [], [], [], []
     for number, model in structure.shafts.items():
         supports = (support for support in structure.supports if support.shaft == number)
-        stiffness = static_states[number].bearing_stiffness(number)
-        for k, (support, K_b) in enumerate(zip(supports, stiffness, strict=True)):
+        for k, (support, (_, K_b)) in enumerate(zip(supports, static_states[number].bearings(number), strict=True)):
             support.add(K, K_b)
             names.append(support.bearing.name or f"{model.shaft.name} {k + 1}")
             D = support.rows @ np.eye(n)[support.index]

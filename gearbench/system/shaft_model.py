@@ -83,11 +83,11 @@ class ShaftModel:
         fine = [coarse[:1]]
         for a, b in pairwise(coarse):
             # elements no longer than their diameter resolve modes up to some ten kHz
-            count = math.ceil((b - a) / self._diameters(a, b)[0][0] - 1e-9)
+            count = math.ceil((b - a) / self.diameters(a, b)[0][0] - 1e-9)
             fine.append(np.linspace(a, b, min(max(count, 1), MOST_ELEMENTS) + 1)[1:])
         return np.concatenate(fine)
 
-    def _diameters(self, a: float, b: float) -> tuple[tuple[float, float], float]:
+    def diameters(self, a: float, b: float) -> tuple[tuple[float, float], float]:
         """Outer diameters at both ends of the stretch from a to b within one section, and its bore [mm]."""
         middle, start = (a + b) / 2, 0.0
         for section in self.shaft.sections:
@@ -107,7 +107,7 @@ class ShaftModel:
         """Elements between the nodes."""
         material, beams = self.shaft.material, []
         for a, b in pairwise(self.nodes):
-            outer, bore = self._diameters(a, b)
+            outer, bore = self.diameters(a, b)
             if bore >= min(outer):
                 raise InputError(
                     f"system.shafts.{self.shaft.name}.gears.diameter", min(outer), f"must exceed the bore, {bore:g} mm"

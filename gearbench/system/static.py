@@ -116,16 +116,8 @@ class StaticState:
             support.add(K, stiffness)
         return F, K
 
-    def bearing_stiffness(self, shaft: int) -> tuple[NDArray, ...]:
-        """Tangent stiffness (5, 5) of each bearing of a shaft at equilibrium."""
-        return tuple(stiffness for _, stiffness in self._carried(shaft))
-
-    def bearing_force(self, shaft: int) -> tuple[NDArray, ...]:
-        """Force (5,) of a shaft on each of its bearings [N, N·mm]."""
-        return tuple(force for force, _ in self._carried(shaft))
-
-    def _carried(self, shaft: int) -> list[tuple[NDArray, NDArray]]:
-        """Force (5,) and stiffness (5, 5) of each bearing of a shaft."""
+    def bearings(self, shaft: int) -> list[tuple[NDArray, NDArray]]:
+        """Force (5,) of a shaft on each of its bearings [N, N·mm], and their tangent stiffness (5, 5)."""
         supports = [support for support in self.structure.supports if support.shaft == shaft]
         return [support.bearing.force(support.deflection(self.motion)) for support in supports]
 

@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 from scipy.special import mathieu_a, mathieu_b
 
 from gearbench.dynamics.analysis import response
-from gearbench.dynamics.balance import receptances, solve
+from gearbench.dynamics.balance import solve
 from gearbench.dynamics.model import Model
 from gearbench.dynamics.modes import modes
 from gearbench.dynamics.stability import multipliers
@@ -35,7 +35,7 @@ def test_two_wheels_against_time_integration(seed):
     drive = excitation(k, k_orders, x_orders, F, H)
     omega = rng.uniform(0.2, 1.8) * np.sqrt(k / m)
     system = modes(wheels(m), np.array([[k]]), zeta)
-    x, f = solve(drive, receptances(system, ONE, np.array([omega]), H), np.array([[k]]))
+    x, f = solve(drive, system.mesh_receptance(omega * np.arange(H + 1)[None], ONE), np.array([[k]]))
     c = 2 * zeta * np.sqrt(k * m)
 
     def rate(t, y):
@@ -92,13 +92,13 @@ def test_limits_of_slow_and_fast():
     drive = excitation(k, [4e4, 1e4j], [4e-3, 1e-3, 2e-4j], 2000.0, H)
     system = modes(wheels(m), np.array([[k]]), zeta)
     w = np.sqrt(k / m) * np.array([1e-7, 1e4])
-    x, f = solve(drive, receptances(system, ONE, w, H), np.array([[k]]))
+    x, f = solve(drive, system.mesh_receptance(np.outer(w, np.arange(H + 1)), ONE), np.array([[k]]))
     assert_allclose(x[0, 0], drive.motion[0], atol=1e-9 * 4e-3)
     assert_allclose(f[0, 0], [2000.0, *np.zeros(H)], atol=1e-3)
     assert np.abs(x[1, 0, 1:]).max() < 1e-10
     constant = excitation(k, [], [4e-3, 1e-3, 2e-4j], 2000.0, H)
     w = np.sqrt(k / m) * np.array([0.4, 0.9, 1.7])
-    x, _ = solve(constant, receptances(system, ONE, w, H), np.array([[k]]))
+    x, _ = solve(constant, system.mesh_receptance(np.outer(w, np.arange(H + 1)), ONE), np.array([[k]]))
     n, r = np.arange(1, H + 1), w[:, None] / np.sqrt(k / m)
     transfer = 1 / (1 - (n * r) ** 2 + 2j * zeta * n * r)
     assert_allclose(x[:, 0, 1:], transfer * constant.motion[0, 1:], rtol=1e-12, atol=1e-18)

@@ -13,6 +13,7 @@ from gearbench.dynamics.analysis import response
 from gearbench.dynamics.model import Model
 from gearbench.dynamics.nonlinear import nonlinear_pair, nonlinear_response
 from gearbench.scene_file import parse_scene
+from tests.support.force_curves import force_at
 
 #: Spur rig gears of Kahraman and Blankenship, 50/50, with play.
 RIG = {
@@ -142,7 +143,7 @@ def test_compiled_steps_are_those_of_numpy():
         below, above = low - 1.0, low + 1.0
         for _ in range(60):  # bisection of what rises
             x[row] = (below + above) / 2
-            f = curve.force(x)[row]
+            f = force_at(curve, x)[row]
             rises = x[row] + c * (f - mean_f - k * (x[row] - mean_x)) > low
             below, above = (below, x[row]) if rises else (x[row], above)
         assert_allclose(record[:, 0, i // curve.steps, row], [x[row], f], rtol=1e-7, atol=1e-6 * mean_f)
@@ -183,6 +184,6 @@ def test_force_curve_meets_the_contact():
     scene = cycle.scene
     lines = scene_lines(scene, np.arange(curve.steps) / curve.steps)
     approach = solve(assemble(scene, lines, cycle.effects)).approach / np.cos(scene.pair.meshing.beta_b)
-    assert_allclose(curve.force(approach), scene.F_bt, rtol=1e-4)
-    assert_allclose(curve.force(curve.begin - 1e-3), 0.0, atol=1e-9)
-    assert (curve.force(np.full(curve.steps, -curve.backlash - 0.02)) < 0).all()
+    assert_allclose(force_at(curve, approach), scene.F_bt, rtol=1e-4)
+    assert_allclose(force_at(curve, curve.begin - 1e-3), 0.0, atol=1e-9)
+    assert (force_at(curve, np.full(curve.steps, -curve.backlash - 0.02)) < 0).all()

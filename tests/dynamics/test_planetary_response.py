@@ -37,6 +37,7 @@ from gearbench.results.cycle import Phases, fourier_rows
 from gearbench.scene_file import parse_scene
 from gearbench.trains.scatter import sampled_train
 from gearbench.trains.solve import solve_train
+from tests.support.force_curves import force_at
 
 TEETH = {"tooth_bending": {}, "hertz": {}}
 #: Orders of what excites the set where it is integrated.
@@ -288,7 +289,7 @@ def test_compiled_steps_of_a_set_are_those_of_numpy():
 
         def state_at(d, row=row, g=g, C=C):
             F = np.array(
-                [curve.force(np.full(sweep.steps, at))[row] for curve, at in zip(sweep.curves, d, strict=True)]
+                [force_at(curve, np.full(sweep.steps, at))[row] for curve, at in zip(sweep.curves, d, strict=True)]
             )
             x = d - g + C @ F
             return x, F, F - mean_f - K @ (x - mean_x)
@@ -315,8 +316,8 @@ def test_force_curves_meet_the_contact_of_the_set():
         if len(sweep.between):
             d = d - (sweep.between @ F[..., None])[..., 0]
         for curve, approach, force in zip(sweep.curves, d.T, F.T, strict=True):
-            assert_allclose(curve.force(approach), force, rtol=1e-5)
-            assert_allclose(curve.force(curve.begin - 1e-3), 0.0, atol=1e-9)
+            assert_allclose(force_at(curve, approach), force, rtol=1e-5)
+            assert_allclose(force_at(curve, curve.begin - 1e-3), 0.0, atol=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -410,8 +411,7 @@ def test_supports_carry_what_meshes_and_inertia_leave():
     found, names = steady(model, speeds, 3), list(model.mechanics.bearing_names)
     equivalent_force = np.moveaxis(found.equivalent_force, 1, 2)[0, 1:]
     _, motion, moved = (
-        part[0]
-        for part in model.modes.response_to_mesh_forces(found.omega[:, 1:], equivalent_force[None], np.arange(8))
+        part[0] for part in model.modes.response_to_forces(found.omega[:, 1:], equivalent_force[None], model.modes.mesh)
     )
     inert = np.array([(body.mass, body.mass, body.inertia) for body in model.bodies.values()])
     left = -np.einsum("nm,mba->nba", equivalent_force + motion @ model.stiffness.T, model.linkage.of_bodies)

@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 
 from gearbench import simulate
 from gearbench.dynamics.analysis import response
-from gearbench.dynamics.balance import Excitation, receptances, solve
+from gearbench.dynamics.balance import Excitation, solve
 from gearbench.dynamics.model import Model
 from gearbench.dynamics.modes import modes
 from gearbench.effects.base import ComplianceEffect, LineLaw
@@ -106,8 +106,8 @@ def test_bearing_forces_are_those_of_many_slices(helix):
     # at rest at each phase: the slices on the compliance of the shafts, their spins held
     mean = np.diag(k.mean(axis=0))
     found = modes(system, mean, scene.system.damping_ratio)
-    rows = np.arange(len(η))
-    h = receptances(found, rows, 2 * np.pi / 60 * scene.pair.pinion.teeth * speeds, H)
+    omega = 2 * np.pi / 60 * scene.pair.pinion.teeth * np.outer(speeds, np.arange(H + 1))
+    h = found.mesh_receptance(omega, np.arange(len(η)))
     # rigid teeth of rigid slices have no error: all that moves them is that k varies under the mean force
     wave = np.exp(-2j * np.pi * np.outer(np.arange(2 * H + 1), tau)) / len(tau)
     gears = model.loaded_meshes[0].on_shafts.gears
@@ -123,9 +123,8 @@ def test_bearing_forces_are_those_of_many_slices(helix):
         force=(wave[: H + 1] @ force).T,
     )
     x, f = solve(drive, h, mean)
-    omega = 2 * np.pi / 60 * scene.pair.pinion.teeth * speeds[:, None] * np.arange(1, H + 1)
     push = np.moveaxis((f - mean @ x)[..., 1:], 1, -1)
-    felt = np.moveaxis(found.response_to_mesh_forces(omega, push, rows)[2], 1, -1)
+    felt = np.moveaxis(found.response_to_forces(omega[:, 1:], push, found.mesh)[2], 1, -1)
     ours = data["bearing_force_amplitude"].values[:, 0, :, :2]
     theirs = 2 * np.abs(felt[:, :, :2])
     for name, one, other in zip(data["bearing"].values, *(np.sqrt((v**2).sum(axis=(0, 2, 3))) for v in (ours, theirs)), strict=True):  # fmt: skip  # noqa: E501

@@ -17,7 +17,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from gearbench.dynamics import waves
-from gearbench.dynamics.balance import Excitation, receptances, solve
+from gearbench.dynamics.balance import Excitation, solve
 from gearbench.dynamics.modes import modes
 from gearbench.geometry.pair import Pair
 from gearbench.schema import read
@@ -58,8 +58,8 @@ def answer(openings):
     error[0] += F * (1 / stiff - 1 / soft) * TWO_PAIRS
     error[1] += 0.020 / 2j
     drive = Excitation(stiffness=stiffness[None, None], motion=error[None], force=F * np.eye(1, ORDERS + 1))
-    omega, mesh = np.array([2 * np.pi * 20 * 1000 / 60]), np.array([0])
-    h = receptances(modes(system, np.array([[STIFFNESS]]), 0.0), mesh, omega, ORDERS)
+    omega, mesh = 2 * np.pi * 20 * 1000 / 60 * np.arange(ORDERS + 1), np.array([0])
+    h = modes(system, np.array([[STIFFNESS]]), 0.0).mesh_receptance(omega[None], mesh)
     x, f = (orders[0, 0] for orders in solve(drive, h, np.array([[STIFFNESS]])))
     return x, f, a[0]
 
