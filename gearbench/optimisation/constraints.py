@@ -10,10 +10,9 @@ from gearbench.contact.assemble import assemble
 from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.solver import solve
 from gearbench.contact.transitions import mesh_phases
-from gearbench.errors import InputError, one_of
-from gearbench.optimisation.numbers import COST, NUMBERS, OF_SCENE, UNDER_LOAD, each_mesh
-from gearbench.optimisation.study import RESPONSES, Limit
-from gearbench.results.responses import is_over_speed, is_response, response, responses
+from gearbench.optimisation.numbers import COST, OF_SCENE, UNDER_LOAD, each_mesh
+from gearbench.optimisation.study import Limit
+from gearbench.results.responses import is_over_speed, response
 from gearbench.results.solved import Solved
 from gearbench.scene import Scene
 from gearbench.solution import solve_scene
@@ -23,20 +22,6 @@ from gearbench.trains.solve import SolvedTrain
 #: A rough value that violates its limit by less than this relative margin is computed again exactly. The contact
 #: pressure from ``solve_roughly`` on random gears is within 2.5 % with plates, 4.9 % with solid teeth on gear bodies.
 ROUGH = 0.1
-
-
-def check_limited(name: str) -> None:
-    """Refuse the name of a quantity that cannot be limited.
-
-    Raises
-    ------
-    InputError
-        If it is neither a quantity of ``gearbench.optimisation.numbers`` nor a response of ``simulate``.
-    """
-    if name not in NUMBERS and not is_response(name):
-        raise InputError(
-            f"constraints.{name}", "unknown quantity", one_of(name, dict.fromkeys([*RESPONSES, *NUMBERS, *responses()]))
-        )
 
 
 def constrained(
@@ -54,7 +39,9 @@ def constrained(
     the mesh force over the study's speeds, without errors.
     """
     if scene.loads:
-        return _worst_of_loads(scene, limits, cost, force)
+        by_load = [constrained(loaded, limits, cost=cost, force=force) for loaded in scene.each_load]
+        computed = {name: [values[name] for values in by_load if name in values] for name in limits}
+        return {name: limits[name].worst(values) for name, values in computed.items() if values}
     solved = solved or cache(partial(solve_scene, scene))
     numbers = partial(numbers_of, scene=scene, solved=solved, cost=cost)
     values: dict[str, float] = {}
@@ -110,15 +97,6 @@ def decided(values: Mapping[str, float], limits: Mapping[str, Limit]) -> bool:
     rough = [name for name in limits if name in UNDER_LOAD and name in values]
     pairs = ((values[name], limit) for name in rough for limit in (limits[name].min, limits[name].max))
     return not any(limit is not None and abs(value - limit) <= ROUGH * abs(limit) for value, limit in pairs)
-
-
-def _worst_of_loads(
-    scene: Scene, limits: Mapping[str, Limit], cost: float, force: Callable[[Scene], float]
-) -> dict[str, float]:
-    """Compute the limited quantities under every load and keep the worst value of each."""
-    by_load = [constrained(loaded, limits, cost=cost, force=force) for loaded in scene.each_load]
-    computed = {name: [values[name] for values in by_load if name in values] for name in limits}
-    return {name: limits[name].worst(values) for name, values in computed.items() if values}
 
 
 def judge(values: Mapping[str, float], limits: Mapping[str, Limit]) -> tuple[float, str]:

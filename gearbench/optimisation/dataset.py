@@ -12,10 +12,13 @@ from gearbench.lazy import xr
 from gearbench.optimisation.archive import Archive
 from gearbench.optimisation.problem import Evaluation, values_of
 from gearbench.optimisation.study import Design, OptimisationStudy
+from gearbench.results.provenance import run_provenance
 from gearbench.results.responses import described
 
 #: Dimensions of the Datasets. A design variable must not have one of these names.
 DIMENSIONS = frozenset({"design", "generation", "variable", "constraint", "objective_name", "member"})
+#: Variables from which ``read_designs`` restores the designs, in addition to the study's constraints and statistics.
+STORED = ("code", "violation", "reason", "evaluated_samples")
 
 
 def designs_dataset(
@@ -65,13 +68,8 @@ def designs_dataset(
     )
 
 
-def read_names(study: OptimisationStudy) -> tuple[str, ...]:
-    """Names of the data in ``designs_dataset`` from which ``read_designs`` restores everything."""
-    return ("code", "violation", "reason", "evaluated_samples", *study.constraints, *study.statistics)
-
-
 def read_designs(dataset: xr.Dataset, study: OptimisationStudy) -> list[tuple[Design, Evaluation]]:
-    """Designs and results of a Dataset with the variables ``read_names``, exactly as stored.
+    """Designs and results of a Dataset with the variables ``STORED``, exactly as stored.
 
     Statistics of infeasible designs are NaN.
 
@@ -81,13 +79,12 @@ def read_designs(dataset: xr.Dataset, study: OptimisationStudy) -> list[tuple[De
         If the Dataset does not hold them.
     """
     types = [float if variable.kind == "real" else int for variable in study.variables]
-    names = ("code", "violation", "reason", "evaluated_samples")
     constraints, statistics = (
         np.array([dataset[name].values for name in group]).reshape(len(group), -1).T
         for group in (study.constraints, study.statistics)
     )
     constraints = constraints.reshape(dataset.sizes["design"], len(study.constraints))
-    rows = zip(*(dataset[name].values for name in names), constraints, statistics, strict=True)
+    rows = zip(*(dataset[name].values for name in STORED), constraints, statistics, strict=True)
     return [
         (
             tuple(convert(code) for convert, code in zip(types, codes, strict=True)),
@@ -109,8 +106,6 @@ def front_dataset(archive: Archive, population: Sequence[Design], wall_time: flo
 
     ``population`` holds the designs that survived the last generation.
     """
-    from gearbench.results.provenance import run_provenance
-
     numbers, generations = range(len(archive.designs)), len(archive.asked)
     dataset = designs_dataset(archive.study, archive.designs, archive.results, archive.first_generations)
     members = np.full((generations, archive.study.algorithm.population), -1, dtype="int64")

@@ -11,26 +11,20 @@ from gearbench.errors import InputError
 from gearbench.geometry.pair import Pair
 from gearbench.geometry.planetary import expanded
 
-#: Function that converts the value of a derived variable. Arguments: the scene's tables, a function that makes a pair
-#: from its table, and the value. It returns keys of the scene, with their values.
-Derivation = Callable[[Mapping[str, Any], Callable[[Mapping[str, Any]], Pair], float], dict[str, Any]]
+#: Function that gives the value of the keys of a derived variable. Arguments: the scene's tables, a function that makes
+#: a pair from its table, and the value of the variable.
+Derivation = Callable[[Mapping[str, Any], Callable[[Mapping[str, Any]], Pair], float], float]
 
 
-def _relief_length(effect: str) -> Derivation:
-    """Function that converts the length of a relief, given as a fraction of the smaller tooth height r_a − r_f."""
-
-    def derive(tables: Mapping[str, Any], pair_of: Callable[[Mapping[str, Any]], Pair], value: float) -> dict[str, Any]:
-        pair = pair_of(tables["pair"])
-        return {f"effects.{effect}.length": value * min(gear.tooth_height for gear in pair.gears)}
-
-    return derive
+def _relief_length(tables: Mapping[str, Any], pair_of: Callable[[Mapping[str, Any]], Pair], value: float) -> float:
+    """Length of a relief from a fraction of the smaller tooth height r_a − r_f."""
+    return value * min(gear.tooth_height for gear in pair_of(tables["pair"]).gears)
 
 
-def _addendum(tables: Mapping[str, Any], pair_of: Callable[[Mapping[str, Any]], Pair], value: float) -> dict[str, Any]:
+def _addendum(tables: Mapping[str, Any], pair_of: Callable[[Mapping[str, Any]], Pair], value: float) -> float:
     """Addendum of both gears from a fraction: 0 gives ε_α = 1, 1 gives the standard addendum."""
     lowest = unit_contact_addendum(_valid_pair(tables["pair"], pair_of))
-    addendum = lowest + value * (1.0 - lowest)
-    return {"pair.pinion.addendum": addendum, "pair.wheel.addendum": addendum}
+    return lowest + value * (1.0 - lowest)
 
 
 def _valid_pair(table: Mapping[str, Any], pair_of: Callable[[Mapping[str, Any]], Pair]) -> Pair:
@@ -65,31 +59,21 @@ def unit_contact_addendum(pair: Pair) -> float:
     return float(brentq(excess, 0.0, 1.0, xtol=1e-13))  # pyright: ignore[reportArgumentType]
 
 
-def _ring_teeth(tables: Mapping[str, Any], _pair: Callable[[Mapping[str, Any]], Pair], value: float) -> dict[str, Any]:
+def _ring_teeth(tables: Mapping[str, Any], _pair: Callable[[Mapping[str, Any]], Pair], value: float) -> float:
     """Tooth number of the ring (negative) from the number of teeth to add to the default (negative: to leave out)."""
     planetary = tables["planetary"]
     ring_without_teeth = {key: number for key, number in planetary.get("ring", {}).items() if key != "teeth"}
     default, *_ = expanded({**planetary, "ring": ring_without_teeth})
-    return {"planetary.ring.teeth": default.teeth[-1] - round(value)}
+    return default.teeth[-1] - round(value)
 
 
-#: Name of the derived variable → function that converts its values; applied in this order.
-DERIVED: Mapping[str, Derivation] = MappingProxyType(
+#: Name of the derived variable → keys of the scene that it sets, and the function that gives their value; applied in
+#: this order. ``study_file`` refuses keys set twice, and keys of a pair in a study of planetary sets or the reverse.
+DERIVED: Mapping[str, tuple[tuple[str, ...], Derivation]] = MappingProxyType(
     {
-        "pair.addendum_fraction": _addendum,
-        "effects.tip_relief.length_fraction": _relief_length("tip_relief"),
-        "effects.root_relief.length_fraction": _relief_length("root_relief"),
-        "planetary.ring.extra_teeth": _ring_teeth,
-    }
-)
-
-#: Name of the derived variable → keys of the scene that it sets. ``study_file`` refuses keys set twice, and
-#: keys of a pair in a study of planetary sets or the reverse.
-KEYS_SET: Mapping[str, tuple[str, ...]] = MappingProxyType(
-    {
-        "pair.addendum_fraction": ("pair.pinion.addendum", "pair.wheel.addendum"),
-        "effects.tip_relief.length_fraction": ("effects.tip_relief.length",),
-        "effects.root_relief.length_fraction": ("effects.root_relief.length",),
-        "planetary.ring.extra_teeth": ("planetary.ring.teeth",),
+        "pair.addendum_fraction": (("pair.pinion.addendum", "pair.wheel.addendum"), _addendum),
+        "effects.tip_relief.length_fraction": (("effects.tip_relief.length",), _relief_length),
+        "effects.root_relief.length_fraction": (("effects.root_relief.length",), _relief_length),
+        "planetary.ring.extra_teeth": (("planetary.ring.teeth",), _ring_teeth),
     }
 )

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from gearbench.errors import InputError, naming
 from gearbench.lazy import xr
-from gearbench.optimisation.dataset import read_names
+from gearbench.optimisation.dataset import STORED
 from gearbench.optimisation.numbers import OF_PAIR, OF_SCENE, OF_SET
 from gearbench.optimisation.problem import scene_of
 from gearbench.optimisation.study import Design, OptimisationStudy
@@ -155,7 +155,7 @@ def _check(dataset: xr.Dataset, study: OptimisationStudy, source: str) -> None:
     """Refuse a Dataset whose variables, codes and results do not fit its study."""
     text_names = {"reason", *(v.name for v in study.variables if v.kind == "choice")}
     flags_and_variables = {"feasible", "on_front", *(v.name for v in study.variables)}
-    for name in (*read_names(study), *flags_and_variables):
+    for name in (*STORED, *study.constraints, *study.statistics, *flags_and_variables):
         dims = ("design", "variable") if name == "code" else ("design",)
         if name not in dataset or dataset[name].dims != dims:
             raise InputError("", source, f"{name} is missing, or has other dimensions than {', '.join(dims)}")

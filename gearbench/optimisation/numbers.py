@@ -10,16 +10,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
-from typing import TYPE_CHECKING
 
-from gearbench.geometry.planetary import CARRIER, RING, SUN
+from gearbench.geometry.planetary import CARRIER, RING, SUN, PlanetarySet
+from gearbench.results.solved import Solved
+from gearbench.scene import Scene
 from gearbench.strength.bending import RootBending
 from gearbench.strength.rating import GEOMETRIC, contact_pressure, root_stress
-
-if TYPE_CHECKING:
-    from gearbench.geometry.planetary import PlanetarySet
-    from gearbench.results.solved import Solved
-    from gearbench.scene import Scene
 
 #: Quantity from the variables: the sum of the costs of their values, from the table ``costs`` of the study.
 COST = "cost"
@@ -40,14 +36,9 @@ MODIFICATIONS = (
 )
 
 
-def planetary_set(scene: Scene) -> PlanetarySet | None:
-    """Planetary set of a scene; None if the scene is not one."""
-    return None if scene.train is None else scene.train.planetary
-
-
 def each_mesh(scene: Scene) -> tuple[Scene, ...]:
     """Scenes of the distinct meshes: sun-planet and planet-ring of a planetary set; otherwise the scene itself."""
-    planetary = planetary_set(scene)
+    planetary = scene.planetary
     if planetary is None:
         return (scene,)
     # meshes of the sun with all planets come first, then those of the ring: take the first of each kind
@@ -62,7 +53,7 @@ def mass(scene: Scene) -> float:
     """
     from gearbench.compliance.outline import tooth_outline
 
-    planetary, meshes, total = planetary_set(scene), each_mesh(scene), 0.0
+    planetary, meshes, total = scene.planetary, each_mesh(scene), 0.0
     count = dict.fromkeys((name for mesh in meshes for name in mesh.gear_names), 1)
     if planetary is not None:
         count |= {name: planetary.keys.number for name in count if name not in (SUN, RING)}
@@ -79,7 +70,7 @@ def mass(scene: Scene) -> float:
 
 def gear_ratio(scene: Scene) -> float:
     """u = z_2/z_1; for a planetary set, speed of the fastest central member over that of the slowest turning one."""
-    if planetary_set(scene) is None:
+    if scene.planetary is None:
         return scene.pair.wheel.teeth / scene.pair.pinion.teeth
     turning = [abs(float(rate)) for name, rate in scene.geometry.rates.items() if name in CENTRAL and rate]
     return max(turning) / min(turning)
@@ -114,7 +105,7 @@ def _of_flank(name: str) -> Callable[[Solved], float]:
 
 def largest_root_stress(scene: Scene) -> float:
     """Largest root stress of all gears [MPa]; a planetary set leaves out its ring, which no rack can cut."""
-    if planetary_set(scene) is None:
+    if scene.planetary is None:
         return max(root_stress(scene))
     sides = ((mesh, index) for mesh in each_mesh(scene) for index in (0, 1) if mesh.pair.gears[index].teeth > 0)
     return max(RootBending(pair=mesh.pair, gear=index).stress(abs(mesh.load.torque)) for mesh, index in sides)
@@ -124,7 +115,7 @@ def _of_set(compute: Callable[[PlanetarySet, Scene], float]) -> Callable[[Scene]
     """Return a function of the scene that computes a quantity of its planetary set, and gives NaN for a pair."""
 
     def of_scene(scene: Scene) -> float:
-        planetary = planetary_set(scene)
+        planetary = scene.planetary
         return math.nan if planetary is None else compute(planetary, scene)
 
     return of_scene

@@ -28,6 +28,7 @@ from gearbench.optimisation.study import Design, OptimisationStudy
 from gearbench.optimisation.variables import Value
 from gearbench.results.responses import is_over_speed, response
 from gearbench.results.solved import Solved
+from gearbench.robustness.montecarlo import Sampled, prepare_problem, prepare_scene, respond
 from gearbench.robustness.sampling import Sampler, unit_samples
 from gearbench.scene import Scene
 from gearbench.scene_file import parse_scene, read_loads
@@ -39,7 +40,6 @@ from gearbench.trains.solve import SolvedTrain, solve_train
 
 if TYPE_CHECKING:
     from gearbench.dynamics.over_speed import ForceOverSpeed
-    from gearbench.robustness.montecarlo import Sampled
 
 #: Violation of a design whose scene is not valid or cannot be solved; a violated limit counts at most 1000.
 NO_GEAR = 1e6
@@ -226,8 +226,6 @@ class _Candidate:
 
     def _problems(self) -> Sequence[Sampled]:
         """The scene prepared for error samples, one problem per load, torques ascending."""
-        from gearbench.robustness.montecarlo import prepare_problem, prepare_scene
-
         if self.scene.coupled:
             assert isinstance(self.solved, SolvedTrain)
             return [sampled_train(self.scene, self.solved)]
@@ -248,8 +246,6 @@ class _Candidate:
         KeyboardInterrupt
             If the computation is interrupted.
         """
-        from gearbench.robustness.montecarlo import respond
-
         by_load = []
         for loaded, problem in zip(self.scene.each_load, problems, strict=True):
             more = {"mesh_force": self.force(loaded).of_samples} if self._over_speed else {}
@@ -282,9 +278,9 @@ def scene_of(study: OptimisationStudy, design: Design) -> Scene:
     if "effects" in tables:
         absent = {path for path, value in assigned.items() if value is None}  # effects that the design leaves out
         tables["effects"] = {name: t for name, t in tables["effects"].items() if f"effects.{name}" not in absent}
-    for path, derive in DERIVED.items():
+    for path, (keys, derive) in DERIVED.items():
         if path in given_keys:
-            tables = with_values(tables, derive(tables, pair_of, float(given_keys[path])))
+            tables = with_values(tables, dict.fromkeys(keys, derive(tables, pair_of, float(given_keys[path]))))
     return parse_scene(tables if study.of_set else tables | {"pair": pair_of(tables.get("pair", {}))})
 
 

@@ -128,7 +128,8 @@ class Incumbents:
                 of_incumbents = self.final[:, self.study.statistics.index(name)]
                 D += weight * (numbers[self.study.numbers.index(name)] - of_incumbents)
                 continue
-            i, statistic = self._index_and_statistic(name)
+            response, statistic = split_statistic(name) or (name, "")
+            i = self.study.responses.index(response)
             x, y = values[i], self.early[:, i, :n]  # of the design, of the incumbents
             if statistic == "max":
                 D += weight * (x.max() - self.final[:, self.study.statistics.index(name)])
@@ -138,12 +139,6 @@ class Incumbents:
             D += weight * (of_design - of_incumbents)
             influence += weight * (influence_design - influence_incumbents)
         return D, influence.std(axis=1, ddof=1) * math.sqrt(1 / n - 1 / self.study.robustness.samples)
-
-    def _index_and_statistic(self, name: str) -> tuple[int, str]:
-        """Index of the response, and statistic ("mean", "std" or "max"), of a statistic's name."""
-        parts = split_statistic(name)
-        assert parts is not None
-        return self.study.responses.index(parts[0]), parts[1]
 
     def estimate(self, values: NDArray, incumbent: int, numbers: Sequence[float] = ()) -> NDArray:
         """Estimate the statistics over all samples, (statistic,), of a design that ``incumbent`` beats."""

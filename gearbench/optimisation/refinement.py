@@ -26,6 +26,7 @@ from gearbench.optimisation.problem import Evaluation, evaluate
 from gearbench.optimisation.study import Design, OptimisationStudy
 from gearbench.optimisation.variables import Variable
 from gearbench.optimisation.workers import side_by_side, worker_processes
+from gearbench.results.provenance import run_provenance
 from gearbench.results.responses import described
 from gearbench.threads import default_threads
 
@@ -147,7 +148,11 @@ def refine_design(
         constraints=NonlinearConstraint(excess, -np.inf, zero),
         options={"maxfev": evaluations, "initial_tr_radius": RADIUS, "final_tr_radius": LEAST_RADIUS},
     )
-    best = min(run.better_than(f_0), key=lambda key: run.total(key), default=run.start.tobytes())
+    feasible = {key: result for key, result in run.seen.items() if result.feasible}
+    scaled = {key: np.array(result.objectives(study)) / extent for key, result in feasible.items()}
+    # in no objective worse than the design itself
+    totals = {key: float(f.sum()) for key, f in scaled.items() if np.all(f <= f_0 + ROUNDING)}
+    best = min(totals, key=totals.__getitem__, default=run.start.tobytes())
     return run.codes(np.frombuffer(best)), run.seen[best], before
 
 
@@ -197,18 +202,6 @@ class _Refinement:
             return np.full(len(self.extent), INFEASIBLE)
         return np.array(result.objectives(self.study)) / self.extent
 
-    def better_than(self, f_0: NDArray) -> Sequence[bytes]:
-        """Evaluated x, as bytes, that are feasible and in no objective worse than ``f_0``."""
-        return [
-            key
-            for key, result in self.seen.items()
-            if result.feasible and np.all(np.array(result.objectives(self.study)) / self.extent <= f_0 + ROUNDING)
-        ]
-
-    def total(self, key: bytes) -> float:
-        """Sum Σ_j f_j/s_j to minimise, at an evaluated x given as bytes."""
-        return float(np.sum(np.array(self.seen[key].objectives(self.study)) / self.extent))
-
 
 def _dataset(
     study: OptimisationStudy,
@@ -217,8 +210,6 @@ def _dataset(
     reference: NDArray,
 ) -> xr.Dataset:
     """Dataset of the refined designs; ``reference`` is the reference point of the front."""
-    from gearbench.results.provenance import run_provenance
-
     refined = [design for design, _, _ in answers]
     dataset = designs_dataset(study, refined, [after for _, after, _ in answers], first=[1] * len(answers))
     before = np.array([evaluation.objectives(study) for _, _, evaluation in answers])

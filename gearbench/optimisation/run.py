@@ -15,10 +15,11 @@ from gearbench.optimisation.dataset import front_dataset
 from gearbench.optimisation.problem import Evaluation
 from gearbench.optimisation.racing import Incumbents, spread
 from gearbench.optimisation.search import Search
-from gearbench.optimisation.store import Store
+from gearbench.optimisation.store import FRONT, Store
 from gearbench.optimisation.study import Design, OptimisationStudy
 from gearbench.optimisation.study_file import check_study
 from gearbench.optimisation.workers import evaluations, worker_processes
+from gearbench.results.netcdf import save
 from gearbench.threads import default_threads
 
 
@@ -112,7 +113,7 @@ def optimise(
         run.search()
         dataset = run.dataset()
         if store is not None:
-            store.write_front(dataset)
+            save(dataset, store.folder / FRONT)
         return dataset
 
 

@@ -14,11 +14,11 @@ from filelock import FileLock, Timeout
 
 from gearbench.errors import InputError
 from gearbench.files import is_part, make_folder, write_text
-from gearbench.lazy import xr
 from gearbench.optimisation.dataset import designs_dataset, read_designs
 from gearbench.optimisation.problem import Evaluation
 from gearbench.optimisation.study import Design, OptimisationStudy
 from gearbench.results.netcdf import open_result, save
+from gearbench.results.provenance import versions
 
 STUDY, FRONT, LOCK = "study.toml", "front.nc", ".lock"
 
@@ -120,12 +120,6 @@ class Store:
         OSError, InputError
             If the disk is full or the folder is no longer writable; earlier generations are untouched.
         """
-        from gearbench.results.provenance import versions
-
         dataset = designs_dataset(self._study, designs, results, [generation] * len(designs))
         dataset = dataset.drop_vars("first_generation")
         save(dataset.assign_attrs(generation=generation, versions=versions()), self.path(generation))
-
-    def write_front(self, dataset: xr.Dataset) -> None:
-        """Write the Dataset of the finished search; raises as ``write``."""
-        save(dataset, self.folder / FRONT)

@@ -8,13 +8,20 @@ from typing import Any
 
 from gearbench.errors import InputError, naming, one_of
 from gearbench.geometry.planetary import AT_RING, MEMBERS, RING, Planetary
-from gearbench.optimisation.constraints import check_limited
 from gearbench.optimisation.dataset import DIMENSIONS
-from gearbench.optimisation.derived import DERIVED, KEYS_SET
-from gearbench.optimisation.numbers import COST, OF_OPERATION
-from gearbench.optimisation.study import Algorithm, Limit, Objective, OptimisationStudy, Robustness, Speeds
+from gearbench.optimisation.derived import DERIVED
+from gearbench.optimisation.numbers import COST, NUMBERS, OF_OPERATION
+from gearbench.optimisation.study import (
+    RESPONSES,
+    Algorithm,
+    Limit,
+    Objective,
+    OptimisationStudy,
+    Robustness,
+    Speeds,
+)
 from gearbench.optimisation.variables import Variable
-from gearbench.results.responses import quantity
+from gearbench.results.responses import is_response, quantity, responses
 from gearbench.scene_file import read_loads, scene_key, table_class
 from gearbench.schema import as_table, check, keys, make, read, read_toml
 
@@ -127,7 +134,7 @@ def changed_keys(variable: Variable) -> tuple[str, ...]:
         if path in DERIVED:
             if variable.sets is None and variable.kind == "choice":
                 raise InputError(table, variable.values, f"{path} must be a number")
-            changed += KEYS_SET[path]
+            changed += DERIVED[path][0]
             continue
         with naming(below=table):
             key = scene_key(path)
@@ -245,5 +252,7 @@ def _objectives(given: Any) -> Iterator[Objective]:
 def _constraints(tables: Mapping[str, Any]) -> Iterator[tuple[str, Limit]]:
     """Yield limited quantities by name, with their limits."""
     for name, table in tables.items():
-        check_limited(name)
+        if name not in NUMBERS and not is_response(name):
+            known = dict.fromkeys([*RESPONSES, *NUMBERS, *responses()])
+            raise InputError(f"constraints.{name}", "unknown quantity", one_of(name, known))
         yield name, read(Limit, table, f"constraints.{name}")

@@ -21,6 +21,7 @@ from gearbench.optimisation.front import non_dominated
 from gearbench.optimisation.problem import Evaluation, macro_geometry
 from gearbench.optimisation.study import Design, OptimisationStudy
 from gearbench.optimisation.workers import evaluations, worker_processes
+from gearbench.results.provenance import run_provenance
 from gearbench.results.responses import described
 from gearbench.threads import default_threads
 
@@ -193,8 +194,6 @@ def _attrs(
     study: OptimisationStudy, reference: OptimisationStudy, model_count: int, wall_time: float
 ) -> dict[str, Any]:
     """Attributes of the Dataset; ``model_count`` is the number of macro-geometries."""
-    from gearbench.results.provenance import run_provenance
-
     attrs = {"study": study.to_toml(), "study_sha256": study.digest, "macro_geometries": model_count}
     attrs["variables"] = ", ".join(variable.name for variable in study.variables)
     effects = reference.base["effects"]

@@ -6,10 +6,11 @@ import time
 from collections.abc import Callable, Sequence
 from functools import partial
 from importlib.metadata import PackageNotFoundError, version
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
+from gearbench.compliance.flank import FlankCompliance
 from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.transitions import mesh_phases
 from gearbench.effort.clock import timed, times, unseen
@@ -25,9 +26,6 @@ from gearbench.validation.mac import LOADS, flank_grid
 from gearbench.validation.reference import fe_flanks, reference_scene, smooth_effects
 from gearbench.validation.sets import distinct, members, meshes_of, set_cycle
 from gearbench.validation.ste_error import CURVES, HARMONICS, OUTPUTS, shared_load
-
-if TYPE_CHECKING:
-    from gearbench.compliance.flank import FlankCompliance
 
 T = TypeVar("T")
 

@@ -12,7 +12,6 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,18 +20,16 @@ from gearbench.contact.coarse_solution import scene_lines
 from gearbench.effects.off_line_contact import OffLineContact
 from gearbench.effects.teeth import require_bores
 from gearbench.errors import InputError, naming
+from gearbench.geometry.pair import Pair
 from gearbench.lazy import xr
-from gearbench.plotting import BLUE, GREEN, ORANGE
+from gearbench.plotting import BLUE, GREEN, GREY, ORANGE, new_figure, write_figure
+from gearbench.results.cycle import MeshCycle
 from gearbench.results.netcdf import save
 from gearbench.results.provenance import provenance
 from gearbench.results.responses import described
 from gearbench.scene import Resolution, Scene
 from gearbench.solution import solve_lines
 from gearbench.validation.reference import reference_scene
-
-if TYPE_CHECKING:
-    from gearbench.geometry.pair import Pair
-    from gearbench.results.cycle import MeshCycle
 
 #: Models with their labels; "off_line" only if the scene itself keeps contact on the line of action.
 MODELS = {
@@ -165,8 +162,6 @@ def write(datasets: list[xr.Dataset], folder: Path) -> list[Path]:
 
 def _picture(dataset: xr.Dataset, path: Path) -> Path:
     """Draw the STE of all models, and their differences from contact finite elements with the error bar."""
-    from gearbench.plotting import GREY, new_figure, write_figure
-
     figure, axes = new_figure(2, 1, (7.0, 5.6), sharex=True)
     upper, lower = axes[:, 0]
     phase, ste = dataset.mesh_phase.values, dataset.transmission_error.values

@@ -49,8 +49,3 @@ def of_scene(dataset: xr.Dataset, i: int) -> xr.Dataset:
         one = one.assign_coords(pair_index=one["pair_index"].astype(int))
     text = {key: str(one[variable].item()) for key, variable in TEXTS.items()}
     return one.drop_vars(list(TEXTS.values())).assign_attrs({**dataset.attrs, **text})
-
-
-def side(dataset: xr.Dataset, model: str) -> xr.Dataset:
-    """Select one model of a comparison, "fast" or "reference", as the Dataset of a simulation."""
-    return dataset.sel(model=model)

@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.lazy import xr
+from gearbench.lazy import Axes, Figure, xr
 from gearbench.plotting import BLUE, GREEN, GREY, ORANGE, PURPLE, legend_below, new_figure, plot_two_periods
 from gearbench.results.cycle import Phases, curves
-from gearbench.validation.dataset import side
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 #: Colour, line style and label of both models.
 STYLES: dict[str, dict[str, Any]] = {
@@ -50,16 +45,9 @@ def cycle_figure(dataset: xr.Dataset) -> Figure:
 def draw_cycle(dataset: xr.Dataset, name: str, axis: Axes) -> None:
     """Draw a curve of the mesh cycle over two mesh cycles for both models."""
     for model, style in STYLES.items():
-        plot_two_periods(axis, side(dataset, model), name, **style)
+        plot_two_periods(axis, dataset.sel(model=model), name, **style)
     axis.axvline(sum(axis.get_xlim()) / 2, color=GREY, lw=0.8, ls=":")
     axis.set_ylabel(f"{dataset[name].attrs['symbol']} [{dataset[name].attrs['units']}]")
-
-
-def shared_caption(dataset: xr.Dataset) -> str:
-    """Caption of ``load_share_figure``."""
-    if "load_sharing" in dataset:
-        return "Force of each mesh over that where all paths share alike: lines finite elements, dashes fast model."
-    return "Share of the load that one tooth pair carries while it passes through the mesh."
 
 
 def load_share_figure(dataset: xr.Dataset) -> Figure:
@@ -94,7 +82,7 @@ def _sharing_figure(dataset: xr.Dataset) -> Figure:
                 "lw": 1.4,
                 "label": name if model == "reference" else None,
             }
-            plot_two_periods(axis, side(dataset, model).sel(mesh=name), "load_sharing", **line)
+            plot_two_periods(axis, dataset.sel(model=model, mesh=name), "load_sharing", **line)
     axis.set(xlabel="mesh phase τ [mesh periods]", ylabel="load share L [–]")
     largest, factor = 100 * float(dataset["load_share_error_max"]), float(dataset["mesh_load_factor_error"])
     axis.set_title(f"load sharing differs by at most {largest:.2g} % of an even share, K_γ by {percent(factor)}")

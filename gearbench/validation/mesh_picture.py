@@ -7,14 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearbench.lazy import xr
+from gearbench.lazy import Figure, xr
 from gearbench.scene_file import parse_scene
 from gearbench.validation.reference import finite_elements
 from gearbench.validation.sets import members, meshes_of
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from fem_reference.sector import Section
 
 #: Colours of the loaded flank and of the held boundary.

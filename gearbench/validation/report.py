@@ -110,10 +110,13 @@ def _overview(names: Sequence[str], scenes: Sequence[xr.Dataset]) -> str:
 
 
 def _section(i: int, name: str, one: xr.Dataset) -> str:
+    shared = "Share of the load that one tooth pair carries while it passes through the mesh."
+    if "load_sharing" in one:
+        shared = "Force of each mesh over that where all paths share alike: lines finite elements, dashes fast model."
     drawn = {
         "Static transmission error and mesh stiffness over two mesh periods.": figures.cycle_figure(one),
         "Amplitudes of the harmonics of the mesh frequency.": figures.harmonics_figure(one),
-        figures.shared_caption(one): figures.load_share_figure(one),
+        shared: figures.load_share_figure(one),
         "For each position of a unit load: agreement of the deflection shape over the flank, and its size.": (
             figures.mac_figure(one)
         ),

@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gearbench.lazy import xr
+from gearbench.lazy import Axes, xr
 from gearbench.optimisation.select import markdown_name
 from gearbench.plotting import BLUE, GREEN, GREY, ORANGE, PURPLE, as_label, write_figure
 from gearbench.results.responses import quantity
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 _STYLES = ((BLUE, "o"), (ORANGE, "s"), (GREEN, "^"), (PURPLE, "D"))
 

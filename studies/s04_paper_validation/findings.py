@@ -10,7 +10,7 @@ import numpy as np
 
 from gearbench.lazy import xr
 from gearbench.plotting import BLUE, ORANGE, legend_below, new_figure, plot_two_periods, write_figure
-from gearbench.validation.dataset import of_scene, side
+from gearbench.validation.dataset import of_scene
 from gearbench.validation.figures import percent
 from studies.report import table
 from studies.s04_paper_validation.data import ERRORS, FINE, PAPER, SOLID
@@ -85,10 +85,12 @@ def _figure_4(dataset: xr.Dataset, number: str, path: Path) -> None:
     figure, axes = new_figure(2, 1, (7.5, 6.4), sharex=True)
     found = {name: of_model(dataset, number, name) for name in (PAPER, SOLID)}
     for axis, name in zip(axes[:, 0], ("transmission_error", "mesh_stiffness"), strict=True):
-        plot_two_periods(axis, side(found[PAPER], "reference"), name, color="black", lw=2.4, label="finite elements")
+        plot_two_periods(
+            axis, found[PAPER].sel(model="reference"), name, color="black", lw=2.4, label="finite elements"
+        )
         for label, one in found.items():
             colour, line = COLOURS[label]
-            plot_two_periods(axis, side(one, "fast"), name, color=colour, ls=line, lw=1.7, label=label)
+            plot_two_periods(axis, one.sel(model="fast"), name, color=colour, ls=line, lw=1.7, label=label)
         attrs = dataset[name].attrs
         means = ", ".join(f"{label} {percent(float(one[f'{name}_mean_error']))}" for label, one in found.items())
         axis.set_title(f"case {number}, mean {attrs['symbol']} against finite elements: {means}", fontsize=10)

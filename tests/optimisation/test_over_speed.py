@@ -50,7 +50,8 @@ def forces_one_by_one(scene, speeds):
     """RMS over speeds of each of 16 samples, on the panels of ``robust``, each by its own harmonic balance."""
     problem, model, found = prepare_scene(scene), Model(scene=scene), []
     draws = next(chunks(problem.expansion.amounts(problem.draw(16, 0, "sobol"))))
-    solution, h = solve_one_chunk(problem.batch, draws, segments=True), model.receptances(model.groups[0], speeds, 5)
+    solution = solve_one_chunk(problem.batch, draws, segments=True)
+    h = model.receptances(model.groups[0], speeds, np.arange(6))
     flanks = model.loaded_meshes[0].samples(problem.batch, problem.lines, solution)
     rows = np.concatenate([problem.phases.weight[None], fourier_rows(problem.phases, np.arange(1, 11))])
     for i in range(16):

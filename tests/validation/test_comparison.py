@@ -16,7 +16,7 @@ from gearbench.results.responses import quantity
 from gearbench.scene import Resolution
 from gearbench.simulation import simulate
 from gearbench.validation.comparison import compare, labels, validate
-from gearbench.validation.dataset import of_scene, side, stack
+from gearbench.validation.dataset import of_scene, stack
 from tests.support.validation_fakes import plates_for_finite_elements
 
 ERRORS = [
@@ -53,7 +53,7 @@ def test_both_sides_are_what_simulate_gives(monkeypatch):
     plates_for_finite_elements(monkeypatch, softness=1.3)
     scene = case(2)
     found, alone = compare(scene), simulate(scene, outputs=("transmission_error", "mesh_stiffness", "load_share"))
-    fast = side(found, "fast")
+    fast = found.sel(model="fast")
     for name in alone.data_vars:
         if name in found:
             assert_allclose(fast[name], alone[name], rtol=1e-13)
