@@ -6,10 +6,8 @@ import base64
 import io
 from collections.abc import Iterable, Mapping, Sequence
 from html import escape
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from gearbench.lazy import Figure
 
 
 def head(title: str) -> str:

@@ -18,5 +18,8 @@ class _Lazy:
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 else:
     xr = _Lazy("xarray")
+    Axes = Figure = object  # for annotations only

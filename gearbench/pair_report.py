@@ -7,7 +7,6 @@ from html import escape
 from importlib.resources import files
 from pathlib import Path
 from string import Template
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,13 +16,9 @@ from gearbench.geometry.names import GEARS
 from gearbench.geometry.pair import Pair
 from gearbench.geometry.tooth_shapes import mesh
 from gearbench.html import head, picture, table
-from gearbench.lazy import xr
+from gearbench.lazy import Axes, Figure, xr
 from gearbench.plotting import BLUE, ORANGE, load_map, new_figure, order_spectrum, over_two_periods
 from gearbench.results.origin import scene_of
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 #: Rows of a table: quantity, values and unit.
 Rows = Sequence[Sequence[str]]

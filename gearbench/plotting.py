@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import tomllib
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,15 +16,11 @@ from gearbench.errors import InputError, plain
 from gearbench.files import replacing
 from gearbench.geometry.names import GEARS
 from gearbench.geometry.pair import Pair
-from gearbench.lazy import xr
+from gearbench.lazy import Axes, Figure, xr
 from gearbench.results.cycle import fourier, panels
 from gearbench.results.flank_map import over_flank
 from gearbench.results.origin import scene_of
 from gearbench.scene import Scene
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 #: Okabe–Ito colours, safe for colour-blind readers.
 BLUE, ORANGE, GREEN, PURPLE, GREY = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "0.45"
@@ -341,19 +337,16 @@ def draw_simulation(dataset: xr.Dataset, folder: Path, *, scale: float | None = 
 
     ``scale`` is the upper end of the colours of the load maps [MPa].
     """
-    import matplotlib.pyplot as plt
-
     _one_point(dataset, "transmission_error", "position")
     name = heading(dataset)
-    figure, axes = plt.subplots(2, 1, figsize=(7.5, 6.5), sharex=True, layout="constrained")
-    over_two_periods(dataset, "transmission_error", axes[0])
-    over_two_periods(dataset, "mesh_stiffness", axes[1], ORANGE)
-    axes[0].set_xlabel("")
-    axes[0].set_title(
+    figure, ((upper,), (lower,)) = new_figure(2, 1, (7.5, 6.5), sharex=True)
+    over_two_periods(dataset, "transmission_error", upper).set_xlabel("")
+    over_two_periods(dataset, "mesh_stiffness", lower, ORANGE)
+    upper.set_title(
         f"{name}\nSTE {float(dataset['transmission_error_mean']):.3g} µm on average, "
         f"{float(dataset['transmission_error_rms']):.3g} µm RMS"
     )
-    axes[1].set_title(
+    lower.set_title(
         f"mesh stiffness {float(dataset['mesh_stiffness_mean']):.4g} N/µm on average, "
         f"{float(dataset['mesh_stiffness_rms']):.3g} % RMS"
     )
@@ -363,13 +356,13 @@ def draw_simulation(dataset: xr.Dataset, folder: Path, *, scale: float | None = 
     axes.set_title(f"{name}\nline load up to {float(dataset['line_load'].max()):.4g} N/mm")
     written.append(write_figure(axes.get_figure(), folder / "load_distribution.png"))
 
-    figure, both = plt.subplots(1, 2, figsize=(12.5, 5.0), layout="constrained")
+    figure, (both,) = new_figure(1, 2, (12.5, 5.0))
     for index, axis in enumerate(both):
         load_map(dataset, index, axis, scale=scale).set_title(f"flank of the {GEARS[index]}")
     figure.suptitle(f"{name}\ncontact pressure over the mesh cycle, up to {_largest_pressure(dataset):.4g} MPa")
     written.append(write_figure(figure, folder / "load_maps.png"))
 
-    figure, both = plt.subplots(1, 2, figsize=(10, 4), layout="constrained")
+    figure, (both,) = new_figure(1, 2, (10, 4))
     for axis, variable in zip(both, ("transmission_error", "mesh_stiffness"), strict=True):
         order_spectrum(dataset, variable, axis)
         amplitude = fourier(dataset, variable)
@@ -384,10 +377,8 @@ def draw_simulation(dataset: xr.Dataset, folder: Path, *, scale: float | None = 
 
 def draw_robust(dataset: xr.Dataset, folder: Path) -> list[Path]:
     """Write the plots of a robustness run: densities of the RMS values, and contributions of the errors."""
-    import matplotlib.pyplot as plt
-
     name = heading(dataset)
-    figure, axes = plt.subplots(1, 2, figsize=(10.5, 4.2), layout="constrained")
+    figure, (axes,) = new_figure(1, 2, (10.5, 4.2))
     by = []
     for (response, words), ax, colour in zip(_studied(dataset), axes, (BLUE, ORANGE), strict=True):
         density(dataset, response, ax, colour)

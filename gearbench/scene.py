@@ -17,6 +17,7 @@ from gearbench.effects.base import ComplianceEffect, Effect, Effects, GapEffect
 from gearbench.errors import InputError, naming
 from gearbench.geometry.names import GEARS, PAIR
 from gearbench.geometry.pair import Pair
+from gearbench.geometry.planetary import PlanetarySet
 from gearbench.geometry.train import Train
 from gearbench.geometry.train_tables import TrainTables
 from gearbench.html import notebook_table
@@ -350,7 +351,7 @@ class Scene:
     @property
     def has_random_errors(self) -> bool:
         """Whether errors are drawn: ``[effects.manufacturing_errors]`` or ``[planetary.scatter]``."""
-        short = None if self.train is None else self.train.planetary
+        short = self.planetary
         of_members = short is not None and short.keys.scatter is not None
         return of_members or self.effect("manufacturing_errors") is not None
 
@@ -439,6 +440,11 @@ class Scene:
     def F_bt(self) -> float:
         """Transverse force along the line of action, F_bt = abs(T) / r_b1 [N]."""
         return 1e3 * abs(self.load.torque) / self.pair.gears[0].base_radius
+
+    @property
+    def planetary(self) -> PlanetarySet | None:
+        """Planetary set of the scene, if it is one."""
+        return None if self.train is None else self.train.planetary
 
     @property
     def F_bn(self) -> float:

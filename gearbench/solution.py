@@ -32,13 +32,6 @@ UNIFORM = "NaN: uniform mesh phases have no panels, and give harmonics below hal
 _NONE: Mapping[str, tuple[NDArray, dict[str, str]]] = MappingProxyType({})
 
 
-def cycle_values(scene: Scene) -> NDArray:
-    """Mean and RMS of STE [µm], mean [N/µm] and RMS [%] of mesh stiffness, (4,); see ``accuracy.measure``."""
-    from gearbench.accuracy.measure import measured
-
-    return measured(solve_scene(scene).cycle)
-
-
 def solve_scene(scene: Scene) -> Solved:
     """Solve the contact of ``scene`` at all its mesh phases."""
     scene = with_mesh_loads(scene)

@@ -29,6 +29,7 @@ from gearbench.geometry.pair import Member, Pair
 from gearbench.scene import Load, Resolution, Scene
 from gearbench.simulation import simulate
 from tests.support.contact_invariants import mirrored
+from tests.support.gears import swapped
 
 SPUR = Pair(normal_module=3.0, face_width=24.0, centre_distance=90.4, pinion=Member(teeth=24), wheel=Member(teeth=36))
 HELICAL = replace(SPUR, helix_angle=18.0, centre_distance=94.9)
@@ -98,7 +99,7 @@ def test_swapping_pinion_and_wheel_mirrors_the_cycle(pair, law):
     bending = (ToothBending(), Hertz(law=law))
     ratio = pair.wheel.teeth / pair.pinion.teeth
     one = scene(pair, *bending, *gaps())
-    other = scene(pair.swapped(), *bending, *gaps(swap=True), torque=150.0 * ratio)
+    other = scene(swapped(pair), *bending, *gaps(swap=True), torque=150.0 * ratio)
     a, b = solution(one, PHASES), solution(other, mirrored(pair, PHASES))
     # slopes over the face are zero at y = 0, that is at the other end: a rigid offset
     alpha = pair.meshing.alpha_wt

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
+from gearbench.effects.teeth import solid_order
 from gearbench.effects.tooth_bending import tooth_bending
 from gearbench.scene import Resolution, Scene
 from gearbench.scene_file import scene_at
@@ -118,8 +119,6 @@ def solid_orders(scene: Scene) -> tuple[tuple[int, int, int], ...]:
     solid = tooth_bending(scene.effects_by_name, "solid")
     if solid is None or solid.order is not None:
         return ()
-    from gearbench.effects.teeth import solid_order
-
     axis = max(solid_order(gear)[2] for gear in scene.pair.gears)
     return tuple((s, h, min(40, max(2, round(factor * axis) + more))) for s, h, factor, more in _SOLID)
 

@@ -9,6 +9,7 @@ import typer
 
 from gearbench.cli.options import SceneFile, plot_folder
 from gearbench.cli.output import answer
+from gearbench.cli.table import print_columns
 from gearbench.lazy import xr
 
 Folder = Annotated[
@@ -71,8 +72,6 @@ def _tables(dataset: xr.Dataset) -> dict[str, Any]:
 
 def _print_table(title: str, dataset: xr.Dataset) -> None:
     """Print one row per level; the first row of a setting also has its observed orders."""
-    from gearbench.cli.table import print_columns
-
     names = ("setting", "level", "error", "±", "time", "memory", "order observed")
     table = []
     for setting in dataset["knob"].values:

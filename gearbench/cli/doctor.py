@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
+
 import typer
 
 from gearbench.cli.output import answer
@@ -12,8 +14,6 @@ def doctor() -> None:
 
     Example: gearbench doctor
     """
-    from dataclasses import asdict
-
     from gearbench.doctor import examine
 
     findings = examine()

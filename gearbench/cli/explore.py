@@ -12,7 +12,8 @@ import typer
 
 from gearbench.cli.options import to_file
 from gearbench.cli.output import answer
-from gearbench.cli.rexs import StageName
+from gearbench.cli.rexs import StageName, load_any
+from gearbench.errors import GearbenchError, InputError, install_extra
 
 if TYPE_CHECKING:
     from gearbench.scene import Scene
@@ -39,7 +40,6 @@ def explore(
 
     Example: gearbench explore scene.toml --port 5006
     """
-    from gearbench.errors import GearbenchError, install_extra
     from gearbench.files import write_text
 
     try:
@@ -93,8 +93,6 @@ def _scenes(results: list[Path], stage: str | None) -> list[Scene]:
     InputError
         If scenes and studies are mixed.
     """
-    from gearbench.errors import InputError
-
     if not results:
         from gearbench.explore.bench.session import example
 
@@ -108,7 +106,6 @@ def _scenes(results: list[Path], stage: str | None) -> list[Scene]:
 
 def _scene(path: Path, stage: str | None) -> Scene | None:
     """Scene of a scene file, of a stage of a REXS file, or of a result of one gear; None for an optimisation."""
-    from gearbench.cli.rexs import load_any
     from gearbench.exchange import is_rexs
 
     if path.suffix.lower() == ".toml" or is_rexs(path):

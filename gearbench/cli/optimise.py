@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections import Counter
 from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -10,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gearbench.cli.output import answer, progress_line, say
+from gearbench.cli.table import print_columns
 from gearbench.lazy import xr
 
 if TYPE_CHECKING:
@@ -80,8 +82,6 @@ def _numbers(dataset: xr.Dataset) -> dict[str, float]:
 
 
 def _print_summary(name: str, dataset: xr.Dataset) -> None:
-    from collections import Counter
-
     n = _numbers(dataset)
     say(
         f"{name or 'study'}: {n['generations']} generations, {n['asked']} designs asked for, "
@@ -97,7 +97,6 @@ def _print_summary(name: str, dataset: xr.Dataset) -> None:
 
 def _print_front(dataset: xr.Dataset) -> None:
     """Print at most ``SHOWN`` designs of the front, from one end to the other."""
-    from gearbench.cli.table import print_columns
     from gearbench.optimisation.designs import Designs
 
     on_front = dataset["on_front"].values.nonzero()[0]

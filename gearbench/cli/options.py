@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import os
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from gearbench.cli.log import begin
+from gearbench.errors import InputError
 from gearbench.lazy import xr
 
 if TYPE_CHECKING:
@@ -23,8 +26,6 @@ def target(path: Path | None) -> Path | None:
 
 def _netcdf(path: Path | None) -> Path | None:
     """Refuse a file for a Dataset that cannot be written, or whose name has another ending."""
-    from gearbench.errors import InputError
-
     if path is not None and path.suffix.lower() not in ("", ".nc", ".nc4"):
         raise InputError("output", str(path), "must end in .nc: results are written as netCDF")
     return target(path)
@@ -53,8 +54,6 @@ AccuracyText = Annotated[
 
 def _limit_memory(context: typer.Context, text: str | None) -> str | None:
     """Limit the memory of the command and of the processes that it starts."""
-    import os
-
     from gearbench.budget import VARIABLE, parse_memory
 
     if text is not None:
@@ -98,8 +97,6 @@ def share(text: str) -> float:
     InputError
         If the text is not a number or percentage.
     """
-    from gearbench.errors import InputError
-
     try:
         return float(text.removesuffix("%")) / (100 if text.endswith("%") else 1)
     except ValueError:
@@ -114,9 +111,6 @@ def with_accuracy(scene: Scene, text: str | None) -> Scene:
     InputError
         If the text is not a number or percentage, or the scene gives a resolution itself.
     """
-    from dataclasses import replace
-
-    from gearbench.errors import InputError
     from gearbench.scene import Resolution
     from gearbench.schema import read
 

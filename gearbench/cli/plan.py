@@ -11,6 +11,7 @@ import typer
 from gearbench.cli.options import AccuracyText, with_accuracy
 from gearbench.cli.output import answer
 from gearbench.cli.rexs import LoadCase, StageName, Torque, load_any
+from gearbench.cli.table import print_columns
 
 if TYPE_CHECKING:
     from gearbench.effort.plan import Plan
@@ -70,7 +71,6 @@ def _plan_study(path: Path) -> None:
 
 def _print(scene: Scene, made: Plan) -> None:
     from gearbench.cli.summary import pair_line
-    from gearbench.cli.table import print_columns
 
     rows = [(part.name, part.does, part.size) for part in made.parts]
     print_columns(pair_line(scene), ("part", "does", "size"), rows, left=(0, 1, 2))

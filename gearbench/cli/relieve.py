@@ -8,6 +8,7 @@ from typing import Annotated
 from gearbench.cli.options import Output, Plots, SceneFile, plot_folder, saved, to_file
 from gearbench.cli.output import answer, progress_line
 from gearbench.cli.sweep import Torques
+from gearbench.errors import naming
 
 Export = Annotated[Path | None, to_file("OUT.toml", "Write the scene with the chosen relief.", "--export")]
 
@@ -23,7 +24,6 @@ def relieve(
 
     Example: gearbench relieve examples/gears/nasa_28.toml --torque 20:100:20 --export relieved.toml --plots plots
     """
-    from gearbench.errors import naming
     from gearbench.files import write_text
     from gearbench.results.origin import scene_of
     from gearbench.scene_file import read_scene

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -10,11 +12,10 @@ import typer
 from gearbench.cli.options import Output, Plots, Threads, plot_folder, saved, to_file
 from gearbench.cli.output import answer
 from gearbench.cli.rexs import AnyFile, LoadCase, StageName, Torque, load_any
+from gearbench.errors import InputError, naming
 from gearbench.lazy import xr
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-
     from numpy.typing import NDArray
 
     from gearbench.scene import Scene
@@ -73,7 +74,6 @@ def response(
     """
     from gearbench.cli import summary
     from gearbench.dynamics.housing import housing_response, read_housing
-    from gearbench.errors import InputError, naming
 
     speeds = parse_speeds(speed)
     for option, value in (("--sound-at", sound_at), ("--full-scale", full_scale)):
@@ -112,10 +112,6 @@ def _kind(
     *, nonlinear: bool, revolution: bool, samples: int | None, seed: int, threads: int | None
 ) -> Callable[..., xr.Dataset]:
     """Choose the analysis that the options ask for."""
-    from functools import partial
-
-    from gearbench.errors import InputError
-
     asked = [
         name
         for name, is_chosen in (
@@ -165,8 +161,6 @@ def parse_speeds(text: str) -> NDArray:
         If the text has another form.
     """
     import numpy as np
-
-    from gearbench.errors import InputError
 
     try:
         parts = [float(part) for part in text.split(":")]

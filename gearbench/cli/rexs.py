@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from gearbench.cli.output import answer
+from gearbench.cli.table import print_columns
+from gearbench.errors import InputError
 
 if TYPE_CHECKING:
     from gearbench.exchange.rexs import Stage
@@ -53,7 +56,6 @@ def load_any(
     InputError
         If there is no such scene, or an option for REXS files is given with a TOML file.
     """
-    from gearbench.errors import InputError
     from gearbench.exchange import is_rexs
 
     if is_rexs(path):
@@ -76,7 +78,6 @@ def load_any(
 
 def with_torque(scene: Scene, torque: float) -> Scene:
     """Return ``scene`` with the torque of the command line."""
-    from gearbench.errors import InputError
     from gearbench.scene import Load
     from gearbench.schema import changed, make
 
@@ -134,9 +135,6 @@ def _write_scene(
     document: RexsDocument, stage: str, target: Path, torque: float | None, load_case: int | None
 ) -> tuple[list[Path], tuple[str, ...]]:
     """Write the scene of a stage, with shafts and further stages if they can be read; return the files, and notes."""
-    from dataclasses import replace
-
-    from gearbench.errors import InputError
     from gearbench.exchange.rexs import find_stage, scene_of, stage_scene
     from gearbench.exchange.rexs_system import system_scene
     from gearbench.files import check_target, write_text
@@ -162,7 +160,6 @@ def _write_scene(
 
 
 def _list(document: RexsDocument, torque: float | None, load_case: int | None) -> None:
-    from gearbench.cli.table import print_columns
     from gearbench.exchange.rexs import stages
 
     rows = [_row(document, stage, torque, load_case) for stage in stages(document)]
@@ -197,7 +194,6 @@ def _shown(value: object) -> str:
 
 def _row(document: RexsDocument, stage: Stage, torque: float | None, load_case: int | None) -> dict[str, Any]:
     """Row of a stage in the list; its notes say why the stage cannot be simulated."""
-    from gearbench.errors import InputError
     from gearbench.exchange.rexs import pair_of, stage_scene
 
     row = {"stage": stage.number, "id": stage.component.id, "name": stage.component.name, "notes": []}

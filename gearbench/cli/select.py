@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -9,6 +10,8 @@ import typer
 
 from gearbench.cli.options import Stored, target, to_file
 from gearbench.cli.output import answer, say
+from gearbench.cli.table import print_columns
+from gearbench.errors import InputError
 
 if TYPE_CHECKING:
     from gearbench.optimisation.select import Resonance, Selection
@@ -78,7 +81,6 @@ def select(
 
 
 def _resonances(bands: list[str], speed: str | None, orders: int) -> list[Resonance]:
-    from gearbench.errors import InputError
     from gearbench.optimisation.conditions import parse_range
     from gearbench.optimisation.select import Resonance
 
@@ -101,9 +103,6 @@ def _json(selection: Selection, top: int) -> dict[str, Any]:
 
 def _print_list(selection: Selection, top: int) -> None:
     """Print how many designs are left after every condition, and the best of the selected designs."""
-    import re
-
-    from gearbench.cli.table import print_columns
     from gearbench.optimisation.select import heading, ranking_text
 
     for condition, left in selection.steps:

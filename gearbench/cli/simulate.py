@@ -111,7 +111,7 @@ def _notes(scene: Scene) -> list[str]:
         lines.append('topography: positive deviations are missing material; for excess: positive = "excess"')
     if scene.has_shafts:
         lines.append("transmission error and mesh stiffness include the deflections of shafts and bearings")
-    short = None if scene.train is None else scene.train.planetary
+    short = scene.planetary
     if short is not None and short.keys.positions is None and short.spacing_error > 1e-9:
         teeth = f"teeth fit at {short.steps} angles, not a multiple of {short.keys.planets}"
         lines.append(f"planets are up to {short.spacing_error:.3g}° away from even spacing: {teeth}")

@@ -12,6 +12,7 @@ import typer
 
 from gearbench.cli.options import Output, Plots, SceneFile, Threads, plot_folder, saved
 from gearbench.cli.output import answer, progress_line
+from gearbench.errors import naming
 from gearbench.lazy import xr
 
 if TYPE_CHECKING:
@@ -50,7 +51,6 @@ def sweep(
     Completed points are saved to OUT.nc from time to time.
     """
     from gearbench.cli.summary import warnings
-    from gearbench.errors import naming
     from gearbench.scene_file import read_scene
     from gearbench.sweeps.ranges import parse_range, parse_setting
     from gearbench.sweeps.run import sweep as run

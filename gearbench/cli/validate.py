@@ -9,6 +9,7 @@ import typer
 
 from gearbench.cli.options import share
 from gearbench.cli.output import answer, progress
+from gearbench.errors import InputError
 from gearbench.lazy import xr
 
 if TYPE_CHECKING:
@@ -48,7 +49,6 @@ def validate(
 
     Example: gearbench validate examples/case1.toml examples/case2.toml -o validation
     """
-    from gearbench.errors import InputError
     from gearbench.files import make_folder
     from gearbench.scene_file import read_scene
     from gearbench.validation.comparison import check

@@ -325,7 +325,7 @@ class ManufacturingErrors(GapEffect):
             column += 2
         for key in self.varied:
             modes = key.modes(lines, effects)
-            amounts = partial(_amounts, key, modes.shape[-1])
+            amounts = partial(key.amounts, modes.shape[-1])
             parts.append(ErrorModes(columns=slice(column, column + 1), modes=modes, amounts=amounts))
             column += 1
         if not parts:  # centre distance and tooth thickness do not change the gap
@@ -360,10 +360,6 @@ def _index_deviation(index: int, lines: ContactLines) -> NDArray:
     """Gap of an index deviation of 1 µm along the pitch circle of gear ``index``, (position, pair, segment) [mm]."""
     gear = lines.pair.gears[0]
     return np.full(lines.shape, MICROMETRE * np.cos(gear.alpha_t) * np.cos(gear.beta_b)) * lines.levers[index]
-
-
-def _amounts(key: VariedKey, modes: int, values: NDArray) -> NDArray:
-    return key.amounts(values[:, 0], modes)
 
 
 #: Conventions by name; ``studies/s01_table2`` derives "garambois2017".

@@ -99,14 +99,14 @@ class VariedKey:
             return changes[..., -1:] / self.amplitude
         return changes
 
-    def amounts(self, deviation: NDArray, modes: int) -> NDArray:
-        """Amounts (sample, mode) of ``modes`` modes at a ``deviation`` (sample,), linear between the nodes."""
+    def amounts(self, modes: int, deviation: NDArray) -> NDArray:
+        """Amounts (sample, mode) of ``modes`` modes at a ``deviation`` (sample, 1), linear between the nodes."""
         if modes == 1:
-            return deviation[:, None]
+            return deviation
         # each mode has the amount 1 at its node, 0 at the others and at 0
         values = np.insert(np.eye(len(NODES)), len(NODES) // 2, 0.0, axis=0)
         nodes = np.insert(NODES, len(NODES) // 2, 0.0)
-        return np.stack([np.interp(deviation / self.amplitude, nodes, column) for column in values.T], axis=-1)
+        return np.stack([np.interp(deviation[:, 0] / self.amplitude, nodes, column) for column in values.T], axis=-1)
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)

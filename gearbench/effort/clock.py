@@ -43,17 +43,13 @@ def timed(work: Callable[[], Any]) -> tuple[Any, Cost]:
     return answer, Cost(seconds=time.perf_counter() - wall, processor_seconds=time.process_time() - processor)
 
 
-def medians(costs: Sequence[Cost]) -> Cost:
-    """Median wall and processor time."""
+def times(work: Callable[[], object], repeats: int) -> Cost:
+    """Median wall and processor time of ``repeats`` runs."""
+    costs = [timed(work)[1] for _ in range(repeats)]
     return Cost(
         seconds=median(cost.seconds for cost in costs),
         processor_seconds=median(cost.processor_seconds for cost in costs),
     )
-
-
-def times(work: Callable[[], object], repeats: int) -> Cost:
-    """Median wall and processor time of ``repeats`` runs."""
-    return medians([timed(work)[1] for _ in range(repeats)])
 
 
 def measured(work: Callable[[], object], repeats: int) -> Cost:

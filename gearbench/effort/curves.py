@@ -18,7 +18,8 @@ from gearbench.effort.clock import Cost, apart, measured, most_megabytes, timed,
 from gearbench.lazy import xr
 from gearbench.results.quantities import QUANTITIES
 from gearbench.scene import Scene
-from gearbench.solution import cycle_values
+from gearbench.solution import solve_scene
+from gearbench.trains.solve import solve_train
 
 #: An error is used for the observed order if it exceeds CLEAR times its error bar, and ROUNDING.
 CLEAR, ROUNDING = 4.0, 1e-12
@@ -92,11 +93,7 @@ def observed_order(sizes: NDArray, errors: NDArray, bar: float, points: int = 6)
 
 def values_of(scene: Scene) -> NDArray:
     """Compute the four numbers of a pair, or of a whole train, (4,); see ``accuracy.measure``."""
-    if not scene.coupled:
-        return cycle_values(scene)
-    from gearbench.trains.solve import solve_train
-
-    return numbers(solve_train(scene).cycles[0])
+    return numbers(solve_train(scene).cycles[0] if scene.coupled else solve_scene(scene).cycle)
 
 
 def setting_curve(scene: Scene, setting: Setting, repeats: int) -> WorkPrecision:

@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gearbench.lazy import xr
+from gearbench.lazy import Axes, xr
 from gearbench.plotting import BLUE, GREEN, GREY, ORANGE, PURPLE, heading, new_figure, write_figure
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 #: Colour and marker of the settings, in the order of the dataset.
 STYLES = tuple(zip((BLUE, ORANGE, GREEN, PURPLE, "#E69F00", "#56B4E9", GREY) * 2, "os^DvP*<>phdHX", strict=True))

@@ -120,7 +120,6 @@ def _train_plan(scene: Scene) -> Plan:
     Every mesh is solved at the transitions of all meshes, which are searched for.
     """
     linkage = check_train(scene)
-    assert scene.train is not None
     asked = scene.resolution.accuracy is not None
     scenes = {name: first_settings(each) if asked else each for name, each in mesh_scenes(scene).items()}
     positions = len(train_phases(scenes, scene.geometry, coast=scene.load.coast).phase)
@@ -134,7 +133,7 @@ def _train_plan(scene: Scene) -> Plan:
     parts.append(PlanPart("balance", "forces and motions of all meshes, Newton's method", size))
     if asked:
         parts.append(CHOICE)
-    short = scene.train.planetary
+    short = scene.planetary
     drawn = {
         "pins, planets and run-outs": short is not None and short.keys.scatter is not None,
         "flanks": scene.effect("manufacturing_errors") is not None,

@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -24,10 +23,6 @@ from gearbench.robustness.montecarlo import prepare_scene, respond
 from gearbench.robustness.sampling import Sampler
 from gearbench.robustness.statistics import average_error
 from gearbench.scene import Scene
-
-if TYPE_CHECKING:
-    from gearbench.effort.curves import WorkPrecision
-
 
 COUNTS = (16, 32, 64, 128, 256, 512, 1024)
 SAMPLERS: tuple[tuple[Sampler, str], ...] = (("sobol", "¾ to 1"), ("latin_hypercube", "½"), ("random", "½"))

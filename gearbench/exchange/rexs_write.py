@@ -70,7 +70,7 @@ def write_rexs(scene: Scene, target: str | Path) -> tuple[Path, tuple[str, ...]]
     target = check_target(target)
     if not target.name.lower().endswith(PLAIN):
         raise InputError("output", str(target), "must end in .rexs")
-    short = None if scene.train is None else scene.train.planetary
+    short = scene.planetary
     if scene.train is not None and short is None:
         raise InputError("meshes", "given", "only pairs and planetary sets can be written as REXS files")
     if short is not None and short.stepped:

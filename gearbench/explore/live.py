@@ -8,13 +8,12 @@ from typing import Any
 from bokeh.document import Document
 from bokeh.models import ColumnDataSource
 
-from gearbench.errors import GearbenchError, InputError
 from gearbench.explore.catalogue import Catalogue
 from gearbench.explore.conversation import Conversation
 from gearbench.explore.gear_data import densities, tables
 from gearbench.explore.look import script
 from gearbench.explore.model import ShownResults, shown_results, with_scatter, without_scatter
-from gearbench.explore.page import Page, answer_data, knee
+from gearbench.explore.page import Page, answer_data, explained, knee
 
 
 class Session:
@@ -35,15 +34,11 @@ class Session:
 
     def answers(self, design: Any) -> Iterator[dict[str, Any]]:
         """Yield one or two answers to a question; the last one carries an error message if there is one."""
-        try:
-            yield from self._picked(int(design))
-        except (InputError, GearbenchError, ArithmeticError) as error:
-            yield answer_data(message=str(error))
-        except (IndexError, TypeError, ValueError):
-            yield answer_data(message="this request of the page cannot be answered: reload the page")
+        return explained(self._picked(design))
 
-    def _picked(self, design: int) -> Iterator[dict[str, Any]]:
+    def _picked(self, asked: Any) -> Iterator[dict[str, Any]]:
         """Yield the answers for a design; its finished results are kept."""
+        design = int(asked)
         scene, name = self._catalogue.scene(design), self._catalogue.name(design)
         if design in self._finished:
             yield answer_data(tables(self._finished[design]), name)

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from bokeh.events import DocumentReady, DoubleTap, Pan, PanEnd, PanStart, Reset,
 from bokeh.models import Button, ColumnDataSource, HoverTool
 from bokeh.models.layouts import Column as Stack
 
+from gearbench.errors import GearbenchError, InputError
 from gearbench.explore import cloud, filters, parallel
 from gearbench.explore.catalogue import ACROSS, SCATTER_ACROSS, SCATTER_UP, UP, Catalogue, fronts
 from gearbench.explore.gear import GearPanel
@@ -146,6 +148,16 @@ def answer_data(now: Tables | None = None, heading: str = "", *, message: str = 
     Without tables or heading, the page keeps those that it shows.
     """
     return {"now": [now], "summary": [heading], "message": [message]}
+
+
+def explained(answers: Iterator[dict[str, Any]]) -> Iterator[dict[str, Any]]:
+    """Yield ``answers``; an error ends them with an answer that holds its message."""
+    try:
+        yield from answers
+    except (InputError, GearbenchError, ArithmeticError) as error:
+        yield answer_data(message=str(error))
+    except (AttributeError, IndexError, KeyError, TypeError, ValueError):
+        yield answer_data(message="this request of the page cannot be answered: reload the page")
 
 
 def axes_of(catalogue: Catalogue, by_column: dict[int, Any]) -> list[dict[str, Any]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from bokeh.models import ColumnDataSource, FixedTicker
+from bokeh.models import ColumnDataSource, CustomJSTransform, FixedTicker
 
 from gearbench.explore.catalogue import Catalogue
 from gearbench.explore.columns import Column
@@ -74,8 +74,6 @@ def parallel(catalogue: Catalogue, data: dict[str, ColumnDataSource]) -> Any:
 
 def moved(name: str, offset: float) -> Any:
     """Reference to the column ``name`` whose values are shifted by ``offset``."""
-    from bokeh.models import CustomJSTransform
-
     code = f"return xs.map((x) => x + ({offset}))"
     return {"field": name, "transform": CustomJSTransform(func=f"return x + ({offset})", v_func=code)}
 

@@ -515,14 +515,6 @@ class Pair:
         start, end = self.faces.common
         return Meshing(gears=self.gears, centre_distance=self._working_distance, face_width=end - start)
 
-    def swapped(self) -> Pair:
-        """The same pair with the wheel driving: pinion and wheel exchanged."""
-        pair = replace(self, pinion=self.wheel, wheel=self.pinion)
-        if self.temperature is None:
-            return pair
-        temperature = replace(self.temperature, pinion=self.temperature.wheel, wheel=self.temperature.pinion)
-        return replace(pair, temperature=temperature)
-
     def _repr_html_(self) -> str:
         both, meshing = self.gears, self.meshing
         gears = {

@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.geometry.names import GEARS
-from gearbench.lazy import xr
+from gearbench.lazy import Axes, xr
 from gearbench.plotting import BLUE, GREEN, GREY, ORANGE, PURPLE, heading, legend_below, new_figure, write_figure
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 #: Decades that a figure shows below the largest amplitude.
 DECADES = 4

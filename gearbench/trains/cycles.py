@@ -78,8 +78,7 @@ def gears_apart(scene: Scene) -> dict[str, Gear]:
 
     They have unequal teeth, are eccentric, or are the ring of a planetary set, along which the planets move.
     """
-    assert scene.train is not None
-    planetary, gears = scene.train.planetary, {}
+    planetary, gears = scene.planetary, {}
     names = set() if planetary is None else {RING, *planetary.eccentricities}
     for mesh, mesh_scene in zip(scene.geometry.meshes, scene.meshes.values(), strict=True):
         lines, tooth_effects = scene_lines(mesh_scene, np.zeros(1)), tooth_to_tooth_effects(mesh_scene)
@@ -103,7 +102,6 @@ def check_train_cycles(scene: Scene) -> int:
     InputError
         If there are too many cycles, if all cycles are equal, or if the scene has several loads.
     """
-    assert scene.train is not None
     if scene.loads:
         raise InputError("loads", f"{len(scene.loads)} loads", "are not supported by hunting: give one [load]")
     gears = gears_apart(scene)
@@ -111,7 +109,7 @@ def check_train_cycles(scene: Scene) -> int:
         raise InputError("effects", "all teeth are alike", "must have pitch_errors, random_pitch or waviness")
     train = scene.geometry
     teeth_per_cycle = [next(train.periods[mesh.name] for mesh in train.meshes if gear in mesh.gears) for gear in gears]
-    key = "gears" if scene.train.planetary is None else "planetary.ring.teeth"
+    key = "gears" if scene.planetary is None else "planetary.ring.teeth"
     return check_cycles(list(gears.values()), key, teeth_per_cycle)
 
 

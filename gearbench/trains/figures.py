@@ -4,19 +4,15 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.geometry.train import Train
-from gearbench.lazy import xr
+from gearbench.lazy import Axes, xr
 from gearbench.plotting import BLUE, GREY, ORANGE, heading, legend_below, new_figure, plot_two_periods, write_figure
 from gearbench.results.cycle import Phases
 from gearbench.results.origin import scene_of
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 #: Number of points on each flank of a drawn tooth.
 POINTS = 8

@@ -19,8 +19,7 @@ def revolution_columns(solved: SolvedTrain) -> tuple[Columns, Columns]:
     At each carrier position the variable is the largest load share of each mesh over one mesh cycle. The eccentric
     members stand still during this cycle, which is short compared with the revolution.
     """
-    assert solved.scene.train is not None
-    planetary = solved.scene.train.planetary
+    planetary = solved.scene.planetary
     if planetary is None or planetary.keys.run_out is None:
         return {}, {}
     turns = np.arange(POINTS) / POINTS
@@ -38,7 +37,7 @@ def revolution_columns(solved: SolvedTrain) -> tuple[Columns, Columns]:
 def eccentric(solved: SolvedTrain, time: NDArray) -> NDArray:
     """Approach (…, mesh) [mm] that run-out adds to each mesh between time 0 and ``time`` (…) [mesh periods]."""
     approach = np.zeros((*time.shape, len(solved.even)))
-    planetary = None if solved.scene.train is None else solved.scene.train.planetary
+    planetary = solved.scene.planetary
     if planetary is None:
         return approach
     modes = planetary.modes(solved.linkage)

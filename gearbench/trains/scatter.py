@@ -150,8 +150,7 @@ def variables(scatter: PlanetaryScatter, planets: tuple[str, ...]) -> dict[str, 
 
 def offsets(solved: SolvedTrain, names: dict[str, float], errors: NDArray) -> NDArray:
     """Approach added to each mesh by ``errors`` (sample, variable) of the variables ``names``, (sample, mesh) [mm]."""
-    assert solved.scene.train is not None
-    planetary, approach = solved.scene.train.planetary, np.zeros((len(errors), len(solved.even)))
+    planetary, approach = solved.scene.planetary, np.zeros((len(errors), len(solved.even)))
     if planetary is None:
         return approach
     modes, columns = planetary.modes(solved.linkage), dict(zip(names, errors.T, strict=False))
@@ -281,7 +280,7 @@ def sampled_train(scene: Scene, solved: SolvedTrain | None = None, responses: Se
         raise InputError("planetary.scatter", "missing", allowed)
     if scene.loads:
         raise InputError("loads", f"{len(scene.loads)} loads", "not supported by robust for trains: give one [load]")
-    planetary = None if scene.train is None else scene.train.planetary
+    planetary = scene.planetary
     scatter = None if planetary is None else planetary.keys.scatter
     if of_flanks := scene.effect("manufacturing_errors") is not None:
         check_flanks(scene)

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gearbench.lazy import xr
 from gearbench.plotting import BLUE, GREEN, ORANGE, legend_below, new_figure, write_figure
@@ -13,9 +14,6 @@ from studies.s06_paper_fronts import tables
 from studies.s06_paper_fronts.data import SHOWN
 from studies.s06_paper_fronts.findings import LEAD, WIDE, front, measures
 from studies.s06_paper_fronts.search import MODULE, TOOLS
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 #: Okabe–Ito colours and markers of the tools, which stay distinct in grey.
 COLOUR = {1: BLUE, 2: ORANGE, 3: GREEN}

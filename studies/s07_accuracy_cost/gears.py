@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from gearbench.accuracy.settings import GAUSS_POINTS, SEGMENTS, SOLID_ORDER, solid_orders
 from gearbench.effort.curves import as_dataset, setting_curve
 from gearbench.lazy import xr
+from gearbench.scene import Scene
 from gearbench.scene_file import read_scene
-
-if TYPE_CHECKING:
-    from gearbench.scene import Scene
 
 _GEARS = Path(__file__).parents[2] / "examples" / "gears"
 #: Number of timed runs per level.

@@ -9,12 +9,12 @@ import numpy as np
 
 from gearbench.accuracy.settings import with_resolution
 from gearbench.effort.clock import times
+from gearbench.effort.curves import values_of
 from gearbench.lazy import xr
 from gearbench.library.garambois2017 import case, gear
 from gearbench.robustness.montecarlo import prepare_scene, respond
 from gearbench.robustness.sampling import unit_samples
 from gearbench.scene import Scene
-from gearbench.solution import cycle_values
 from gearbench.threads import default_threads
 
 SEGMENTS, SAMPLES, WIDTHS = (2, 4, 8, 16, 32, 64, 128, 256, 512), (64, 256, 1024, 4096, 16384), (1, 2, 4, 8, 16)
@@ -36,10 +36,10 @@ def scaling(repeats: int, *, quick: bool = False) -> xr.Dataset:
     helical, most = case(2), 4 if quick else 99
     for n in SEGMENTS[:most]:
         cut = with_resolution(helical, segments=n)
-        add("segments", n, lambda s=cut: cycle_values(s))
+        add("segments", n, lambda s=cut: values_of(s))
     for factor in WIDTHS[:most]:
         wide = _wider(helical, factor)
-        add("pairs", wide.pair.meshing.total_contact_ratio, lambda s=wide: cycle_values(s))
+        add("pairs", wide.pair.meshing.total_contact_ratio, lambda s=wide: values_of(s))
     problem = prepare_scene(gear("55").scene(errors=True))
     unit = unit_samples("sobol", SAMPLES[-1], len(problem.names), 0)
     errors = problem.errors.draw(unit, problem.scene.pair)

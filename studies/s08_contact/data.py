@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,12 +15,10 @@ from gearbench.effects.tip_relief import TipRelief
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.geometry.pair import Member, Pair
 from gearbench.lazy import xr
+from gearbench.results.cycle import MeshCycle
 from gearbench.results.responses import described
 from gearbench.scene import Load, Resolution, Scene
 from gearbench.validation.contact import model_cycle
-
-if TYPE_CHECKING:
-    from gearbench.results.cycle import MeshCycle
 
 PHASES = 20
 _TEETH = (ToothBending(model="solid"), GearBody(), Hertz())

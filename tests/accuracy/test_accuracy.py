@@ -15,13 +15,14 @@ from gearbench.effects.helix_slope import HelixSlope
 from gearbench.effects.hertz import Hertz
 from gearbench.effects.tip_relief import TipRelief
 from gearbench.effects.tooth_bending import ToothBending
+from gearbench.effort.curves import values_of
 from gearbench.errors import InputError
 from gearbench.library.garambois2017 import case, gear
 from gearbench.robustness.run import robust
 from gearbench.scene import Resolution, Scene
 from gearbench.scene_file import parse_scene
 from gearbench.simulation import simulate
-from gearbench.solution import cycle_values, solve_scene
+from gearbench.solution import solve_scene
 
 
 def asking(scene: Scene, accuracy: float) -> Scene:
@@ -113,13 +114,13 @@ def test_only_what_the_estimate_blames_is_raised(setting):
 @pytest.mark.slow
 def test_the_order_of_solid_teeth_is_chosen_where_the_scene_gives_none():
     solid = replace(case(1), effects=(ToothBending(model="solid"), Hertz()))
-    found = choose(asking(solid, 0.03), cycle_values)
+    found = choose(asking(solid, 0.03), values_of)
     orders = SOLID_ORDER.levels(solid)
     assert found.scene.effect("tooth_bending").order in orders
-    exact = cycle_values(with_resolution(SOLID_ORDER.with_level(solid, orders[-3]), segments=32, gauss_points=8))
-    assert relative_errors(cycle_values(found.scene), exact).max() <= 0.03
+    exact = values_of(with_resolution(SOLID_ORDER.with_level(solid, orders[-3]), segments=32, gauss_points=8))
+    assert relative_errors(values_of(found.scene), exact).max() <= 0.03
     given = replace(case(1), effects=(ToothBending(model="solid", order=(3, 4, 5)), Hertz()))
-    assert choose(asking(given, 0.03), cycle_values).scene.effect("tooth_bending").order == (3, 4, 5)
+    assert choose(asking(given, 0.03), values_of).scene.effect("tooth_bending").order == (3, 4, 5)
 
 
 def test_finite_elements_take_their_share_and_a_given_accuracy_stays():

@@ -17,7 +17,7 @@ from gearbench.geometry.pair import Member, Pair
 from gearbench.geometry.web import make_web
 from gearbench.results.warnings import warnings
 from gearbench.scene import Load, Resolution, Scene
-from tests.support.gears import standard_gear
+from tests.support.gears import standard_gear, swapped
 
 PINION = Member(teeth=20, bore_diameter=16.0)
 WHEEL = Member(teeth=40, bore_diameter=20.0, rim_thickness=5.0, web_thickness=4.0, hub_diameter=34.0)
@@ -79,7 +79,7 @@ def test_an_offset_web_keeps_its_end_of_the_face():
     assert on_wheel[1] is not None
     assert on_wheel[0] == on_wheel[1].mirrored(14.0)
     assert (on_wheel[1].start, on_wheel[1].stop) == (8.0, 12.0)
-    driving = web_of(pair.swapped(), 0, False)
+    driving = web_of(swapped(pair), 0, False)
     assert driving == on_wheel[1]
     assert web_of(pair, 0, False) is None
     with pytest.raises(InputError, match="hub_diameter"):

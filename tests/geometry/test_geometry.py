@@ -18,6 +18,7 @@ from gearbench.geometry.involute import inv, inverse_involute
 from gearbench.geometry.pair import Member, Pair
 from gearbench.geometry.rack import full_fillet_radius
 from gearbench.library.garambois2017 import case, table_2
+from tests.support.gears import swapped
 
 
 def gear(teeth=20, x=0.0, helix=0.0, fillet=0.38, addendum=1.0, dedendum=1.25, alpha=20.0) -> Gear:
@@ -231,8 +232,8 @@ def test_specific_sliding_is_zero_at_the_pitch_point_and_exchanges_with_the_gear
     # ζ₂ = ζ₁ / (ζ₁ − 1) at the same place
     assert a2 == pytest.approx(a1 / (a1 - 1), rel=1e-12)
     assert e2 == pytest.approx(e1 / (e1 - 1), rel=1e-12)
-    swapped = pair.swapped().meshing.specific_sliding
-    assert swapped[0] == pytest.approx((e2, a2), rel=1e-12)
+    sliding = swapped(pair).meshing.specific_sliding
+    assert sliding[0] == pytest.approx((e2, a2), rel=1e-12)
     # linear path coordinates: sliding vanishes at u = r_b1 tan α_wt
     u, t = pair.meshing.pitch_point, pair.meshing.tangent_length
     assert 1 - (t - u) / u * 33 / 75 == pytest.approx(0.0, abs=1e-12)

@@ -18,6 +18,7 @@ from gearbench.effects.tip_relief import TipRelief
 from gearbench.scene import Load, Resolution, Scene
 from tests.stability.catalogue import CASES, HELICAL, SPUR, scene
 from tests.support.contact_invariants import assert_solved, mirrored
+from tests.support.gears import swapped
 
 
 def off_line(scene: Scene, *more: object) -> Scene:
@@ -56,7 +57,7 @@ def test_gears_exchanged_touch_alike(pair, shape):
     tau = np.array([0.11, 0.31, 0.62, 0.66, 0.93])
     scenes = [
         off_line(scene(each, torque=torque), TipRelief(pinion=one, wheel=other))
-        for each, torque, one, other in ((pair, 150.0, *reliefs), (pair.swapped(), 225.0, *reliefs[::-1]))
+        for each, torque, one, other in ((pair, 150.0, *reliefs), (swapped(pair), 225.0, *reliefs[::-1]))
     ]
     lines = scene_lines(scenes[0], tau)
     here = solve(assemble(scenes[0], lines))
@@ -68,12 +69,12 @@ def test_gears_exchanged_touch_alike(pair, shape):
     turned = mirrored(pair, tau)
     for i in range(len(tau)):
         other = replace(scenes[1], load=Load(torque=225.0 * float(moment[i])))
-        swapped = scene_lines(other, turned[i : i + 1])
-        there = solve(assemble(other, swapped))
+        seen = scene_lines(other, turned[i : i + 1])
+        there = solve(assemble(other, seen))
         # the work of both torques; rotations count at the phase of the gear that turns, and lines are cut into cells
         assert there.approach[0] * moment[i] == pytest.approx(here.approach[i], rel=3e-4)
-        assert swapped.touch is not None
-        theirs = there.force[0] / swapped.touch.levers[0][0]
+        assert seen.touch is not None
+        theirs = there.force[0] / seen.touch.levers[0][0]
         shares = (np.sort(each.sum(axis=1))[-2:] for each in (theirs, own[i]))
         assert_allclose(*shares, rtol=0, atol=2e-3 * scenes[0].F_bn)
 

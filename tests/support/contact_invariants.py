@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from gearbench.contact.problem import ContactSolution
 from gearbench.geometry.pair import Pair
 from gearbench.scene import Load, Scene
+from tests.support.gears import swapped
 
 
 def assert_solved(s: ContactSolution, what: object = "", residual: float = 1e-9, steps: int = 40) -> None:
@@ -34,7 +35,7 @@ def wheel_drives(scene: Scene) -> tuple[Scene, float]:
             effect = replace(effect, pinion=-effect.wheel, wheel=-effect.pinion)
         effects.append(effect)
     torque = scene.load.torque * pair.wheel.teeth / pair.pinion.teeth
-    return replace(scene, pair=pair.swapped(), effects=tuple(effects), load=Load(torque=torque)), offset
+    return replace(scene, pair=swapped(pair), effects=tuple(effects), load=Load(torque=torque)), offset
 
 
 def mirrored(pair: Pair, phases: NDArray) -> NDArray:

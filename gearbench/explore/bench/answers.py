@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import replace
 from functools import lru_cache
 from typing import Any
@@ -14,11 +15,11 @@ import numpy as np
 from gearbench.effects.base import ComplianceEffect
 from gearbench.effects.registry import effect_class, effect_names
 from gearbench.effects.tooth_bending import ToothBending
-from gearbench.errors import GearbenchError, InputError
+from gearbench.errors import InputError
 from gearbench.explore.bench.form import takes_files
 from gearbench.explore.gear_data import ORDERS, Tables, densities, tables
 from gearbench.explore.model import with_scatter, without_scatter
-from gearbench.explore.page import answer_data
+from gearbench.explore.page import answer_data, explained
 from gearbench.keys import value_at
 from gearbench.lazy import xr
 from gearbench.results import flank
@@ -117,18 +118,12 @@ class Answers:
             if overtaken():
                 raise Overtaken
 
-        try:
-            scene = changed(self._base, json.loads(asked["scene"][0]))
-            yield from self._solved(scene, progress)
-        except Overtaken:
-            return
-        except (InputError, GearbenchError, ArithmeticError) as error:
-            yield answer_data(message=str(error))
-        except (AttributeError, IndexError, KeyError, TypeError, ValueError):
-            yield answer_data(message="this request of the page cannot be answered: reload the page")
+        with suppress(Overtaken):
+            yield from explained(self._solved(asked, progress))
 
-    def _solved(self, scene: Scene, progress: Callable[[int, int], None]) -> Iterator[dict[str, Any]]:
-        """Yield the answers for a valid scene; ``progress`` raises to abandon one."""
+    def _solved(self, asked: Any, progress: Callable[[int, int], None]) -> Iterator[dict[str, Any]]:
+        """Yield the answers to ``asked``; ``progress`` raises to abandon one."""
+        scene = changed(self._base, json.loads(asked["scene"][0]))
         quick_results, _ = without_scatter(self.sketch(scene))
         # the page shows the scene asked for, not the coarse one
         yield answer_data(tables(replace(quick_results, scene=scene), teeth=False))

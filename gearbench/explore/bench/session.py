@@ -25,33 +25,6 @@ from gearbench.scene_file import parse_scene
 REST = 0.12
 
 
-class BenchSession:
-    """One open bench. A question of its page is a scene as a mapping; ``Answers`` solves it.
-
-    Parameters
-    ----------
-    scene
-        Scene shown first.
-    first_results
-        Its results.
-    document
-        The open page.
-    variant_results
-        Results of other scenes, which are the initial variants.
-    """
-
-    def __init__(
-        self,
-        scene: Scene,
-        first_results: ShownResults,
-        document: Document,
-        variant_results: Sequence[ShownResults] = (),
-    ) -> None:
-        self.page = BenchPage(scene, tables(first_results), variants(variant_results))
-        self._conversation = Conversation(document, self.page.question, self.page.answer, Answers(scene), rest=REST)
-        self.page.put(document)
-
-
 def bench(scene: Scene, *others: Scene) -> Callable[[Document], object]:
     """Solve ``scene`` and ``others``, and return a function that opens a bench with ``others`` as variants.
 
@@ -64,7 +37,14 @@ def bench(scene: Scene, *others: Scene) -> Callable[[Document], object]:
     """
     _check(scene, others)
     first_results, variant_results = shown_results(scene), [shown_results(other) for other in others]
-    return lambda document: BenchSession(scene, first_results, document, variant_results)
+
+    def opened(document: Document) -> None:
+        # a question of the page is a scene as a mapping, which ``Answers`` solves
+        page = BenchPage(scene, tables(first_results), variants(variant_results))
+        Conversation(document, page.question, page.answer, Answers(scene), rest=REST)
+        page.put(document)
+
+    return opened
 
 
 def bench_html(scene: Scene, *others: Scene) -> str:
