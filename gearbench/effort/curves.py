@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,26 +26,6 @@ CLEAR, ROUNDING = 4.0, 1e-12
 
 
 @dataclass(frozen=True, kw_only=True)
-class Point:
-    """One level of a setting.
-
-    Parameters
-    ----------
-    label, size
-        Level as text, and the number n of the convergence law error ~ n^−p.
-    errors
-        Relative errors of the four numbers of ``gearbench.accuracy.measure``, (4,).
-    cost
-        Cost of one run.
-    """
-
-    label: str
-    size: float
-    errors: NDArray
-    cost: Cost
-
-
-@dataclass(frozen=True, kw_only=True)
 class WorkPrecision:
     """Work–precision curve of one setting on one scene.
 
@@ -53,30 +33,30 @@ class WorkPrecision:
     ----------
     setting, expected
         Name of the setting, and its expected order of convergence as text.
-    points
-        Levels of the setting, coarse to fine.
+    labels, sizes
+        Levels from coarse to fine, as texts and as the numbers n of the convergence law error ~ n^−p.
+    runs
+        Relative errors of the four numbers of ``gearbench.accuracy.measure``, (4,), and cost of one run, at each level.
     bar
         Relative uncertainty of the reference, (4,).
     """
 
     setting: str
     expected: str
-    points: tuple[Point, ...]
+    labels: Sequence[str]
+    sizes: Sequence[float]
+    runs: Sequence[tuple[NDArray, Cost]]
     bar: NDArray
 
     @property
     def errors(self) -> NDArray:
         """Relative errors, (level, 4)."""
-        return np.array([point.errors for point in self.points])
-
-    def column(self, name: str) -> NDArray:
-        """Attribute of all points, or of their costs, by name, (level,)."""
-        return np.array([getattr(p if hasattr(p, name) else p.cost, name) for p in self.points])
+        return np.array([errors for errors, _ in self.runs])
 
     @property
     def order(self) -> NDArray:
         """Observed order of convergence of the four numbers, (4,); see ``observed_order``."""
-        sizes = self.column("size")
+        sizes = np.array(self.sizes)
         return np.array([observed_order(sizes, e, bar) for e, bar in zip(self.errors.T, self.bar, strict=True)])
 
 
@@ -99,13 +79,15 @@ def values_of(scene: Scene) -> NDArray:
 def setting_curve(scene: Scene, setting: Setting, repeats: int) -> WorkPrecision:
     """Measure error and cost at the levels of ``setting``; ``setting.finest`` gives the reference and its error bar."""
     before, exact = (values_of(finest) for finest in setting.finest(scene))
-    points = []
-    for level in setting.tried(scene):
-        values, cost = run(setting.with_level(scene, level), repeats, prepares=setting.prepares)
-        point = Point(label=label(level), size=setting.size(level), errors=relative_errors(values, exact), cost=cost)
-        points.append(point)
+    levels = setting.tried(scene)
+    runs = (run(setting.with_level(scene, level), repeats, prepares=setting.prepares) for level in levels)
     return WorkPrecision(
-        setting=setting.name, expected=setting.order, points=tuple(points), bar=relative_errors(before, exact)
+        setting=setting.name,
+        expected=setting.order,
+        labels=[label(level) for level in levels],
+        sizes=[setting.size(level) for level in levels],
+        runs=[(relative_errors(values, exact), cost) for values, cost in runs],
+        bar=relative_errors(before, exact),
     )
 
 
@@ -142,15 +124,12 @@ def finite_element_run(scene: Scene) -> dict[str, float]:
 
 def as_dataset(curves: Sequence[WorkPrecision]) -> xr.Dataset:
     """Dataset of curves with one row per level; see ``workprecision.cost``."""
-
-    def rows(name: str) -> NDArray:
-        return np.concatenate([c.column(name) for c in curves])
-
-    lengths = [len(c.points) for c in curves]
+    lengths = [len(c.runs) for c in curves]
+    costs = [cost for c in curves for _, cost in c.runs]
     table: dict[str, tuple] = {
         "error": (("setting", "quantity"), np.concatenate([c.errors for c in curves])),
         "error_bar": (("setting", "quantity"), np.repeat([c.bar for c in curves], lengths, axis=0)),
-        **{name: ("setting", rows(name)) for name in ("seconds", "processor_seconds", "megabytes")},
+        **{key.name: ("setting", [getattr(cost, key.name) for cost in costs]) for key in fields(Cost)},
         "observed_order": (("knob", "quantity"), np.array([c.order for c in curves])),
     }
     names = {"error": "setting_error", "error_bar": "setting_error_bar"}
@@ -158,8 +137,8 @@ def as_dataset(curves: Sequence[WorkPrecision]) -> xr.Dataset:
         {name: (*given, QUANTITIES[names.get(name, name)].attrs) for name, given in table.items()},
         coords={
             "setting_knob": ("setting", np.repeat([c.setting for c in curves], lengths)),
-            "level": ("setting", rows("label")),
-            "size": ("setting", rows("size")),
+            "level": ("setting", [text for c in curves for text in c.labels]),
+            "size": ("setting", [size for c in curves for size in c.sizes]),
             "knob": [c.setting for c in curves],
             "expected_order": ("knob", [c.expected for c in curves]),
             "quantity": list(MEASURED),

@@ -11,11 +11,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gearbench.accuracy.measure import relative_errors, scales
 from gearbench.accuracy.settings import GAUSS_POINTS, SETTINGS, Setting
-from gearbench.effort.clock import measured, timed
-from gearbench.effort.curves import Point, WorkPrecision, as_dataset, setting_curve
+from gearbench.effort.clock import Cost, measured, timed
+from gearbench.effort.curves import WorkPrecision, as_dataset, setting_curve
 from gearbench.errors import InputError
 from gearbench.lazy import xr
 from gearbench.results.provenance import provenance
@@ -44,17 +45,18 @@ def sample_curves(
     exact = responses.numbers.mean(axis=1)
     bar = np.array([average_error(values, "sobol") for values in responses.numbers]) / scales(exact)
 
-    def point(sampler: Sampler, count: int) -> Point:
+    def run(sampler: Sampler, count: int) -> tuple[NDArray, Cost]:
         answers = [respond(problem, problem.draw(count, i, sampler))[0].numbers.mean(axis=1) for i in range(seeds)]
         errors = np.sqrt(np.mean([relative_errors(a, exact) ** 2 for a in answers], axis=0))
-        cost = measured(lambda: respond(problem, problem.draw(count, 0, sampler)), max(3, repeats // 2))
-        return Point(label=str(count), size=count, errors=errors, cost=cost)
+        return errors, measured(lambda: respond(problem, problem.draw(count, 0, sampler)), max(3, repeats // 2))
 
     return [
         WorkPrecision(
             setting=f"samples, {sampler.replace('_', ' ')}",
             expected=order,
-            points=tuple(point(sampler, count) for count in counts),
+            labels=[str(count) for count in counts],
+            sizes=counts,
+            runs=[run(sampler, count) for count in counts],
             bar=bar,
         )
         for sampler, order in SAMPLERS

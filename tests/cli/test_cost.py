@@ -150,7 +150,7 @@ def test_segments_are_of_second_order_at_least_where_flanks_part():
 
 def test_orders_of_plates_converge_and_the_paper_is_one_of_them():
     found = setting_curve(with_resolution(case(1), segments=4, gauss_points=2), PLATE_ORDER, repeats=1)
-    assert found.points[1].label == "paper"
+    assert found.labels[1] == "paper"
     mean = found.errors[:, 0]
     assert np.all(np.diff(mean) < 0)
     assert np.all(found.bar[0] < mean)
