@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,9 +49,9 @@ class Catalogue:
         """Column with this name."""
         return next(column for column in self.columns if column.name == name)
 
-    def of_kind(self, *kinds: str) -> tuple[Column, ...]:
-        """Columns of these kinds whose values differ between the designs."""
-        return tuple(c for c in self.columns if c.kind in kinds and c.range[0] < c.range[1])
+    def of_kind(self, *kinds: str) -> dict[int, Column]:
+        """Index → column, for the columns of these kinds whose values differ between the designs."""
+        return {i: c for i, c in enumerate(self.columns) if c.kind in kinds and c.range[0] < c.range[1]}
 
     def scene(self, design: int) -> Scene:
         """Scene of a design by its index in the catalogue."""
@@ -69,10 +69,7 @@ def catalogue(results: Sequence[Stored]) -> Catalogue:
     index = np.concatenate([np.full(len(result.numbers), i) for i, result in enumerate(results)])
     number = np.concatenate([result.numbers for result in results])
     complete = np.all([np.isfinite(c.values) for c in joined if c.name in (ACROSS, UP)], axis=0)
-    columns = tuple(
-        Column(name=c.name, label=c.label, unit=c.unit, kind=c.kind, values=c.values[complete], categories=c.categories)
-        for c in joined
-    )
+    columns = tuple(replace(column, values=column.values[complete]) for column in joined)
     return Catalogue(
         results=tuple(results),
         result=index[complete],
@@ -93,10 +90,7 @@ def _join(results: Sequence[Stored], title: str) -> Column:
         if column is not None and column.categories:
             values = np.array([categories.index(text) for text in column.categories])[values.astype(int)]
         parts.append(values.astype(float))
-    values = np.concatenate(parts)
-    return Column(
-        name=first.name, label=first.label, unit=first.unit, kind=first.kind, values=values, categories=categories
-    )
+    return replace(first, values=np.concatenate(parts), categories=categories)
 
 
 def fronts(catalogue: Catalogue, selected: NDArray | None = None) -> NDArray:

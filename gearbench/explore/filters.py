@@ -15,9 +15,7 @@ _HEADS = {"statistic": "Scatter and objectives", "limit": "Limits", "variable": 
 
 def sliders(catalogue: Catalogue) -> dict[int, RangeSlider]:
     """Make a range slider for every quantity that differs between the designs, by the index of its column."""
-    # `of_kind` leaves out constant columns; columns hold arrays, which == cannot compare, so `id` identifies them
-    shown = {id(column) for column in catalogue.of_kind("statistic", "limit", "variable")}
-    return {i: _slider(i, c) for i, c in enumerate(catalogue.columns) if id(c) in shown}
+    return {i: _slider(i, column) for i, column in catalogue.of_kind("statistic", "limit", "variable").items()}
 
 
 def _slider(index: int, column: Column) -> RangeSlider:

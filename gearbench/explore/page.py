@@ -162,11 +162,9 @@ def explained(answers: Iterator[dict[str, Any]]) -> Iterator[dict[str, Any]]:
 
 def axes_of(catalogue: Catalogue, by_column: dict[int, Any]) -> list[dict[str, Any]]:
     """Axes of the parallel coordinates, for the scripts: key of the column, its range, and its slider or None."""
-    shown = {id(column) for column in parallel.axes(catalogue)}
     return [
         {"key": f"c{i}", "low": column.range[0], "high": column.range[1], "slider": by_column.get(i)}
-        for i, column in enumerate(catalogue.columns)
-        if id(column) in shown
+        for i, column in parallel.axes(catalogue).items()
     ]
 
 

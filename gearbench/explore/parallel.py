@@ -17,8 +17,8 @@ GAP, HEIGHT = 44, 140
 HINT = "Drag along an axis to keep a range, double-click it to clear"
 
 
-def axes(catalogue: Catalogue) -> tuple[Column, ...]:
-    """Quantities with an axis: the variables, or the statistics if there are no variables."""
+def axes(catalogue: Catalogue) -> dict[int, Column]:
+    """Index → column of each quantity with an axis: the variables, or the statistics if there are no variables."""
     return catalogue.of_kind("variable") or catalogue.of_kind("statistic")
 
 
@@ -37,7 +37,7 @@ def sources(catalogue: Catalogue) -> dict[str, ColumnDataSource]:
 
 def parallel(catalogue: Catalogue, data: dict[str, ColumnDataSource]) -> Any:
     """Make the figure; ``data`` holds the ``sources``, whose images ``js/filter.js`` paints."""
-    shown = axes(catalogue)
+    shown = list(axes(catalogue).values())
     count = max(len(shown), 2)
     plot = chart(HINT, "", "", height=490, x_range=fixed(-0.45, count - 0.55), y_range=fixed(-0.11, 1.11))
     plot.name = "parallel"

@@ -260,11 +260,8 @@ def _control(key: Key, path: str, given: Any) -> Control | None:
         return Control(**common, kind="switch", value=bool(value))
     if plain in (int, float):
         least, most, least_excluded = key.limits
-        narrow = key.name in _NARROW
-        ends = {"least_excluded": least_excluded, "narrow": narrow}
+        ends = {"least_excluded": least_excluded, "narrow": key.name in _NARROW, "one_sign": path == "load.torque"}
         low, high, step = _span(value, least, most, unit, whole=plain is int, **ends)
-        if path == "load.torque" and value is not None:  # keep the sign: a torque of 0 loads neither flank
-            low, high, step = _same_sign(value, low, high, step)
         kind: Kind = "integer" if plain is int else "number"
         return Control(**common, kind=kind, value=value, least=least, most=most, low=low, high=high, step=step)
     if get_origin(plain) is tuple:
@@ -286,11 +283,13 @@ def _span(
     whole: bool,
     least_excluded: bool = False,
     narrow: bool = False,
+    one_sign: bool = False,
 ) -> tuple[float | None, float | None, float | None]:
     """Lower end, upper end and step of a slider for ``value``: round numbers within the limits ``least`` and ``most``.
 
     The slider runs from zero to about twice the value. For a negative value or zero, it is symmetric about zero. If
-    ``narrow``, it runs from 20 % below to 20 % above the value. All three are None if the value is absent.
+    ``narrow``, it runs from 20 % below to 20 % above the value. If ``one_sign``, it keeps the sign of the value and
+    leaves out 0, as for a torque, which at 0 would load neither flank. All three are None if the value is absent.
     """
     if value is None:
         return None, None, None
@@ -305,17 +304,10 @@ def _span(
     low, high = math.floor(low / step) * step, math.ceil(high / step) * step
     low = low if least is None else max(low, math.ceil(least / step) * step + (step if least_excluded else 0.0))
     high = high if most is None else min(high, math.floor(most / step) * step)
-    return _round(low), _round(high), _round(step)
-
-
-def _same_sign(
-    value: float, low: float | None, high: float | None, step: float | None
-) -> tuple[float | None, float | None, float | None]:
-    """Restrict the ends of a slider to the sign of ``value``, which is not 0, and exclude 0."""
-    assert low is not None
-    assert high is not None
-    assert step is not None
-    return (max(low, step), high, step) if value > 0 else (low, min(high, -step), step)
+    low, high, step = _round(low), _round(high), _round(step)
+    if one_sign:
+        low, high = (max(low, step), high) if value > 0 else (low, min(high, -step))
+    return low, high, step
 
 
 def _round(value: float) -> float:
