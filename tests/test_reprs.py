@@ -1,7 +1,5 @@
 """What a notebook shows of scenes and pairs, plots that return their axes, and results in pandas and MATLAB."""
 
-from html.parser import HTMLParser
-
 import h5py
 import matplotlib as mpl
 import pytest
@@ -12,34 +10,9 @@ from gearbench.results.netcdf import save
 from gearbench.robustness.run import robust
 from gearbench.scene_file import parse_scene
 from gearbench.simulation import simulate
+from tests.support.html import Page
 
 mpl.use("agg")
-
-
-class Tables(HTMLParser):
-    """Rows of all tables of a page, cells as text; tags must match."""
-
-    def __init__(self, text: str) -> None:
-        super().__init__()
-        self.open: list[str] = []
-        self.rows: list[list[str]] = []
-        self.feed(text)
-        self.close()
-        assert self.open == []
-
-    def handle_starttag(self, tag, attrs):
-        self.open.append(tag)
-        if tag == "tr":
-            self.rows.append([])
-        elif tag in {"td", "th"}:
-            self.rows[-1].append("")
-
-    def handle_endtag(self, tag):
-        assert self.open.pop() == tag
-
-    def handle_data(self, data):
-        if self.open[-1] in {"td", "th"}:
-            self.rows[-1][-1] += data
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +21,7 @@ def result():
 
 
 def test_a_pair_shows_its_sizes():
-    rows = {row[0]: row[1:] for row in Tables(case(2).pair._repr_html_()).rows}
+    rows = {row[0]: row[1:] for row in Page(case(2).pair._repr_html_()).rows}
     assert rows[""] == ["pinion", "wheel"]
     assert rows["teeth z"] == ["17", "71"]
     tip = [f"{g.tip_radius:.5g}" for g in case(2).pair.gears]
@@ -58,7 +31,7 @@ def test_a_pair_shows_its_sizes():
 
 def test_a_scene_shows_its_effects_and_nothing_else():
     scene = gear("55").scene(errors=True)
-    rows = {row[0]: row[1:] for row in Tables(scene._repr_html_()).rows}
+    rows = {row[0]: row[1:] for row in Page(scene._repr_html_()).rows}
     assert rows["load"] == ["10 N·m on the pinion"]
     assert rows["tip_relief"] == ["amount = 5.0, length = 0.44"]
     assert "crowning" not in rows
