@@ -307,19 +307,19 @@ def _on_panels(
     y, width = np.zeros((2, *edges.shape[1:], segments))
     number = np.zeros(y.shape, dtype=np.intp)
     # lines with the same panels are treated together
-    for pattern in np.unique(exists.reshape(len(exists), -1), axis=1).T:
-        alike = np.all(exists == pattern[:, None, None], axis=0)
-        panel = np.flatnonzero(pattern)
-        if not panel.size:
+    for pattern in set(zip(*exists.reshape(len(exists), -1).tolist(), strict=True)):
+        alike = np.all(exists == np.array(pattern)[:, None, None], axis=0)
+        panel = [i for i, is_there in enumerate(pattern) if is_there]
+        if not panel:
             continue
-        if panel.size > segments:
-            counts, ends = (segments,), np.stack([edges[0], edges[-1]])[:, alike]
+        if len(panel) > segments:
+            counts, ends = (segments,), edges[[0, -1]][:, alike]
         else:
             counts = _shares(segments, tuple(sizes[panel]), last=pair.wheel.teeth > pair.pinion.teeth)
-            ends = edges[np.append(panel, panel[-1] + 1)][:, alike]
+            ends = edges[[*panel, panel[-1] + 1]][:, alike]
         number[alike] = np.repeat(np.arange(len(counts)), counts)
         rules = [_rule(count, cells) for count in counts]
-        half = [np.diff(pair_of_ends, axis=0).T / 2 for pair_of_ends in pairwise(ends)]
+        half = [(high - low)[:, None] / 2 for low, high in pairwise(ends)]
         parts = zip(ends[:-1], half, rules, strict=True)
         y[alike] = np.concatenate([low[:, None] + h * (1 + node) for low, h, (node, _) in parts], axis=1)
         width[alike] = np.concatenate([h * weight for h, (_, weight) in zip(half, rules, strict=True)], axis=1)
