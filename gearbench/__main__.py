@@ -7,7 +7,7 @@ import sys
 from gearbench.cli import main
 
 #: Packages that NumPy, numba and xarray import only because they are installed; explore and dask schedulers need some.
-UNUSED = ("charset_normalizer", "cffi", "yaml", "dask")
+UNUSED = ("charset_normalizer", "cffi", "coverage", "yaml", "dask")
 
 
 def run() -> None:
@@ -19,7 +19,7 @@ def run() -> None:
     # fewer garbage collections: they would search all imported modules for nothing
     gc.set_threshold(200_000)
     for name in () if sys.argv[1:2] == ["explore"] or "--scheduler" in " ".join(sys.argv) else UNUSED:
-        sys.modules[name] = None  # type: ignore[assignment]
+        sys.modules.setdefault(name, None)  # type: ignore[arg-type]
     try:
         main()
     except SystemExit as end:
