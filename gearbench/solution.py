@@ -75,7 +75,8 @@ def dataset(
     if solved.scene.effect("manufacturing_errors") is not None:
         attrs["random_errors"] = "at their means"
     attrs["polished_positions"] = solved.solution.corrected  # number of positions solved once more, see ContactSolution
-    return xr.Dataset(described(variables, UNIFORM), coords=described(coords, UNIFORM) | coordinates, attrs=attrs)
+    missing = UNIFORM if solved.phases.size is None else ""
+    return xr.Dataset(described(variables, missing), coords=described(coords, missing) | coordinates, attrs=attrs)
 
 
 def columns(solved: Solved, outputs: Sequence[str]) -> tuple[Columns, Columns]:

@@ -108,7 +108,8 @@ class Phases:
     @cached_property
     def widths(self) -> NDArray:
         """Widths of the Gauss panels, (panel,)."""
-        return np.diff(self.edges).ravel()
+        begin, end = self.edges.T
+        return end - begin
 
     @cached_property
     def bessel(self) -> NDArray:

@@ -204,8 +204,10 @@ def described(variables: Mapping[str, tuple[Any, Any]], missing: str = "") -> di
     columns = {}
     for name, (dims, values) in variables.items():
         values, q = np.asarray(values), quantity(name)
-        unknown = missing and values.dtype.kind == "f" and np.isnan(values).any()
-        columns[name] = (dims, values, ({} if q is None else dict(q.attrs)) | ({"missing": missing} if unknown else {}))
+        attrs = {} if q is None else q.attrs
+        if missing and values.dtype.kind == "f" and np.isnan(values).any():
+            attrs["missing"] = missing
+        columns[name] = (dims, values, attrs)
     return columns
 
 
