@@ -14,7 +14,8 @@ from gearbench.contact.gaps import conforming
 from gearbench.scene import Scene
 from gearbench.scene_file import parse_scene
 
-TORQUES = np.linspace(0.2, 1.6, 20)
+#: Torques of a sweep over the nominal one.
+TORQUES = np.linspace(0.1, 2.0, 20)
 
 
 def least(works: Sequence[Callable[[], object]], clock: Callable[[], float], repeat: int) -> list[float]:

@@ -299,14 +299,14 @@ def flank_matrix(flanks: Sequence[FlankCompliance], lines: ContactLines) -> NDAr
 
 def _fill(H: NDArray, flanks: Sequence[FlankCompliance], lines: ContactLines) -> None:
     """``flank_matrix`` of a few positions, into zeros."""
-    positions, pairs, _ = lines.shape
+    (positions, pairs, _), active = lines.shape, lines.active
     both_gears = [_directions_on_lines(flanks[index], lines, index) for index in (0, 1)]
     # number of each line in the arrays of ``_directions_on_lines``
-    number = np.cumsum(lines.active.T.ravel()).reshape(pairs, positions) - 1
+    number = np.cumsum(active.T.ravel()).reshape(pairs, positions) - 1
     for i in range(pairs):
         for j in range(i + 1):
             # positions at which both pairs have a line
-            shared = np.flatnonzero(lines.active[:, i] & lines.active[:, j])
+            shared = np.flatnonzero(active[:, i] & active[:, j])
             if not shared.size:
                 continue
             of_i, of_j = _run(number[i, shared]), _run(number[j, shared])

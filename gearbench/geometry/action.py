@@ -13,7 +13,6 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -315,14 +314,11 @@ def _on_panels(
         if len(panel) > segments:
             counts, ends = (segments,), edges[[0, -1]][:, alike]
         else:
-            counts = _shares(segments, tuple(sizes[panel]), last=pair.wheel.teeth > pair.pinion.teeth)
+            counts = _shares(segments, tuple(sizes[panel].tolist()), last=pair.wheel.teeth > pair.pinion.teeth)
             ends = edges[[*panel, panel[-1] + 1]][:, alike]
-        number[alike] = np.repeat(np.arange(len(counts)), counts)
-        rules = [_rule(count, cells) for count in counts]
-        half = [(high - low)[:, None] / 2 for low, high in pairwise(ends)]
-        parts = zip(ends[:-1], half, rules, strict=True)
-        y[alike] = np.concatenate([low[:, None] + h * (1 + node) for low, h, (node, _) in parts], axis=1)
-        width[alike] = np.concatenate([h * weight for h, (_, weight) in zip(half, rules, strict=True)], axis=1)
+        of, node, weight = _rules(counts, cells)
+        low, half = ends[:-1][of].T, (np.diff(ends, axis=0) / 2)[of].T
+        number[alike], y[alike], width[alike] = of, low + half * (1 + node), half * weight
     return y, width, number
 
 
@@ -332,21 +328,29 @@ def _shares(segments: int, sizes: tuple[float, ...], *, last: bool = False) -> t
 
     A remainder goes to the first of equal panels, or to the ``last``.
     """
-    fewest = min(MIN_SEGMENTS, segments // len(sizes))
-    exact = segments * np.array(sizes) / sum(sizes)
-    counts = np.maximum(fewest, np.floor(exact + 1e-9)).astype(int)
-    while missing := segments - int(counts.sum()):
+    fewest, total = min(MIN_SEGMENTS, segments // len(sizes)), sum(sizes)
+    exact = [segments * size / total for size in sizes]
+    counts = [max(fewest, math.floor(x + 1e-9)) for x in exact]
+    while missing := segments - sum(counts):
         step = 1 if missing > 0 else -1
-        remainder = np.where(counts > (0 if step > 0 else fewest), np.round(step * (exact - counts), 6), -np.inf)
+        least = 0 if step > 0 else fewest
+        remainder = [
+            (round(step * (x - n) * 1e6), i) for i, (x, n) in enumerate(zip(exact, counts, strict=True)) if n > least
+        ]
         # equal panels get equal shares if possible: a line and its mirror image are cut alike
-        groups = [np.flatnonzero(remainder == value) for value in np.unique(remainder[np.isfinite(remainder)])[::-1]]
-        one = groups[0][-1:] if last else groups[0][:1]
-        counts[next((group for group in groups if group.size <= abs(missing)), one)] += step
-    return tuple(counts.tolist())
+        groups = [[i for r, i in remainder if r == value] for value in sorted({r for r, _ in remainder}, reverse=True)]
+        one = [groups[0][-1 if last else 0]]
+        for i in next((group for group in groups if len(group) <= abs(missing)), one):
+            counts[i] += step
+    return tuple(counts)
 
 
-def _rule(count: int, cells: bool) -> tuple[NDArray, NDArray]:
-    """Nodes and weights on [−1, 1]: midpoints of equal cells, or Gauss–Legendre."""
-    if cells:
-        return (np.arange(count) + 0.5) * 2 / count - 1, np.full(count, 2 / count)
-    return gauss(count)
+@lru_cache(maxsize=256)
+def _rules(counts: tuple[int, ...], cells: bool) -> tuple[NDArray, NDArray, NDArray]:
+    """Panel, node and weight on [−1, 1] of each segment of a line, from the ``counts`` of segments of its panels.
+
+    Nodes are midpoints of equal cells, or Gauss–Legendre points.
+    """
+    rules = [((np.arange(n) + 0.5) * 2 / n - 1, np.full(n, 2 / n)) if cells else gauss(n) for n in counts]
+    nodes, weights = zip(*rules, strict=True)
+    return np.repeat(np.arange(len(counts)), counts), np.concatenate(nodes), np.concatenate(weights)
