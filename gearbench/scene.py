@@ -293,7 +293,12 @@ class Scene:
         InputError
             If it has several meshes without a system.
         """
-        if self.train is not None and self.system is None:
+        return self if self.system is not None else self.one_pair
+
+    @property
+    def one_pair(self) -> Scene:
+        """The scene itself, if it has one mesh; raises ``InputError`` if it has several, on shafts or not."""
+        if self.train is not None:
             if self.coupled:
                 allowed = (
                     "are for simulate without --report, sweep, robust, hunting, optimise, response, cost: here give one"
@@ -469,11 +474,11 @@ class Scene:
         tables = given(self if self.mesh_loads is None else changed(self, mesh_loads=None))
         for key in ("further", "own"):
             tables.pop(key, None)
+        if self.loads:
+            del tables["load"]
         if self.train is not None:
             common = {key: tables[key] for key in tables.keys() - {"pair", "effects", "coast", "gear_names", "train"}}
             return {**common, **{key: table for key, table in self.train.written.items() if table}}
-        if self.loads:
-            del tables["load"]
         for name in ("effects", "coast"):
             if effects := getattr(self, name):
                 tables[name] = {effect.name: given(effect) for effect in effects}

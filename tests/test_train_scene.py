@@ -10,11 +10,14 @@ import pytest
 import xarray as xr
 from numpy.testing import assert_allclose
 
-from gearbench import open_result, response, revolution_response, robust, save, simulate, sweep
+from gearbench import open_result, relieve, response, revolution_response, robust, save, simulate, sweep
 from gearbench.errors import InputError
+from gearbench.explore.model import without_scatter
 from gearbench.results.origin import scene_of, single_mesh
 from gearbench.scene_file import parse_scene, scene_at
 from gearbench.schema import read
+from gearbench.sweeps import figures
+from gearbench.sweeps.figures import draw_sweep
 from gearbench.system.schema import System
 
 GEAR = {"normal_module": 2.0, "helix_angle": 17.0, "face_width": 20.0}
@@ -201,6 +204,25 @@ def test_what_is_of_one_mesh_says_so():
     scattered = {**IDLER["effects"], "manufacturing_errors": {"preset": "garambois2017"}}
     with pytest.raises(InputError, match="2 meshes: in a row are for simulate without --report, sweep and, with"):
         robust(parse_scene(idler() | {"effects": scattered}))
+
+
+@pytest.mark.parametrize("answer", [relieve, without_scatter])
+def test_answers_for_a_pair_refuse_trains_on_shafts_too(answer):
+    with pytest.raises(InputError, match="2 meshes: in a row are for"):
+        answer(parse_scene(gearbox()))
+
+
+def test_several_loads_of_a_train_survive_the_file():
+    tables = {key: table for key, table in idler().items() if key != "load"}
+    scene = parse_scene(tables | {"loads": [{"torque": 20.0}, {"torque": 50.0, "weight": 2.0}]})
+    assert parse_scene(tomllib.loads(scene.to_toml())) == scene
+
+
+def test_figures_of_a_load_range_of_a_train_name_the_mesh(tmp_path, monkeypatch):
+    drawn = []
+    monkeypatch.setattr(figures, "write_figure", lambda figure, path: drawn.append(figure) or path)
+    draw_sweep(sweep(parse_scene(idler()), torque=[20.0, 50.0]), tmp_path)
+    assert "mesh = motor to idler" in drawn[0].get_suptitle()
 
 
 def test_gears_on_one_shaft_turn_together():

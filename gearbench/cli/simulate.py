@@ -58,7 +58,7 @@ def simulate(
     loaded, notes = load_any(scene, stage, torque, load_case)
     notes = (*notes, *_notes(loaded))
     if report is not None:
-        loaded = loaded.one_load
+        loaded = loaded.single_load.one_pair
     folder = plot_folder(plots)
     by_rack = all(gear.blank == RACK for mesh in loaded.meshes.values() for gear in mesh.pair.gears)
     shown = (*SHOWN, ROOT_STRESS) if by_rack else SHOWN

@@ -173,7 +173,7 @@ def without_scatter(scene: Scene) -> tuple[ShownResults, Solved | SolvedTrain]:
     GearbenchError
         If the contact problem cannot be solved.
     """
-    start, scene = time.perf_counter(), scene if scene.coupled else scene.one_mesh
+    start, scene = time.perf_counter(), scene if scene.coupled else scene.one_pair
     if scene.resolution.accuracy is not None:
         scene = replace(scene, resolution=Resolution())
     scene = scene.under(scene.load) if scene.loads else scene

@@ -140,9 +140,9 @@ def _points(dataset: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
     for place in np.ndindex(*(dataset.sizes[dim] for dim in others)):
         one = dataset.isel(dict(zip(others, place, strict=True)))
         units = {dim: dataset[dim].attrs["units"].replace("1", "") for dim in others}
-        label = ", ".join(
-            f"{dim.removeprefix('effects.')} = {float(one[dim]):g} {units[dim]}".strip() for dim in others
-        )
+        values = {dim: one[dim].item() for dim in others}
+        texts = {dim: value if isinstance(value, str) else f"{value:g}" for dim, value in values.items()}
+        label = ", ".join(f"{dim.removeprefix('effects.')} = {texts[dim]} {units[dim]}".strip() for dim in others)
         if one["transmission_error_peak_to_peak"].notnull().any():
             labelled.append((label, one))
     return labelled

@@ -83,7 +83,7 @@ def relieve(
     )
     if not (torques > 0).all():
         raise InputError("torque", float(torques[0]), "must be positive: the drive flanks are relieved")
-    search = _ReliefSearch(scene=replace(scene.one_mesh, loads=()), torques=torques)
+    search = _ReliefSearch(scene=replace(scene.one_pair, loads=()), torques=torques)
     given = search.metric(search.scene)
     sizes = search.largest_values()
     total = int(np.prod([len(each) for each in GRID])) + STEPS
