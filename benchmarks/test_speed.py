@@ -63,7 +63,7 @@ def test_1000_samples_at_32_positions(benchmark, name, threads):
 
 @pytest.mark.parametrize("name", ["SC", "7"])
 def test_a_whole_run_and_samples_to_rounding_against_the_samples_alone(benchmark, name):
-    """Processor times; what comes beside the samples are statistics, shares of the variance and the Dataset."""
+    """Processor times; the rest are samples on contact patches, statistics, shares of the variance and the Dataset."""
     scene = gear(name).scene(errors=True, resolution=Resolution(positions=32))
     samples, exact = (prepare_scene(scene, precision) for precision in (SCATTER, ROUNDING))
     errors = samples.draw(SAMPLES, 0, "sobol")
@@ -73,7 +73,7 @@ def test_a_whole_run_and_samples_to_rounding_against_the_samples_alone(benchmark
     print(
         f"\nprocessor time {1e3 * whole:.0f} ms, × {whole / alone:.2f} of the samples, rounding × {rounded / alone:.2f}"
     )
-    assert whole < 2 * alone
+    assert whole < 2.7 * alone
     assert rounded > 1.05 * alone
     benchmark(robust, scene)
 
