@@ -26,8 +26,8 @@ from gearbench.scene import Scene
 
 #: Number of samples that are solved on their patches.
 CHECKED = 8
-#: Number of times that the ends of their patches are computed. A third time would change the means of gears in use by at
-#: most a fiftieth of the error that the correction leaves.
+#: Number of times that the ends of their patches are computed. A third time would change the means of gears in use by
+#: at most a fiftieth of the error that the correction leaves.
 CHECKED_ROUNDS = 2
 #: A warning names a mean if the cells leave an error above its standard error and above this share of the mean.
 WORTH_SAYING = 0.01
