@@ -15,16 +15,13 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.geometry.quadrature import gauss, interpolation, legendre_transform
+from gearbench.lazy import xr
 from gearbench.scene import Scene
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 MICROMETRES = 1e3  # per mm
 #: Number of harmonics in a Dataset.

@@ -6,17 +6,15 @@ import hashlib
 import logging
 from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from gearbench.errors import InputError, naming
 from gearbench.files import read_bytes, write_bytes
+from gearbench.lazy import xr
 from gearbench.netcdf_bytes import dataset_of
 from gearbench.results.quantities import GROUPS, QUANTITIES
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _LOG = logging.getLogger(__name__)
 
@@ -83,8 +81,6 @@ def _digest(dataset: xr.Dataset) -> str:
 
 def _in_current_form(dataset: xr.Dataset) -> xr.Dataset:
     """Convert a Dataset of an earlier version, with variables per gear, to variables over the dimension gear."""
-    import xarray as xr
-
     gears = ["pinion", "wheel"]
     old_names = {name: [f"{name}_{gear}" for gear in gears] for name in GROUPS["on the flank"]}
     present = {name: names for name, names in old_names.items() if dataset.variables.keys() >= set(names)}

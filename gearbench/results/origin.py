@@ -4,18 +4,15 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from gearbench.effects.registry import effect_class, effect_names
 from gearbench.errors import InputError
+from gearbench.lazy import xr
 from gearbench.scene import Scene
 from gearbench.scene_file import parse_scene, scene_at
-
-if TYPE_CHECKING:
-    import xarray as xr
-
 
 #: Table of effects whose grids a Dataset keeps → prefix of their names.
 _GRID_TABLES = {"effects": "", "coast": "coast_"}

@@ -10,12 +10,11 @@ import numpy as np
 from gearbench.effects.tooth_bending import tooth_bending
 from gearbench.geometry.names import GEARS
 from gearbench.geometry.ring_conditions import radial_room
+from gearbench.lazy import xr
 from gearbench.results.provenance import support
 from gearbench.scene import Scene
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from gearbench.effects.base import Effect
     from gearbench.geometry.pair import Pair
 

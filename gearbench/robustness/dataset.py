@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from gearbench.lazy import xr
 from gearbench.results.origin import with_grids
 from gearbench.results.points import Columns
 from gearbench.results.provenance import provenance
@@ -16,8 +17,6 @@ from gearbench.results.responses import described
 from gearbench.threads import single_threaded_blas
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from gearbench.robustness.montecarlo import Responses, Sampled
     from gearbench.robustness.sampling import Sampler
 
@@ -62,8 +61,6 @@ def robust_dataset(
     shares
         Whether to include the variables of ``share_columns``.
     """
-    import xarray as xr
-
     from gearbench.robustness.cells import cell_warning
 
     coords, variables = robust_columns(problem, errors, responses, run.sampler, more, shares=shares)

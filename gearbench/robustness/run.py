@@ -5,9 +5,10 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from gearbench.errors import InputError
+from gearbench.lazy import xr
 from gearbench.results.responses import check_responses
 from gearbench.robustness.adaptive import choose_robust
 from gearbench.robustness.dataset import Run, robust_dataset
@@ -15,9 +16,6 @@ from gearbench.robustness.montecarlo import SAMPLES, Sampled, prepare_scene, res
 from gearbench.robustness.sampling import Sampler
 from gearbench.scene import Scene, check_scene
 from gearbench.threads import default_threads
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _LOG = logging.getLogger(__name__)
 

@@ -8,13 +8,11 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    import xarray as xr
+from gearbench.lazy import xr
 
 #: Tolerance of the next finer class over the tolerance of a class.
 FINER = 2**-0.5

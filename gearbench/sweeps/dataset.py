@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from gearbench.lazy import xr
 from gearbench.loads import WeightedLoad, load_weights
 from gearbench.results.points import Point, join_points
 from gearbench.results.responses import OVER_LOADS, described, is_response
 from gearbench.robustness.statistics import summarise
 from gearbench.sweeps.axes import SweepAxis
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 #: Attribute of a Dataset that explains its missing values.
 MISSING = "positions, pairs and segments that a point does not have are NaN; such positions have the phase_weight 0"
@@ -29,8 +27,6 @@ def combined(points: Mapping[tuple[float, ...], Point], axes: Sequence[SweepAxis
     a point does not have; these positions have the weight 0. The attribute ``missing`` says so. A coordinate depends
     only on the axes along which it changes.
     """
-    import xarray as xr
-
     by_position: dict[tuple[float, ...], Point] = dict(points)
     for i in reversed(range(len(axes))):
         grouped: dict[tuple[float, ...], dict[float, Point]] = {}

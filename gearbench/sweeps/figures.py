@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gearbench.lazy import xr
 from gearbench.plotting import BLUE, GREY, ORANGE, as_label, legend_below, new_figure, write_figure
 from gearbench.results.cycle import panels
 from gearbench.results.origin import scene_of
 
 if TYPE_CHECKING:
-    import xarray as xr
     from matplotlib.axes import Axes
 
     from gearbench.scene import Scene

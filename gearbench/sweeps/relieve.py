@@ -15,6 +15,7 @@ from gearbench.effects.crowning import Crowning
 from gearbench.effects.manufacturing_errors import ManufacturingErrors
 from gearbench.effects.tip_relief import TipRelief
 from gearbench.errors import InputError
+from gearbench.lazy import xr
 from gearbench.plotting import BLUE, GREEN, GREY, as_label, new_figure, write_figure
 from gearbench.results.origin import scene_of
 from gearbench.results.provenance import provenance
@@ -22,7 +23,6 @@ from gearbench.scene import Scene
 from gearbench.sweeps.run import sweep
 
 if TYPE_CHECKING:
-    import xarray as xr
     from matplotlib.axes import Axes
 
 #: Default torques relative to that of the scene.
@@ -74,7 +74,6 @@ def relieve(
     InputError
         If a torque is not positive, or the scene cannot be simulated.
     """
-    import xarray as xr
     from scipy.optimize import minimize
 
     start = time.perf_counter()

@@ -16,6 +16,7 @@ from gearbench.budget import require, room
 from gearbench.contact.size import kept_memory
 from gearbench.contact.transitions import mesh_phases
 from gearbench.errors import InputError
+from gearbench.lazy import xr
 from gearbench.results.origin import with_grids
 from gearbench.results.outputs import DEFAULT_OUTPUTS, check_outputs
 from gearbench.results.points import Point, of_each_load
@@ -34,8 +35,6 @@ from gearbench.sweeps.loads import TORQUE, Shared, solve_group, under_loads
 from gearbench.threads import default_threads, single_threaded_blas
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from gearbench.accuracy.choose import Choice
     from gearbench.trains.solve import SolvedTrain
 
