@@ -205,12 +205,6 @@ def _pressure(pair: Pair, u: NDArray, load: NDArray) -> NDArray:
     return np.sqrt(load * pair.contact_modulus / (np.pi * np.maximum(rho, 1e-9)))
 
 
-def _largest_pressure(dataset: xr.Dataset) -> float:
-    """Largest pressure in the load maps [MPa]."""
-    u, _, load, _ = _family(dataset)
-    return float(_pressure(scene_of(dataset).pair, u, load).max())
-
-
 def _top_of_colours(values: NDArray, weight: NDArray) -> float:
     """Upper end of a colour scale: the largest value, unless a short line at a corner far exceeds all others."""
     most = float(values.max())
@@ -359,7 +353,9 @@ def draw_simulation(dataset: xr.Dataset, folder: Path, *, scale: float | None = 
     figure, (both,) = new_figure(1, 2, (12.5, 5.0))
     for index, axis in enumerate(both):
         load_map(dataset, index, axis, scale=scale).set_title(f"flank of the {GEARS[index]}")
-    figure.suptitle(f"{name}\ncontact pressure over the mesh cycle, up to {_largest_pressure(dataset):.4g} MPa")
+    u, _, load, _ = _family(dataset)
+    most = _pressure(scene_of(dataset).pair, u, load).max()
+    figure.suptitle(f"{name}\ncontact pressure over the mesh cycle, up to {most:.4g} MPa")
     written.append(write_figure(figure, folder / "load_maps.png"))
 
     figure, (both,) = new_figure(1, 2, (10, 4))

@@ -208,16 +208,10 @@ class Scene:
         if len(set(torques)) < len(torques):
             raise InputError("loads", torques, "must have different torques")
         low, high = (end / self._load_of_torque for end in LOADS)
-        for key, torque in self._torques.items():
+        given = {f"loads.{i}.torque": torque for i, torque in enumerate(torques)} or {"load.torque": self.load.torque}
+        for key, torque in given.items():
             if not low <= abs(torque) <= high:
                 raise InputError(key, torque, f"must lie within {low:.3g} to {high:.3g} N·m for this pair")
-
-    @property
-    def _torques(self) -> dict[str, float]:
-        """Torques by their keys [N·m]."""
-        if not self.loads:
-            return {"load.torque": self.load.torque}
-        return {f"loads.{i}.torque": load.torque for i, load in enumerate(self.loads)}
 
     def _check_coast(self) -> None:
         for effect in self.coast:
@@ -327,7 +321,7 @@ class Scene:
         train = self.geometry
         meshes, torques = {}, self.train.shares(train)
         for mesh, scene in zip(train.meshes, (self, *self.further), strict=True):
-            rate = train.own_rate(mesh.name)
+            rate = abs(float(train.own_rate(mesh.name)))
             meshes[mesh.name] = changed(
                 scene,
                 name=f"{self.name}: {mesh.name}".removeprefix(": "),

@@ -48,7 +48,7 @@ def test_speeds_torques_and_mesh_frequency_are_those_of_willis():
         out = {"ring": "carrier", "carrier": "ring", "sun": "ring"}[held]
         assert ratio is None or n["sun"] / n[out] == pytest.approx(ratio)
         frequency = abs(36 * (n["sun"] - n["carrier"]))
-        assert_allclose([train.mesh_rate(mesh.name) for mesh in train.meshes], frequency, rtol=1e-14)
+        assert_allclose([float(train.mesh_rate(mesh.name)) for mesh in train.meshes], frequency, rtol=1e-14)
     torque = simulate(parse_scene(tables()), outputs=["transmission_error"])["member_torque"].isel(position=0)
     assert_allclose(torque.sel(member="sun"), -200.0, rtol=1e-12)
     assert_allclose(torque.sel(member="ring"), -200.0 * 96 / 36, rtol=1e-12)

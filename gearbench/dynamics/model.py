@@ -316,7 +316,7 @@ class Model(LinearModel):
         scene = self.scene
         if not scene.has_shafts:
             return (Group(meshes=np.array([0]), rate=float(scene.pair.pinion.teeth), phase=np.zeros(1)),)
-        rates = np.array([scene.gearbox.train.mesh_rate(name) for name in scene.pairs])
+        rates = np.array([float(scene.gearbox.train.mesh_rate(name)) for name in scene.pairs])
         phases = np.array(list(scene.gearbox.phases.values()))
         groups, remaining = [], list(range(len(rates)))
         while remaining:

@@ -201,7 +201,7 @@ class TrainModel(LinearModel):
         Its phases are all 0: the joint contact solution already contains the mesh phasing.
         """
         count, train = len(self.names), self.linkage.train
-        rate = train.mesh_rate(self.names[0]) / self.solved.phases.length
+        rate = float(train.mesh_rate(self.names[0])) / self.solved.phases.length
         periods = tuple(train.periods.values())
         return (Group(meshes=np.arange(count), rate=rate, phase=np.zeros(count), periods=periods),)
 

@@ -77,11 +77,6 @@ class SeatedGear:
         """Indices of the motions of the nodes under the face."""
         return (6 * self.nodes[:, None] + np.arange(6)).ravel()
 
-    @property
-    def twist_compliance(self) -> NDArray:
-        """Torsional compliance between the nodes under the face (node, node)."""
-        return twist(self.model, self.nodes, self.box.torque_from(self.box.own, self.gear))
-
     def motion(self, of_all: NDArray) -> NDArray:
         """The entries (size,) of this shaft in the motions ``of_all`` of all coupled shafts."""
         return of_all[self.settled.structure.motions(self.number)]
@@ -112,7 +107,9 @@ def factor(gears: Sequence[SeatedGear], rows_of_gears: Sequence[NDArray]) -> NDA
     for gear in gears:
         # the sixth motion of each node; ``scale`` has one entry for each node so far
         twist_coordinates = 6 * (len(scale) + np.arange(len(gear.nodes))) + 5
-        G[np.ix_(twist_coordinates, twist_coordinates)] += gear.twist_compliance
+        G[np.ix_(twist_coordinates, twist_coordinates)] += twist(
+            gear.model, gear.nodes, gear.box.torque_from(gear.box.own, gear.gear)
+        )
         # rotations [rad] are scaled by half the face width to compare with displacements [mm]
         width = gear.box.pairs[gear.box.own].meshing.face_width
         scale += [np.array([1, 1, 1, *([2 / width] * 3)])] * len(gear.nodes)

@@ -156,52 +156,41 @@ class Train:
         shafts += [c for c in dict.fromkeys(m.carrier for m in self.meshes) if c is not None and c not in shafts]
         # relative to its carrier, a held driver turns with the same speed
         first = self.shaft(self.meshes[0].driver)
-        rows = [self._row(shafts, {self.reference: 1 if self.reference == first else -1}, 1)]
-        rows += [self._row(shafts, {name: 1}, 0) for name in self.held]
+        equations: list[tuple[dict[str, int], int]] = [({self.reference: 1 if self.reference == first else -1}, 1)]
+        equations += [({name: 1}, 0) for name in self.held]
         for mesh in self.meshes:
             z = [gear.teeth for gear in mesh.pair.gears]
             factors = dict(zip(map(self.shaft, mesh.gears), z, strict=True))
             if mesh.carrier is not None:
                 factors[mesh.carrier] = factors.get(mesh.carrier, 0) - sum(z)
-            rows.append(self._row(shafts, factors, 0))
-        rates = _solved(rows)
+            equations.append((factors, 0))
+        rates = _solved([[*(Fraction(row.get(name, 0)) for name in shafts), Fraction(b)] for row, b in equations])
         if None in rates:
             list(self._walk(shafts[0]))  # raises an error if a shaft is not connected with the first
             name = shafts[rates.index(None)]
             raise InputError("meshes", f"speed of {name}", "is not determined by the speed of the first driver")
         return dict(zip(shafts, (rate for rate in rates if rate is not None), strict=True))
 
-    @staticmethod
-    def _row(shafts: Sequence[str], factors: Mapping[str, int], right: int) -> list[Fraction]:
-        """Row of a linear system in the speeds of the ``shafts``: their factors, and the right side."""
-        return [*(Fraction(factors.get(name, 0)) for name in shafts), Fraction(right)]
-
-    def mesh_rate(self, name: str) -> float:
+    def mesh_rate(self, name: str) -> Fraction:
         """Mesh frequency divided by the rotation frequency of the first driver."""
-        return float(self._mesh_rate(self[name]))
-
-    def _mesh_rate(self, mesh: Mesh) -> Fraction:
-        return abs(self._own_rate(mesh) * mesh.pair.gears[0].teeth)
+        return abs(self.own_rate(name) * self[name].pair.gears[0].teeth)
 
     @cached_property
     def periods(self) -> dict[str, int]:
         """Mesh → its mesh periods in the shortest cycle after which all meshes have their phases again."""
-        rates = {mesh.name: self._mesh_rate(mesh) / self._mesh_rate(self.meshes[0]) for mesh in self.meshes}
+        rates = {mesh.name: self.mesh_rate(mesh.name) / self.mesh_rate(self.meshes[0].name) for mesh in self.meshes}
         denominator = math.lcm(*(rate.denominator for rate in rates.values()))
         return {name: int(rate * denominator) for name, rate in rates.items()}
 
-    def own_rate(self, name: str) -> float:
-        """Absolute speed of the driver of a mesh relative to the carrier of the mesh."""
-        return abs(float(self._own_rate(self[name])))
-
-    def _own_rate(self, mesh: Mesh) -> Fraction:
-        """Signed speed of the driver of a mesh relative to the carrier of the mesh."""
+    def own_rate(self, name: str) -> Fraction:
+        """Signed speed of the driver of a mesh relative to the carrier of the mesh, over that of the first driver."""
+        mesh = self[name]
         carrier = 0 if mesh.carrier is None else self.rates[mesh.carrier]
         return self.rates[self.shaft(mesh.driver)] - carrier
 
     def turn(self, name: str) -> int:
         """Sense of rotation of the driver of a mesh: +1 if it turns clockwise, −1 otherwise."""
-        return 1 if (self._own_rate(self[name]) > 0) == self.clockwise else -1
+        return 1 if (self.own_rate(name) > 0) == self.clockwise else -1
 
     # -- axes ---------------------------------------------------------------------------------------------------------
     @cached_property

@@ -62,18 +62,15 @@ class RootBending:
         roll = math.sqrt(max(tooth.tip_radius**2 - tooth.base_radius**2, 0.0))
         return math.hypot(tooth.base_radius, max(roll - back, 0.0))
 
-    def _lever(self, radius: float) -> tuple[float, float]:
-        h_F, alpha_F = self.tooth.lever(radius)
-        # load below the critical section (stub teeth): no bending moment; the product Y_F Y_S stays finite
-        return max(h_F, 1e-3 * self.pair.normal_module), alpha_F
-
     def factors_at(self, radius: float) -> tuple[float, float]:
         """Y_F without f_ε, and Y_S, for a load at ``radius`` [mm] of the virtual gear.
 
         Y_F = 6 (h_F/m_n) cos α_Fn / ((s_Fn/m_n)² cos α_n); Y_S = (1.2 + 0.13 L) q_s^(1/(1.21 + 2.3/L)), L = s_Fn/h_F,
         1 ≤ q_s < 8.
         """
-        (h_F, alpha_F), section, gear = self._lever(radius), self.tooth.section, self.tooth.gear
+        (h_F, alpha_F), section, gear = self.tooth.lever(radius), self.tooth.section, self.tooth.gear
+        # load below the critical section (stub teeth): no bending moment; the product Y_F Y_S stays finite
+        h_F = max(h_F, 1e-3 * self.pair.normal_module)
         m_n, s_Fn = gear.normal_module, section.chord
         Y_F = 6 * h_F / m_n * math.cos(alpha_F) / ((s_Fn / m_n) ** 2 * math.cos(gear.alpha_n))
         L, q_s = s_Fn / h_F, min(max(self.notch_parameter, NOTCH_RANGE[0]), NOTCH_RANGE[1])

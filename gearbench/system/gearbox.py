@@ -13,7 +13,7 @@ from gearbench.geometry.names import GEARS, PAIR
 from gearbench.geometry.pair import Pair
 from gearbench.geometry.train import Mesh, Train
 from gearbench.system.frame import MeshFrame
-from gearbench.system.schema import Hand, Seat, System
+from gearbench.system.schema import Seat, System
 from gearbench.system.shaft_model import Face, ShaftModel
 from gearbench.system.static import StaticState
 from gearbench.system.structure import Structure, structures
@@ -120,15 +120,10 @@ class Gearbox:
         """Whether the torque loads the coast flanks."""
         return self.torque < 0
 
-    @property
-    def _hands(self) -> dict[str, Hand]:
-        """Mesh → hand of the helix of its pinion."""
-        return {PAIR: self.system.hand, **{mesh.name: mesh.hand for mesh in self.system.meshes}}
-
     @cached_property
     def frames(self) -> dict[str, MeshFrame]:
         """Mesh → orientation of its pair between the shafts; for coast flanks with reversed sense of rotation."""
-        hands = self._hands
+        hands = {PAIR: self.system.hand, **{mesh.name: mesh.hand for mesh in self.system.meshes}}
         frames = {}
         for mesh, pair in self.pairs.items():
             x, y = self.train.across(mesh)
