@@ -17,18 +17,18 @@ from gearbench.effects.base import ComplianceEffect, Effect, Effects, GapEffect
 from gearbench.errors import InputError, naming
 from gearbench.geometry.names import GEARS, PAIR
 from gearbench.geometry.pair import Pair
-from gearbench.geometry.planetary import PlanetarySet
-from gearbench.geometry.train import Train
-from gearbench.geometry.train_tables import TrainTables
 from gearbench.html import notebook_table
 from gearbench.loads import Load, WeightedLoad, greatest_load
 from gearbench.schema import STRICT, changed, given
 
 if TYPE_CHECKING:
+    from gearbench.geometry.planetary import PlanetarySet
+    from gearbench.geometry.train import Train
+    from gearbench.geometry.train_tables import TrainTables
     from gearbench.system.gearbox import Gearbox, MeshLoads
     from gearbench.system.schema import System
-else:  # scenes without a system do not import its classes
-    MeshLoads = System = Any
+else:  # scenes of a pair alone do not import the classes of trains and systems
+    MeshLoads = System = TrainTables = Any
 
 #: Allowed range of the line load over E m_n [–]. Below it, rounding errors dominate; above it, deflections would be
 #: many times the size of a tooth.

@@ -11,10 +11,8 @@ from typing import Any
 from gearbench.effects.base import Effect
 from gearbench.effects.registry import EFFECTS, RENAMED, effect_class, effect_names
 from gearbench.errors import InputError, naming, one_of
-from gearbench.geometry.names import GEARS
+from gearbench.geometry.names import GEARS, MEMBERS, SHARED
 from gearbench.geometry.pair import Pair
-from gearbench.geometry.planetary import MEMBERS, SHARED, Planetary
-from gearbench.geometry.train_tables import PARTS, TrainGear, TrainMesh, TrainTables
 from gearbench.keys import key_at, with_values
 from gearbench.loads import DrivingScene, Load, WeightedLoad, greatest_load
 from gearbench.named_files import circle, content, files_of, in_folder
@@ -26,7 +24,7 @@ _LOG = logging.getLogger(__name__)
 #: Tables of a scene other than those of its effects.
 TABLES: dict[str, type] = {"pair": Pair, "load": Load, "operation": Operation, "resolution": Resolution}
 #: Tables of a train, which replace the table "pair".
-OF_TRAIN: dict[str, type] = {"gears": TrainGear, "meshes": TrainMesh, "planetary": Planetary}
+OF_TRAIN = ("gears", "meshes", "planetary")
 #: Tables of the effects, and of those that differ on the coast flanks.
 EFFECT_TABLES = ("effects", "coast")
 #: Keys allowed at the top level of a scene file.
@@ -116,6 +114,8 @@ def _loaded(tables: Mapping[str, Any]) -> Mapping[str, Any]:
 
 def _train(tables: Mapping[str, Any]) -> Scene:
     """Read a scene with gears and meshes; if there is only one mesh, the result is the scene of a pair."""
+    from gearbench.geometry.train_tables import PARTS, TrainTables
+
     if "pair" in tables:
         other = "planetary" if "planetary" in tables else "gears"
         raise InputError("pair", "given", f"conflicts with {other}: give one of the two")
@@ -231,6 +231,14 @@ def table_class(table: str) -> type:
     return TABLES[table]
 
 
+def _class_of_train(table: str) -> type:
+    """Input class of a table of ``OF_TRAIN``."""
+    from gearbench.geometry.planetary import Planetary
+    from gearbench.geometry.train_tables import TrainGear, TrainMesh
+
+    return {"gears": TrainGear, "meshes": TrainMesh, "planetary": Planetary}[table]
+
+
 def scene_key(path: str) -> Key | None:
     """Find the key of a scene at a dotted path, e.g. "pair.pinion.teeth"; None if there is no such value.
 
@@ -243,9 +251,9 @@ def scene_key(path: str) -> Key | None:
     if head == "planetary" and rest[:1] and rest[0] in MEMBERS:
         head = "gears"
     if head == "planetary":
-        kind = Planetary
+        kind = _class_of_train(head)
     elif head in OF_TRAIN:
-        kind, rest = OF_TRAIN[head], rest[1:]
+        kind, rest = _class_of_train(head), rest[1:]
         effect, *below = rest[1:] if rest[:1] == ["coast"] else rest or [""]
         if head == "gears" and effect in effect_names():
             kind, rest = effect_class(effect), [GEARS[0], *below]

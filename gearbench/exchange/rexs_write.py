@@ -12,8 +12,8 @@ from gearbench.errors import InputError
 from gearbench.exchange import PLAIN
 from gearbench.files import check_target, replacing
 from gearbench.geometry.cutter import standard_cutter
-from gearbench.geometry.names import PAIR
-from gearbench.geometry.planetary import CARRIER, RING, SUN, PlanetarySet
+from gearbench.geometry.names import CARRIER, PAIR, RING, SUN
+from gearbench.geometry.planetary import PlanetarySet
 from gearbench.geometry.train import Mesh, Train
 from gearbench.scene import Scene
 

@@ -15,16 +15,12 @@ from pydantic.dataclasses import dataclass as table
 
 from gearbench.errors import InputError
 from gearbench.geometry.linkage import Linkage, Motion
+from gearbench.geometry.names import AT_RING, CARRIER, MEMBERS, PLANET, RING, SHARED, SUN
 from gearbench.geometry.pair import Pair
 from gearbench.geometry.planetary_members import PlanetaryDynamics
 from gearbench.geometry.train import Train
 from gearbench.schema import STRICT, as_table, read
 
-SUN, PLANET, AT_RING, RING, CARRIER = "sun", "planet", "planet_at_ring", "ring", "carrier"
-#: Names of the gear tables below ``[planetary]``; ``AT_RING`` is for stepped planets.
-MEMBERS = (SUN, PLANET, AT_RING, RING)
-#: Keys that the gears of a mesh share, as both gears of a pair do.
-SHARED = ("normal_module", "pressure_angle", "helix_angle")
 #: Keys that give one deviation per planet.
 DEVIATIONS = ("pin_tangential", "pin_radial", "planet_thickness", "planet_timing")
 #: A given planet position this close to an angle at which the teeth fit is moved there [steps between these angles].

@@ -14,9 +14,9 @@ from pydantic.dataclasses import dataclass as table
 
 from gearbench.errors import InputError, one_of
 from gearbench.geometry.linkage import Linkage
-from gearbench.geometry.names import GEARS, PAIR
+from gearbench.geometry.names import AT_RING, CARRIER, GEARS, PAIR, PLANET, SHARED
 from gearbench.geometry.pair import Length, Member, Pair
-from gearbench.geometry.planetary import AT_RING, CARRIER, PLANET, SHARED, PlanetarySet, expanded
+from gearbench.geometry.planetary import PlanetarySet, expanded
 from gearbench.geometry.thickness import Deviation
 from gearbench.geometry.train import Mesh, Train
 from gearbench.schema import STRICT, as_table, given, read

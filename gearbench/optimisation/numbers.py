@@ -11,7 +11,8 @@ import math
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
-from gearbench.geometry.planetary import CARRIER, RING, SUN, PlanetarySet
+from gearbench.geometry.names import CARRIER, RING, SUN
+from gearbench.geometry.planetary import PlanetarySet
 from gearbench.results.solved import Solved
 from gearbench.scene import Scene
 from gearbench.strength.bending import RootBending

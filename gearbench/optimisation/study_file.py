@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from gearbench.errors import InputError, naming, one_of
-from gearbench.geometry.planetary import AT_RING, MEMBERS, RING, Planetary
+from gearbench.geometry.names import AT_RING, MEMBERS, RING
+from gearbench.geometry.planetary import Planetary
 from gearbench.optimisation.dataset import DIMENSIONS
 from gearbench.optimisation.derived import DERIVED
 from gearbench.optimisation.numbers import COST, NUMBERS, OF_OPERATION

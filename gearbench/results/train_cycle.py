@@ -6,13 +6,16 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.errors import InputError
-from gearbench.geometry.linkage import Linkage
 from gearbench.results.cycle import HARMONICS, MICROMETRES, CycleCurve, Phases, coefficients, mean
+
+if TYPE_CHECKING:
+    from gearbench.geometry.linkage import Linkage
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

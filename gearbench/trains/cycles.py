@@ -18,7 +18,7 @@ from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.equilibrium import ForceSearch, MeshAt
 from gearbench.errors import InputError
 from gearbench.geometry.gear import Gear
-from gearbench.geometry.planetary import RING
+from gearbench.geometry.names import RING
 from gearbench.hunting.cycles import check_cycles, cycle_gap_amounts, cycle_gap_modes, tooth_to_tooth_effects
 from gearbench.results.solved import Solved
 from gearbench.results.train_cycle import TrainCycle

@@ -12,17 +12,9 @@ from typing import Any, Literal, get_args, get_origin
 from gearbench.effects.base import Effect
 from gearbench.effects.registry import effect_class, effect_names
 from gearbench.errors import GearbenchError
-from gearbench.geometry.names import GEARS
+from gearbench.geometry.names import AT_RING, GEARS, MEMBERS, SHARED
 from gearbench.geometry.pair import Member, Pair, foreign_keys
-from gearbench.geometry.planetary import (
-    AT_RING,
-    DEVIATIONS,
-    MEMBERS,
-    SHARED,
-    Planetary,
-    PlanetaryRunOut,
-    PlanetaryScatter,
-)
+from gearbench.geometry.planetary import DEVIATIONS, Planetary, PlanetaryRunOut, PlanetaryScatter
 from gearbench.geometry.train_tables import TrainGear, TrainMesh
 from gearbench.keys import value_at
 from gearbench.results.quantities import KEYS
