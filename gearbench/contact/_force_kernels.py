@@ -31,7 +31,7 @@ from gearbench.contact._law_kernels import CONSTANTS, SCRATCH, apply_laws, law_c
 ROUNDING, NEAR_ROUNDING = 1e-15, 1e-13
 #: The factor is reused if the residual is at most the first number, and at most the second number times its value
 #: before the previous step.
-REUSED, FALLING = 1e-3, 0.003
+REUSED, FALLING = 1e-2, 0.03
 #: Greatest relative error of the stiffness of a solution to rounding; a tolerance is that of one that ends there.
 STIFFNESS_ROUNDING = 1e-14
 #: Number of the arrays (segment,) of real numbers in ``Work``.
@@ -183,10 +183,10 @@ def stiffness_at(H, weight, B, n, loaded, root, x, v, offset, deflected, most):
     """∂F/∂δ = 1ᵀ (1/W + H)⁻¹ 1 for the slopes W, to a relative error of ``most``.
 
     The factor in B may belong to earlier slopes. It gives a first v, and improves it once. With r = 1 − (1/W + H) v,
-    the estimate 2 Σv − v·(1/W + H) v has the error rᵀ(1/W + H)⁻¹ r ≤ Σ W r². If this bound is too large, or other
-    segments are loaded, B is computed again.
+    the estimate 2 Σv − v·(1/W + H) v has the error rᵀ(1/W + H)⁻¹ r ≤ Σ W r², summed over the loaded segments. If this
+    bound is too large, or more segments are loaded, B is computed again.
     """
-    # newly loaded segments; one that has lost its load makes the error infinite below
+    # newly loaded segments
     changed = 0
     for j in range(weight.size):
         changed += weight[j] > 0.0
@@ -199,18 +199,17 @@ def stiffness_at(H, weight, B, n, loaded, root, x, v, offset, deflected, most):
         for _ in range(2):
             back(B, n, x)
             for k in range(n):
-                v[loaded[k]] += root[k] * x[k]
+                j = loaded[k]
+                # a segment that has lost its load stays without
+                v[j] = v[j] + root[k] * x[k] if weight[j] > 0.0 else 0.0
             deflect(H, v, offset, deflected)
             stiffness, error = 0.0, 0.0
             for k in range(n):
                 j = loaded[k]
-                if weight[j] > 0.0:
-                    r = 1.0 - v[j] / weight[j] - deflected[j]
-                    stiffness += v[j] * (1.0 + r)
-                    error += weight[j] * r * r
-                    x[k] = root[k] * r
-                else:
-                    error = math.inf
+                r = 1.0 - v[j] / weight[j] - deflected[j] if weight[j] > 0.0 else 0.0
+                stiffness += v[j] * (1.0 + r)
+                error += weight[j] * r * r
+                x[k] = root[k] * r
             if error <= most * stiffness:
                 return stiffness
             forward(B, n, x)

@@ -253,3 +253,18 @@ def rows_on_pieces(y, half, piece, active, at, gauss_nodes, weights, rows):
                         rows[i, k, m, a + j] = 1.0 if j == exact else 0.0
                     else:
                         rows[i, k, m, a + j] /= total
+
+
+@entry()
+def values_of_lines(rows, values, active, result):
+    """Fill ``result`` (position, pair, point, column) with rows · values of each line; zero if there is no line.
+
+    Shapes: rows (position, pair, point, node), values (position, pair, node, column), active (position, pair).
+    """
+    positions, pairs = active.shape
+    for i in range(positions):
+        for k in range(pairs):
+            if active[i, k]:
+                np.dot(rows[i, k], values[i, k], result[i, k])
+            else:
+                result[i, k] = 0.0

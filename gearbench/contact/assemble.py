@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.contact.gaps import gap_and_variation, gaps_along
-from gearbench.contact.interpolation import interpolation_to_cells
+from gearbench.contact.interpolation import interpolation_to_cells, values_at
 from gearbench.contact.lines import points_ratio, smooth_nodes
 from gearbench.contact.problem import (
     TRUNCATION,
@@ -92,10 +92,10 @@ def assemble(
         nodes=max(smooth_lines.shape[2], round(per_panel * (1 + int(lines.panel.max(initial=0))))),
     )  # fmt: skip
     # the force of a cell is spread evenly over it, so its deflection is the mean over the cell
-    factor = cells.means @ factor
+    factor = values_at(cells.means, factor, lines.active)
     return replace(
         problem,
-        factor=np.ascontiguousarray(factor.reshape(*problem.gap.shape, -1)),
+        factor=factor.reshape(*problem.gap.shape, -1),
         # the cells of a line belong to the block of its Gauss points
         block=np.repeat(smooth.block[:: smooth_lines.shape[2]], lines.shape[2]),
         blocks=smooth.blocks,

@@ -50,6 +50,18 @@ def interpolation_matrix(smooth_lines: ContactLines, y: NDArray) -> NDArray:
     return rows
 
 
+def values_at(rows: NDArray, values: NDArray, active: NDArray) -> NDArray:
+    """Values at points (position, pair, point, column) from ``values`` at the nodes (position, pair, node, column).
+
+    ``rows`` is an ``interpolation_matrix``, ``active`` (position, pair) tells where lines exist; other values are 0.
+    """
+    from gearbench.contact._patch_kernels import values_of_lines
+
+    result = np.empty((*rows.shape[:3], values.shape[3]))
+    values_of_lines(np.ascontiguousarray(rows), np.ascontiguousarray(values), active, result)
+    return result
+
+
 @lru_cache(maxsize=16)
 def _rules(most: int) -> tuple[NDArray, NDArray]:
     """Nodes and barycentric weights of the Gauss rules of 1 to ``most`` points; row n holds the rule of n points.

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.contact.gaps import total_gap
-from gearbench.contact.interpolation import interpolation_matrix
+from gearbench.contact.interpolation import interpolation_matrix, values_at
 from gearbench.contact.problem import ContactProblem, ContactSolution, under_shares
 from gearbench.contact.scaling import by_lever, scale_problem
 from gearbench.contact.solver import (
@@ -79,9 +79,9 @@ class Round(NamedTuple):
     patches: Patches | None
 
 
-def first_round(problem: ContactProblem, guess: Guess) -> Round:
-    """Rough solution of ``problem`` on cells, accurate enough to find the ends of patches."""
-    return Round(*solve_roughly(problem, guess, ON_CELLS), None)
+def first_round(problem: ContactProblem, guess: Guess, tolerance: float = ON_CELLS) -> Round:
+    """Rough solution of ``problem`` on cells to a ``tolerance``, accurate enough to find the ends of patches."""
+    return Round(*solve_roughly(problem, guess, tolerance), None)
 
 
 def next_round(problem: ContactProblem, guess: Guess, previous: Patches | None, tolerance: float = ROUGH) -> Round:
@@ -235,7 +235,7 @@ def on_patches(problem: ContactProblem, guess: Guess, previous: Patches | None =
         # only the law: the smooth compliance in ``cells.factor`` is already divided by the levers
         _, law = by_lever(nodes.touch.levers[0], zeros[..., None], law)
     rows = interpolation_matrix(cells.smooth_lines, nodes.y)
-    factor, gap = rows @ cells.factor, total_gap(cells.effects, nodes)
+    factor, gap = values_at(rows, cells.factor, cells.lines.active), total_gap(cells.effects, nodes)
     if cells.field is not None:
         gap = gap + (rows @ cells.field[..., None])[..., 0]
     gap = np.where(cells.lines.active[..., None], gap, 0.0)
@@ -243,7 +243,7 @@ def on_patches(problem: ContactProblem, guess: Guess, previous: Patches | None =
     new = scale_problem(nodes, gap, zeros[..., None], law, zeros, problem.force, problem.length_scale, coupled=False)
     new = under_shares(new, cells.share)
     block = np.repeat(problem.block[:: problem.shape[2]], nodes.shape[2])
-    factor = np.ascontiguousarray(factor.reshape(*new.gap.shape, -1))
+    factor = factor.reshape(*new.gap.shape, -1)
     return replace(new, factor=factor, block=block, blocks=problem.blocks), nodes
 
 

@@ -25,8 +25,9 @@ from gearbench.threads import single_threaded_blas
 #: errors above 0.05 % of peak-to-peak, 97 % are 0.5 to 2 times the change (four phases: 93 %; 1.5 times the segments:
 #: 93 %).
 REFINED_PHASES, REFINED_SEGMENTS = 6, 2
-#: Number of times that the ends of contact patches are computed there. Many cells locate them well from the start.
-REFINED_ROUNDS = 2
+#: Residuals before the last Newton step there: on cells, and each time that the ends of contact patches are computed.
+#: Many cells locate them well from the start, so that two times are enough.
+REFINED_ON_CELLS, REFINED_ON_PATCHES = 1e-2, (1e-2, 1e-6)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -56,9 +57,9 @@ class FinerLines:
         fine = replace(scene, resolution=Resolution(segments=REFINED_SEGMENTS * scene.resolution.segments))
         share = np.repeat([each.F_bn / scene.F_bn for each in self.scenes], counts)
         problem = under_shares(assemble(fine, scene_lines(fine, np.concatenate(phases)), self.effects), share)
-        found = first_round(problem, guess := Guess.empty(problem))
-        for _ in range(REFINED_ROUNDS if problem.cells else 0):
-            found = next_round(problem, guess, found.patches)
+        found = first_round(problem, guess := Guess.empty(problem), REFINED_ON_CELLS)
+        for tolerance in REFINED_ON_PATCHES if problem.cells else ():
+            found = next_round(problem, guess, found.patches, tolerance)
         ends = np.cumsum(counts)[:-1]
         return list(zip(np.split(share * found.approach, ends), np.split(found.stiffness, ends), strict=True))
 

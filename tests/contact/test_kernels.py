@@ -10,7 +10,7 @@ from scipy.integrate import quad
 from gearbench import read_scene
 from gearbench.contact import _kernels, _law_kernels, solver
 from gearbench.contact.coarse_solution import scene_lines
-from gearbench.contact.interpolation import interpolation_matrix
+from gearbench.contact.interpolation import interpolation_matrix, values_at
 from gearbench.contact.law import compression, inverse
 from gearbench.contact.patches import patch_nodes, patch_rules
 from gearbench.contact.problem import ContactProblem, part_of
@@ -209,3 +209,10 @@ def test_a_rough_solution_starts_from_the_forces_of_the_previous_position(monkey
     force, *_, steps = newton(problem, guess=Guess.empty(problem))
     assert steps[2] == steps[1]
     assert_array_equal(force[2], force[1])
+
+
+def test_values_at_points_are_the_products_of_rows_and_values_on_existing_lines():
+    rng = np.random.default_rng(5)
+    rows, values, active = rng.random((3, 2, 4, 6)), rng.random((3, 2, 6, 5)), rng.random((3, 2)) > 0.4
+    expected = np.where(active[..., None, None], rows @ values, 0.0)
+    assert_allclose(values_at(rows, values, active), expected, rtol=1e-13)  # rounding of sums of six terms
