@@ -19,6 +19,7 @@ from gearbench.schema import read
 from gearbench.sweeps import figures
 from gearbench.sweeps.figures import draw_sweep
 from gearbench.system.schema import System
+from gearbench.validation.reference import reference_scene
 
 GEAR = {"normal_module": 2.0, "helix_angle": 17.0, "face_width": 20.0}
 IDLER = {
@@ -206,7 +207,7 @@ def test_what_is_of_one_mesh_says_so():
         robust(parse_scene(idler() | {"effects": scattered}))
 
 
-@pytest.mark.parametrize("answer", [relieve, without_scatter])
+@pytest.mark.parametrize("answer", [relieve, without_scatter, reference_scene])
 def test_answers_for_a_pair_refuse_trains_on_shafts_too(answer):
     with pytest.raises(InputError, match="2 meshes: in a row are for"):
         answer(parse_scene(gearbox()))

@@ -97,9 +97,11 @@ def _cautions(scenes: list[Scene], names: list[str]) -> list[str]:
     from gearbench.cli.summary import cautions
     from gearbench.simulation import simulate
 
-    each = [(name, scene.one_load) for name, scene in zip(names, scenes, strict=True)]
-    results = ((name, one, simulate(one, outputs=("flank_pressure_max",))) for name, one in each)
-    return [f"warning: {name}: {line}" for name, one, result in results for line in cautions(one, result)]
+    results = (
+        (name, scene, simulate(scene, outputs=("flank_pressure_max",)))
+        for name, scene in zip(names, scenes, strict=True)
+    )
+    return [f"warning: {name}: {line}" for name, scene, result in results for line in cautions(scene, result)]
 
 
 def _json(dataset: xr.Dataset) -> dict[str, Any]:

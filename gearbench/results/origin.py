@@ -46,7 +46,9 @@ def single_mesh(dataset: xr.Dataset, mesh: str) -> xr.Dataset:
         of_mesh = of_mesh.sel(gear=list(scene_of(of_mesh).gear_names))
     if "phase_weight" in of_mesh and of_mesh["phase_weight"].dims == ("position",):
         of_mesh = of_mesh.isel(position=np.flatnonzero(of_mesh["phase_weight"].values > 0))
-        of_mesh = of_mesh.isel(pair=np.flatnonzero((of_mesh["segment_length"] > 0).any(("position", "segment")).values))
+        if "segment_length" in of_mesh:
+            loaded = (of_mesh["segment_length"] > 0).any(("position", "segment"))
+            of_mesh = of_mesh.isel(pair=np.flatnonzero(loaded.values))
     return of_mesh
 
 

@@ -41,7 +41,7 @@ def reference_scene(scene: Scene, accuracy: float = 0.01) -> Scene:
     InputError
         If the scene already uses finite elements, has no smooth compliance, or has several loads.
     """
-    one = scene.single_load if scene.coupled else scene.one_load
+    one = scene.single_load if scene.coupled else scene.single_load.one_pair
     if tooth_bending(one.effects_by_name, "finite_elements"):
         raise InputError("effects.tooth_bending.model", "finite_elements", "is the reference: give a fast model")
     smooth = smooth_effects(scene)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import tomli_w
 from numpy.testing import assert_allclose
 
 from gearbench import simulate
@@ -31,6 +32,17 @@ GEARS = {
 
 def scene(law="weber_banaschek"):
     return parse_scene(tables((37, 31, 99), effects={"tooth_bending": {}, "hertz": {"law": law}}, **SET))
+
+
+def test_the_command_compares_sets(run, tmp_path, monkeypatch):
+    plates_for_finite_elements(monkeypatch)
+    coarse = {"positions": 4, "segments": 5}
+    path = tmp_path / "set.toml"
+    path.write_text(tomli_w.dumps(tables(effects={"tooth_bending": {}, "hertz": {}}) | {"resolution": coarse}))
+    code, out, err = run("validate", path, "-o", tmp_path / "out")
+    assert (code, err) == (0, "")
+    assert out.startswith("scene. Against finite elements: mean STE +0.000")
+    assert "warning: scene: " in out
 
 
 @pytest.mark.parametrize("kind", GEARS)
