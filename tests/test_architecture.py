@@ -125,6 +125,14 @@ def test_importing_the_package_imports_next_to_nothing_and_commands_import_what_
     assert done.stdout == "[]\n[]\n"
 
 
+def test_the_help_imports_no_package_for_numbers():
+    """All commands are imported for the list of their names."""
+    code = "import sys; from gearbench.cli.app import application; application();"
+    code += "print([m for m in ('numpy', 'pydantic', 'scipy') if m in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "[]\n"
+
+
 def test_a_lazy_package_is_imported_when_one_of_its_names_is_used():
     code = "import sys; from gearbench.lazy import xr; print('xarray' in sys.modules);"
     code += "print(xr.Dataset is sys.modules['xarray'].Dataset)"

@@ -6,7 +6,6 @@ from typing import Annotated
 
 import typer
 
-from gearbench.cli import summary
 from gearbench.cli.options import Output, Plots, SceneFile, Threads, plot_folder, saved
 from gearbench.cli.output import answer
 from gearbench.lazy import xr
@@ -29,6 +28,7 @@ def hunting(
 
     Example: gearbench hunting SCENE -o hunting.nc --plots plots
     """
+    from gearbench.cli import summary
     from gearbench.hunting.figures import draw_side_bands
     from gearbench.hunting.run import hunting_cycle
     from gearbench.scene_file import read_scene
