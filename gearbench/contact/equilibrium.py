@@ -26,7 +26,16 @@ from gearbench.contact.assemble import with_field
 from gearbench.contact.batch import on_threads
 from gearbench.contact.bodies import Bodies
 from gearbench.contact.loads import in_full_load_units
-from gearbench.contact.patches import ROUNDS, Round, first_round, forces_on_cells, last_round, next_round, solve_patches
+from gearbench.contact.patches import (
+    BEFORE_LAST,
+    ROUNDS,
+    Round,
+    first_round,
+    forces_on_cells,
+    last_round,
+    next_round,
+    solve_patches,
+)
 from gearbench.contact.problem import ContactProblem, ContactSolution, under_shares
 from gearbench.contact.solver import ConvergenceError, Guess, law_forces, solve
 from gearbench.threads import default_threads
@@ -106,14 +115,14 @@ class MeshAt:
         elif before is None:
             found = first_round(problem, guess)
         elif number < ROUNDS:
-            found = next_round(problem, guess, before.found.patches)
+            found = next_round(problem, guess, before.found.patches, BEFORE_LAST[number - 1])
         elif number <= MOST_ROUNDS:
             solution, found = last_round(problem, guess, before.found)
         else:
             solution, found = solve_patches(problem, guess), before.found
             found = found._replace(approach=solution.approach, stiffness=solution.stiffness)
         if solution is None:
-            points = None if found.patches is None else found.patches[0]
+            points = None if found.patches is None else found.patches.problem
             exact = None if points is None else law_forces(points, guess.delta, guess.q).reshape(points.shape)
             loads = forces_on_cells(problem, guess, exact)
         else:

@@ -79,7 +79,7 @@ def _of_contact(scene: Scene) -> tuple[NDArray, NDArray]:
     if problem.cells is not None:  # forces of cells would be placed in their middles
         patches = next_round(problem, guess, None).patches
         assert patches is not None
-        problem, lines = patches
+        problem, lines = patches.problem, patches.lines
     if has_law(problem):
         force = problem.force * law_forces(problem, guess.delta, guess.q).reshape(lines.shape)
     else:

@@ -46,9 +46,16 @@ BEFORE_LAST = (1e-2, 1e-4)
 #: Number of points on a line, besides those of patches, at which the compression is computed for the next round.
 PROBES = 4
 
-#: Problem at points on the patches, and the contact lines with these points. Each line ends with probes, which carry no
-#: load.
-Patches = tuple[ContactProblem, ContactLines]
+
+class Patches(NamedTuple):
+    """``problem`` at points on the patches and its contact ``lines``, made from the problem ``on_cells``.
+
+    Each line ends with probes, which carry no load.
+    """
+
+    problem: ContactProblem
+    lines: ContactLines
+    on_cells: ContactProblem
 
 
 def solve_patches(problem: ContactProblem, guess: Guess | None = None) -> ContactSolution:
@@ -90,7 +97,7 @@ def next_round(problem: ContactProblem, guess: Guess, previous: Patches | None, 
     That solution is on the ``previous`` patches; None: on cells. Afterwards ``guess`` holds the new one.
     """
     patches = on_patches(problem, guess, previous)
-    return Round(*solve_roughly(patches[0], guess, tolerance), patches)
+    return Round(*solve_roughly(patches.problem, guess, tolerance), patches)
 
 
 def last_round(problem: ContactProblem, guess: Guess, before: Round) -> tuple[ContactSolution, Round]:
@@ -102,7 +109,7 @@ def last_round(problem: ContactProblem, guess: Guess, before: Round) -> tuple[Co
         If a residual stays above 1e-9.
     """
     patches = on_patches(problem, guess, before.patches)
-    solution = solve(patches[0], guess)
+    solution = solve(patches.problem, guess)
     # approach and stiffness of the round before, for the error estimate
     coarse = {"coarse_approach": before.approach, "coarse_stiffness": before.stiffness}
     cells = {"force": forces_on_cells(problem, guess, solution.force)}
@@ -132,7 +139,7 @@ def _nodes(problem: ContactProblem, guess: Guess, previous: Patches | None) -> t
     """``patch_nodes``; a position without a patch gets its nodes on the cell with the greatest compression."""
     s, known = _compression(problem, guess), None
     if previous is not None:
-        y, s_at_y = previous[1].y, _at_points(previous[0], guess)
+        y, s_at_y = previous.lines.y, _at_points(previous.problem, guess)
         order = y.argsort(axis=-1)
         known = np.take_along_axis(y, order, axis=-1), np.take_along_axis(s_at_y, order, axis=-1)
     cells = problem.cells
@@ -223,10 +230,13 @@ def on_patches(problem: ContactProblem, guess: Guess, previous: Patches | None =
     """Problem at points on the patches of the solution ``guess``, and its contact lines.
 
     With the ``previous`` patches, compressions at their points locate the ends more exactly than those on the cells.
+    They are returned if they are of this problem and no point has moved, as on flanks that touch along all their lines.
     """
     cells = problem.cells
     assert cells is not None
     nodes = cells.lines.at(*_nodes(problem, guess, previous))
+    if previous is not None and previous.on_cells is problem and _equal(nodes, previous.lines):
+        return previous
     by_name = {effect.name: effect for effect in cells.effects}
     parts = [effect.compliance(nodes, by_name) for effect in cells.laws]
     zeros = np.zeros(nodes.shape)
@@ -244,7 +254,12 @@ def on_patches(problem: ContactProblem, guess: Guess, previous: Patches | None =
     new = under_shares(new, cells.share)
     block = np.repeat(problem.block[:: problem.shape[2]], nodes.shape[2])
     factor = factor.reshape(*new.gap.shape, -1)
-    return replace(new, factor=factor, block=block, blocks=problem.blocks), nodes
+    return Patches(replace(new, factor=factor, block=block, blocks=problem.blocks), nodes, problem)
+
+
+def _equal(nodes: ContactLines, others: ContactLines) -> bool:
+    """Whether nodes of the same lines have the same positions and widths."""
+    return np.array_equal(nodes.y, others.y) and np.array_equal(nodes.length, others.length)
 
 
 def forces_on_cells(problem: ContactProblem, guess: Guess, exact: NDArray | None = None) -> NDArray:

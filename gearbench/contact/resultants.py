@@ -58,7 +58,7 @@ def resultants(
     The loaded points have the compliance A = ΨΨᵀ + diag(dg/dP), so ∂f/∂x = Rᵀ A⁻¹ R with R_ij = P_j(η_i) (W12 of
     docs/theory.md).
     """
-    p, nodes = (problem, lines) if problem.cells is None else on_patches(problem, guess)
+    p, nodes = (problem, lines) if problem.cells is None else on_patches(problem, guess)[:2]
     P = law_forces(p, guess.delta, guess.q) if has_law(p) else (solution.force / p.force).reshape(p.gap.shape)
     loaded = p.active & (P > 0)
     dg = slope(np.where(loaded, P, 1.0), p.a, p.h, p.sigma) if has_law(p) else np.zeros_like(P)

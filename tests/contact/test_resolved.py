@@ -16,7 +16,9 @@ from gearbench import read_scene
 from gearbench.contact.assemble import assemble
 from gearbench.contact.coarse_solution import scene_lines
 from gearbench.contact.gaps import gap_kinks
-from gearbench.contact.patches import solve_patches
+from gearbench.contact.patches import first_round, next_round, solve_patches
+from gearbench.contact.problem import under_shares
+from gearbench.contact.solver import Guess
 from gearbench.effects.off_line_contact import OffLineContact
 from gearbench.effects.tip_relief import TipRelief
 from gearbench.geometry.quadrature import gauss, interpolation, legendre_transform
@@ -183,3 +185,15 @@ def test_peak_to_peak_does_not_depend_on_gauss_points(name, share, off_line):
     for curve in CURVES:
         found = np.array([float(cycle.curves[curve].peak_to_peak) for cycle in cycles])
         np.testing.assert_allclose(found, found[-1], rtol=5e-3)
+
+
+def test_patches_whose_points_do_not_move_are_made_once_for_each_problem():
+    """The flanks of ``large_wheel`` touch along all their lines, under any load near its own."""
+    scene = read_scene(EXAMPLES / "gears" / "large_wheel.toml").without("off_line_contact")
+    problem = assemble(scene, scene_lines(scene, np.array([0.2, 0.7])))
+    found = next_round(problem, guess := Guess.empty(problem), first_round(problem, guess).patches)
+    again = next_round(problem, guess, found.patches)
+    assert again.patches is found.patches
+    other = next_round(under_shares(problem, np.array([1.1, 0.9])), guess, found.patches)
+    assert other.patches.on_cells is not problem
+    assert not np.array_equal(other.patches.problem.gap, found.patches.problem.gap)
