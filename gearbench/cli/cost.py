@@ -27,7 +27,7 @@ def cost(
 
     Example: gearbench cost examples/sc.toml -o cost
     """
-    from gearbench.cli.summary import as_json, pair_line
+    from gearbench.cli.summary import as_json, first_mesh, pair_line
     from gearbench.effort.workprecision import cost as run
     from gearbench.results.netcdf import save
     from gearbench.scene_file import read_scene
@@ -46,6 +46,7 @@ def cost(
         "order: convergence of each of the four; –: errors too close to that of the reference",
         "time, memory: median of runs with all other settings as in the scene",
     )
+    lines += tuple(first_mesh(loaded))
     data = as_json(loaded, dataset, **_tables(dataset), files=written)
     answer(data, lines, lambda: _print_table(pair_line(loaded), dataset))
 

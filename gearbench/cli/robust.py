@@ -59,6 +59,7 @@ def robust(
             written += draw_robust(part, target)
     more = {"complete": bool(dataset.attrs["complete"]), "tighten_first": tighten_first(dataset)}
     lines = [*summary.accuracy_line(dataset), *filter(None, [more["tighten_first"]]), *summary.warnings(dataset)]
+    lines += summary.first_mesh(loaded)
 
     def show() -> None:
         if loaded.loads:

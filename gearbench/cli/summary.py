@@ -151,6 +151,14 @@ def cautions(scene: Scene, dataset: xr.Dataset) -> list[str]:
     return [*dict.fromkeys(line for lines in each for line in lines)]
 
 
+def first_mesh(scene: Scene) -> list[str]:
+    """Note that a result is of the first mesh of a gearbox with several; none for other scenes."""
+    if scene.system is None or len(scene.mesh_names) == 1:
+        return []
+    first, *others = scene.mesh_names
+    return [f"note: of mesh {first}; {', '.join(others)} only load the shafts"]
+
+
 def accuracy_line(dataset: xr.Dataset) -> list[str]:
     """Line on the settings chosen for an accuracy, and their estimated error; none without."""
     attrs = dataset.attrs

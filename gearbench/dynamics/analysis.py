@@ -227,6 +227,14 @@ def modal_variables(model: LinearModel, speeds: NDArray, harmonics: int) -> Vari
     }
 
 
+def only_excited_by(model: LinearModel, meshes: NDArray) -> list[str]:
+    """Note that only ``meshes`` excite and the others have their mean stiffness; none if there are no others."""
+    names = np.array(model.names)
+    others = np.delete(names, meshes)
+    own = ", ".join(names[meshes])
+    return [f"excited by mesh {own} alone: {', '.join(others)} with mean stiffness"] if others.size else []
+
+
 def notes(model: LinearModel, speeds: NDArray, harmonics: int, variables: Variables) -> list[str]:
     """Notes for the reader of the result, one line each."""
     lines = model.remarks(speeds, harmonics)

@@ -20,6 +20,7 @@ from gearbench.dynamics.analysis import (
     check_harmonics,
     check_speeds,
     modal_variables,
+    only_excited_by,
     response_dataset,
     spans,
 )
@@ -361,7 +362,7 @@ def _dataset(
         lines += [*model.remarks(speeds, harmonics), "back flanks: their contact is left out"]
     else:
         variables["natural_frequency"] = modal["natural_frequency"]
-    lines += _remarks(sweep, speeds, variables)
+    lines += [*only_excited_by(model, sweep.group.meshes), *_remarks(sweep, speeds, variables)]
     labels = {"mesh": names, "sweep": list(SWEEPS), "harmonic": model.harmonics(harmonics)}
     return response_dataset(model, speeds, variables, lines, start, **labels)
 

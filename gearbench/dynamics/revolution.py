@@ -17,7 +17,14 @@ from gearbench.budget import require_each, speed_memory
 from gearbench.contact.assemble import assemble
 from gearbench.contact.batch import chunks, prepare, solve_one_chunk
 from gearbench.dynamics import waves
-from gearbench.dynamics.analysis import HARMONICS, check_harmonics, check_speeds, response_dataset, spans
+from gearbench.dynamics.analysis import (
+    HARMONICS,
+    check_harmonics,
+    check_speeds,
+    only_excited_by,
+    response_dataset,
+    spans,
+)
 from gearbench.dynamics.balance import Excitation, solve
 from gearbench.dynamics.loaded_mesh import FlankState, LoadedMesh
 from gearbench.dynamics.model import Group, Model
@@ -264,7 +271,7 @@ def revolution_response(
     first = model.groups[0]
     group = Group(meshes=first.meshes[:1], rate=first.rate, phase=first.phase[:1])
     variables, order = _over_speed(model, group, excited, speeds)
-    lines = _remarks(model, excited, speeds, variables)
+    lines = [*only_excited_by(model, group.meshes), *_remarks(model, excited, speeds, variables)]
     return response_dataset(model, speeds, variables, lines, start, scene, mesh=model.names[:1], order=order)
 
 

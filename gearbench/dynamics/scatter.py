@@ -19,6 +19,7 @@ from gearbench.dynamics.analysis import (
     check_harmonics,
     check_speeds,
     growth,
+    only_excited_by,
     response_dataset,
     spans,
 )
@@ -198,7 +199,8 @@ def robust_response(
     over_speed, overall = _statistics(model, group, excitations, speeds, workers)
     variables = over_speed | {"mesh_force": (("sample",), overall)}
     variables |= {f"mesh_force_{name}": ((), np.asarray(f(overall))) for name, (f, _) in STATISTICS.items()}
-    lines = remarks(model, group, harmonics, speeds, over_speed["mesh_force_rms_max"][1])
+    lines = only_excited_by(model, group.meshes)
+    lines += remarks(model, group, harmonics, speeds, over_speed["mesh_force_rms_max"][1])
     return response_dataset(model, speeds, variables, lines, start, scene, seed, percentile=list(PERCENTILES))
 
 

@@ -1,13 +1,15 @@
 """A gearbox of two unequal stages: each mesh feels what the other excites, held to time integration of both."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 from scipy.linalg import eigh
 
-from gearbench.dynamics.analysis import response
+from gearbench.cli.summary import first_mesh
+from gearbench.dynamics.analysis import only_excited_by, response
 from gearbench.dynamics.model import Model
 from tests.support.systems import series, spur_scene, two_stages
 
@@ -90,3 +92,12 @@ def test_forces_of_both_meshes_against_time_integration(tmp_path):
         assert both.max() > 0.03 * largest[mesh]
     # the second stage shakes the first by more than all its tolerances
     assert passed[1, 0].max() > 0.05 * largest[0] or passed[0, 1].max() > 0.05 * largest[1]
+
+
+def test_results_of_one_mesh_of_several_say_so(tmp_path):
+    scene = gearbox(tmp_path)
+    assert first_mesh(scene) == ["note: of mesh pair; second only load the shafts"]
+    assert first_mesh(replace(scene, system=None, further=())) == []
+    of_two = SimpleNamespace(names=scene.mesh_names)
+    assert only_excited_by(of_two, np.array([0])) == ["excited by mesh pair alone: second with mean stiffness"]
+    assert only_excited_by(of_two, np.array([0, 1])) == []
