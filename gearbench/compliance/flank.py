@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 NEGLIGIBLE, NEGLIGIBLE_SHARED = 1e-7, 1e-6
 #: Number of values of flank polynomials at a time, limited by the processor's cache.
 TOGETHER = 150_000
+#: Coupling between teeth, over the largest compliance, that rounding makes of none: its directions come from squares.
+ROUNDING_OF_COUPLING = 1e-8
 
 
 def flank_polynomials(gear: Gear, order: tuple[int, int], R: NDArray, y: NDArray) -> NDArray:
@@ -153,9 +155,9 @@ class FlankCompliance:
         """Directions B (p·q, r) in which teeth deflect each other, and Bᵀ C_{i−j} B (pair, r, pair, r) for i ≠ j.
 
         They are fewer than those of ``between``, because loads of short wavelength only deflect their own tooth.
-        Directions whose coupling is within ``tolerance``, or ``rank_tolerance``, of zero are dropped.
+        Directions whose coupling is within ``tolerance``, or ``ROUNDING_OF_COUPLING``, of zero are dropped.
         """
-        least, first = max(tolerance, self.rank_tolerance), 0 if self.anchors is None else first
+        least, first = max(tolerance, ROUNDING_OF_COUPLING), 0 if self.anchors is None else first
         if (pairs, least, first) not in self._coupling:
             basis, matrix = self.between(pairs, tolerance, first)
             others = matrix.copy()
