@@ -197,8 +197,8 @@ def test_neighbours_are_the_next_teeth_of_each_gear(kind):
         x = [plain[g].shapes(height[g][p], at.y[p] if g == 0 else b - at.y[p]) for g in range(2)]
         expected = x[0][i] @ blocks[0][count - 1 + i - j] @ x[0][j].T
         expected = expected + x[1][i] @ blocks[1][count - 1 + j - i] @ x[1][j].T
-        # directions of the coupling come from its squares, whose rounding hides parts below 1e-8
-        assert_allclose(found[p, i, :, j], expected, rtol=0, atol=3e-8 * found.max())
+        # directions of the coupling below 1e-8 of the largest compliance are dropped, up to ten of them here
+        assert_allclose(found[p, i, :, j], expected, rtol=0, atol=1e-7 * found.max())
 
 
 @BOTH
