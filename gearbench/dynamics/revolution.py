@@ -210,7 +210,7 @@ def _over_speed(
     over_time = waves.curve(forces, revolution.cycles * waves.points(revolution.harmonics))
     dims = ("speed", "mesh")
     variables = {
-        "dynamic_transmission_error_amplitude": ((*dims, "order"), 1e3 * waves.amplitude(te[:, None, 1:])),
+        "dynamic_transmission_error_amplitude": ((*dims, "order"), 1e3 * waves.amplitude(te)[:, None]),
         "dynamic_transmission_error_rms": (dims, 1e3 * waves.rms(te)[:, None]),
         **waves.spectrum("mesh_force", (*dims, "order"), forces[:, None, 1:]),
         "mesh_force_rms": (dims, waves.rms(forces)[:, None]),
@@ -219,8 +219,8 @@ def _over_speed(
         "contact_kept": (dims, (over_time.min(axis=-1) > 0)[:, None]),
     }
     if bearings:
-        dims = ("speed", "mesh", "bearing", "direction", "order")
-        variables["bearing_force_amplitude"] = (dims, waves.amplitude(at_bearings[:, None]))
+        amplitude = waves.amplitude(waves.with_mean(at_bearings))
+        variables["bearing_force_amplitude"] = (("speed", "mesh", "bearing", "direction", "order"), amplitude[:, None])
     return variables, order
 
 

@@ -31,8 +31,8 @@ def rms(orders: NDArray) -> NDArray:
 
 
 def amplitude(orders: NDArray) -> NDArray:
-    """Amplitudes of the complex orders 1 … H, in their shape (…, H)."""
-    return 2 * np.abs(orders)
+    """Amplitudes (…, H) of orders 1 … H."""
+    return 2 * np.abs(orders[..., 1:])
 
 
 def spectrum(name: str, dims: tuple[str, ...], orders: NDArray, unit: float = 1.0) -> dict[str, tuple[Any, NDArray]]:
@@ -40,7 +40,7 @@ def spectrum(name: str, dims: tuple[str, ...], orders: NDArray, unit: float = 1.
 
     y = Σ amplitude · cos(nωt + phase). ``orders`` have the dimensions ``dims``; amplitudes are multiplied by ``unit``.
     """
-    return {f"{name}_amplitude": (dims, unit * amplitude(orders)), f"{name}_phase": (dims, np.angle(orders))}
+    return {f"{name}_amplitude": (dims, 2 * unit * np.abs(orders)), f"{name}_phase": (dims, np.angle(orders))}
 
 
 def highest(orders: NDArray, index: NDArray, point_count: int) -> NDArray:
